@@ -1,0 +1,269 @@
+"""What an arm is: joints, drives, transmission, controller, bus and identification settings.
+
+Everything here is a frozen value read from one ``robot.toml``. Units are SI and radians: a revolute
+axis is in rad and N·m, a prismatic axis in m and N. Arrays over the axes have shape ``(n,)``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from robots.arrays import FloatArray
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Joint(_Frozen):
+    """One joint of the URDF with the limits that planning and driving hold to."""
+
+    name: str = Field(min_length=1, description="joint name in the URDF")
+    kind: Literal["revolute", "prismatic"] = "revolute"
+    position: tuple[Finite, Finite] = Field(description="lower and upper limit, rad or m")
+    velocity: Positive = Field(description="rad/s or m/s")
+    acceleration: Positive = Field(description="rad/s² or m/s²")
+    jerk: Positive = Field(description="rad/s³ or m/s³")
+    torque: Positive = Field(description="N·m or N, at the joint")
+
+    @model_validator(mode="after")
+    def _limits_in_order(self) -> Self:
+        lower, upper = self.position
+        if lower >= upper:
+            raise ValueError("position must be [lower, upper] with lower < upper")
+        return self
+
+
+class ControlSignal(_Frozen):
+    """The CANopen object that carries the control signal v_τ, and the value of one count of it."""
+
+    index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
+    subindex: int = Field(default=0, ge=0, le=255)
+    per_count: Positive = Field(description="control-signal units per count of the object")
+
+
+class DriveDynamics(_Frozen):
+    """What a data sheet or an earlier identification says of one drive, at the drive output.
+
+    It is a *prior*: planning checks torques with it and the identification compares with it.
+    """
+
+    inertia: NonNegative = Field(description="rotor and gear inertia Ia, kg·m² or kg")
+    viscous: NonNegative = Field(description="Fv, N·m·s/rad or N·s/m")
+    coulomb: NonNegative = Field(description="Fc, N·m or N")
+
+
+class Drive(_Frozen):
+    """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
+
+    node_id: int = Field(ge=1, le=127)
+    encoder_counts: int = Field(gt=0, description="counts per motor revolution, after quadrature")
+    gear: Positive = Field(description="motor revolutions per output revolution (or per metre)")
+    sign: Literal[-1, 1] = 1
+    control_signal: ControlSignal
+    gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
+    gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
+    dynamics: DriveDynamics
+
+
+class Controller(_Frozen):
+    """The position loop inside the drives (eq. 4 of the paper); gains have one entry per drive.
+
+    ``cascade_p_pi``: v = velocity_gain · (position_gain·e + feed_forward·q̇_r − q̇) + its integral,
+    ``pd``:           v = position_gain·e + velocity_gain·(feed_forward·q̇_r − q̇),
+    ``pid``:          the same with integral_gain · ∫e.
+    e is reference minus position at the drive output; v is the control signal v_τ.
+    """
+
+    type: Literal["cascade_p_pi", "pd", "pid"]
+    sample_time: Positive = Field(description="s")
+    position_gain: tuple[Positive, ...]
+    velocity_gain: tuple[Positive, ...]
+    integral_gain: tuple[NonNegative, ...] = Field(
+        description="1/s on the velocity error for cascade_p_pi; v_τ per (rad·s) for pid; 0 for pd"
+    )
+    velocity_feed_forward: tuple[NonNegative, ...]
+    velocity_difference_samples: int = Field(
+        default=1,
+        ge=1,
+        le=64,
+        description="q̇ is (q[k] − q[k−N]) / (N · sample_time); 2 is the two-point mean's difference",
+    )
+    velocity_cutoff_hz: Positive | None = Field(
+        default=None, description="first-order low-pass on that velocity; none where absent"
+    )
+    delay_samples: int = Field(default=0, ge=0, le=64, description="samples from reading to output")
+    saturation: tuple[Positive, ...] = Field(description="|v_τ| limit")
+    interpolation: Literal["linear", "hold"] = Field(
+        default="linear",
+        description="how the drive fills the time between two SYNCs: linear takes one period to reach a target",
+    )
+
+    @model_validator(mode="after")
+    def _pd_has_no_integral(self) -> Self:
+        if self.type == "pd" and any(self.integral_gain):
+            raise ValueError("integral_gain must be 0 for type 'pd'")
+        return self
+
+
+class Bus(_Frozen):
+    """How the drives are reached when the command line does not say otherwise."""
+
+    interface: str = "udp_multicast"
+    channel: str = "239.74.163.40"
+    bitrate: int = Field(default=1_000_000, gt=0)
+    cycle_time: Positive = Field(default=0.004, description="SYNC period, s")
+
+
+class Identification(_Frozen):
+    """How samples become rows: the settings of METHOD section 2, per arm."""
+
+    cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
+    filter_order: int = Field(default=4, ge=1, le=8)
+    decimation: int = Field(default=1, ge=1, description="keep one row in so many")
+    trim_samples: int = Field(default=50, ge=0, description="dropped at each end after filtering")
+    friction_sign: Literal["sign", "tanh"] = "tanh"
+    friction_width: NonNegative = Field(
+        default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
+    )
+    offset: bool = Field(default=True, description="one torque offset per joint")
+    instrument_margin: Positive = Field(
+        default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
+    )
+
+    @model_validator(mode="after")
+    def _tanh_needs_a_width(self) -> Self:
+        if self.friction_sign == "tanh" and self.friction_width == 0:
+            raise ValueError("friction_width must be > 0 for friction_sign 'tanh'")
+        return self
+
+
+class Robot(_Frozen):
+    """One arm, described once. ``robots.load`` makes it; nothing changes it afterwards."""
+
+    format: Literal[1]
+    name: str = Field(pattern=r"^[a-z][a-z0-9_-]*$")
+    description: str
+    urdf: str = Field(description="path of the URDF, relative to robot.toml")
+    gravity: tuple[Finite, Finite, Finite] = (0.0, 0.0, -9.81)
+    home: tuple[Finite, ...] = Field(description="posture where motions start and end, rad or m")
+    joint: tuple[Joint, ...] = Field(min_length=1)
+    drive: tuple[Drive, ...] = Field(min_length=1)
+    transmission: tuple[tuple[Finite, ...], ...] = Field(
+        description="drive output position = transmission · joint position (n × n)"
+    )
+    controller: Controller
+    bus: Bus = Bus()
+    identification: Identification
+    # Where the description came from; set by the loader, not by the file.
+    folder: Path = Field(default=Path(), exclude=True)
+    source_text: str = Field(default="", exclude=True, repr=False)
+
+    @model_validator(mode="after")
+    def _one_entry_per_axis(self) -> Self:
+        n = len(self.joint)
+        lengths = {
+            "drive": len(self.drive),
+            "home": len(self.home),
+            "transmission": len(self.transmission),
+            "controller.position_gain": len(self.controller.position_gain),
+            "controller.velocity_gain": len(self.controller.velocity_gain),
+            "controller.integral_gain": len(self.controller.integral_gain),
+            "controller.velocity_feed_forward": len(self.controller.velocity_feed_forward),
+            "controller.saturation": len(self.controller.saturation),
+        }
+        for key, length in lengths.items():
+            if length != n:
+                raise ValueError(f"{key} has {length} entries; allowed: {n}, one per joint")
+        if any(len(row) != n for row in self.transmission):
+            raise ValueError(f"transmission must be {n} × {n}")
+        if abs(np.linalg.det(np.array(self.transmission))) < 1e-9:
+            raise ValueError("transmission must be invertible")
+        node_ids = [drive.node_id for drive in self.drive]
+        if len(set(node_ids)) != n:
+            raise ValueError(f"drive.node_id must differ for each drive, got {node_ids}")
+        for joint, home in zip(self.joint, self.home, strict=True):
+            if not joint.position[0] <= home <= joint.position[1]:
+                raise ValueError(f"home of {joint.name} is {home}; allowed: {joint.position}")
+        return self
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joint)
+
+    @property
+    def urdf_path(self) -> Path:
+        return self.folder / self.urdf
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower position limits, (n,)."""
+        return np.array([joint.position[0] for joint in self.joint])
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper position limits, (n,)."""
+        return np.array([joint.position[1] for joint in self.joint])
+
+    @property
+    def velocity_limits(self) -> FloatArray:
+        return np.array([joint.velocity for joint in self.joint])
+
+    @property
+    def acceleration_limits(self) -> FloatArray:
+        return np.array([joint.acceleration for joint in self.joint])
+
+    @property
+    def jerk_limits(self) -> FloatArray:
+        return np.array([joint.jerk for joint in self.joint])
+
+    @property
+    def torque_limits(self) -> FloatArray:
+        return np.array([joint.torque for joint in self.joint])
+
+    @property
+    def gains(self) -> FloatArray:
+        """Drive gains g_τ at the drive outputs, (n,)."""
+        return np.array([drive.gain for drive in self.drive])
+
+    @property
+    def transmission_matrix(self) -> FloatArray:
+        """T (n × n): drive output position = T · joint position; joint torque = Tᵀ · drive torque."""
+        return np.array(self.transmission)
+
+    @property
+    def counts_per_output_unit(self) -> FloatArray:
+        """Encoder counts per rad (or m) of drive output, signed, (n,): one number for both directions."""
+        per_revolution = np.array(
+            [2 * np.pi if joint.kind == "revolute" else 1.0 for joint in self.joint]
+        )
+        counts = np.array([d.sign * d.encoder_counts * d.gear for d in self.drive])
+        return counts / per_revolution
+
+    def joint_torque(self, control_signal: FloatArray) -> FloatArray:
+        """Joint torque from the drives' control signals: τ = Tᵀ (g_τ ∘ v_τ), eq. 5.
+
+        Args:
+            control_signal: samples × n, in control-signal units.
+
+        Returns:
+            samples × n, N·m (or N).
+        """
+        drive_torque = np.asarray(control_signal, dtype=np.float64) * self.gains
+        return np.asarray(drive_torque @ self.transmission_matrix)
+
+    def control_signal(self, joint_torque: FloatArray) -> FloatArray:
+        """The inverse of :meth:`joint_torque`: v_τ from joint torques, samples × n."""
+        drive_torque = np.linalg.solve(
+            self.transmission_matrix.T, np.atleast_2d(joint_torque).T
+        ).T
+        return np.asarray((drive_torque / self.gains).reshape(np.shape(joint_torque)))
