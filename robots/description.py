@@ -129,7 +129,16 @@ class Identification(_Frozen):
     cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
     filter_order: int = Field(default=4, ge=1, le=8)
     decimation: int = Field(default=1, ge=1, description="keep one row in so many")
-    trim_samples: int = Field(default=50, ge=0, description="dropped at each end after filtering")
+    derivative_accuracy: Literal[2, 4, 6, 8] = Field(
+        default=2, description="order of the central differences; 2 is the paper's"
+    )
+    trim_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = Field(
+        default=(50, 50), description="dropped at the start and at the end after filtering"
+    )
+    control_signal_lag: NonNegative = Field(
+        default=0.0,
+        description="s from the reading of v_τ to the torque it stands for; half a controller sample for a held output",
+    )
     friction_sign: Literal["sign", "tanh"] = "tanh"
     friction_width: NonNegative = Field(
         default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
