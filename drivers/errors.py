@@ -1,0 +1,11 @@
+"""What a user of the drivers can meet: each message is one line that says what and where."""
+
+from __future__ import annotations
+
+
+class BusError(Exception):
+    """A bus cannot be opened or is in use; the message names the channel and the reason."""
+
+
+class DriveError(Exception):
+    """A drive or a reference is refused; the message names the drive or joint and the reason."""
