@@ -10,13 +10,26 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from robots.arrays import FloatArray
+from robots.errors import ValueNotAllowed
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coupling = Annotated[float, Field(ge=-1000, le=1000)]
+
+INT32_MAX = 2**31 - 1
+INT16_MAX = 2**15 - 1
+TORQUE_ACTUAL_VALUE = 0x6077
+
+
+def _whole_number(value: object) -> object:
+    """Refuse ``true`` and ``1.0`` where a choice of whole numbers stands: Python calls them equal to 1."""
+    if type(value) is not int:
+        raise ValueNotAllowed((), "is not one of the choices")
+    return value
 
 
 class _Frozen(BaseModel):
@@ -38,7 +51,7 @@ class Joint(_Frozen):
     def _limits_in_order(self) -> Self:
         lower, upper = self.position
         if lower >= upper:
-            raise ValueError("position must be [lower, upper] with lower < upper")
+            raise ValueNotAllowed(("position",), "is not in order", "[lower, upper] with lower < upper")
         return self
 
 
@@ -65,9 +78,13 @@ class Drive(_Frozen):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
     node_id: int = Field(ge=1, le=127)
-    encoder_counts: int = Field(gt=0, description="counts per motor revolution, after quadrature")
+    encoder_counts: int = Field(
+        ge=1, le=INT32_MAX, description="counts per motor revolution, after quadrature"
+    )
     gear: Positive = Field(description="motor revolutions per output revolution (or per metre)")
-    sign: Literal[-1, 1] = 1
+    sign: Annotated[Literal[-1, 1], BeforeValidator(_whole_number)] = Field(
+        default=1, description="-1 where the motor turns against the drive output"
+    )
     control_signal: ControlSignal
     gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
     gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
@@ -110,7 +127,7 @@ class Controller(_Frozen):
     @model_validator(mode="after")
     def _pd_has_no_integral(self) -> Self:
         if self.type == "pd" and any(self.integral_gain):
-            raise ValueError("integral_gain must be 0 for type 'pd'")
+            raise ValueNotAllowed(("integral_gain",), 'does not go with type "pd"', "0 for each drive")
         return self
 
 
@@ -119,7 +136,7 @@ class Bus(_Frozen):
 
     interface: str = "udp_multicast"
     channel: str = "239.74.163.40"
-    bitrate: int = Field(default=1_000_000, gt=0)
+    bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000, description="bit/s")
     cycle_time: Positive = Field(default=0.004, description="SYNC period, s")
 
 
@@ -129,7 +146,7 @@ class Identification(_Frozen):
     cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
     filter_order: int = Field(default=4, ge=1, le=8)
     decimation: int = Field(default=1, ge=1, description="keep one row in so many")
-    derivative_accuracy: Literal[2, 4, 6, 8] = Field(
+    derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(_whole_number)] = Field(
         default=2, description="order of the central differences; 2 is the paper's"
     )
     trim_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = Field(
@@ -151,14 +168,18 @@ class Identification(_Frozen):
     @model_validator(mode="after")
     def _tanh_needs_a_width(self) -> Self:
         if self.friction_sign == "tanh" and self.friction_width == 0:
-            raise ValueError("friction_width must be > 0 for friction_sign 'tanh'")
+            raise ValueNotAllowed(
+                ("friction_width",), 'does not go with friction_sign "tanh"', "a number, greater than 0"
+            )
         return self
 
 
 class Robot(_Frozen):
     """One arm, described once. ``robots.load`` makes it; nothing changes it afterwards."""
 
-    format: Literal[1]
+    format: Annotated[Literal[1], BeforeValidator(_whole_number)] = Field(
+        description="version of this file format"
+    )
     name: str = Field(pattern=r"^[a-z][a-z0-9_-]*$")
     description: str
     urdf: str = Field(description="path of the URDF, relative to robot.toml")
@@ -166,7 +187,7 @@ class Robot(_Frozen):
     home: tuple[Finite, ...] = Field(description="posture where motions start and end, rad or m")
     joint: tuple[Joint, ...] = Field(min_length=1)
     drive: tuple[Drive, ...] = Field(min_length=1)
-    transmission: tuple[tuple[Finite, ...], ...] = Field(
+    transmission: tuple[tuple[Coupling, ...], ...] = Field(
         description="drive output position = transmission · joint position (n × n)"
     )
     controller: Controller
@@ -179,29 +200,73 @@ class Robot(_Frozen):
     @model_validator(mode="after")
     def _one_entry_per_axis(self) -> Self:
         n = len(self.joint)
-        lengths = {
-            "drive": len(self.drive),
-            "home": len(self.home),
-            "transmission": len(self.transmission),
-            "controller.position_gain": len(self.controller.position_gain),
-            "controller.velocity_gain": len(self.controller.velocity_gain),
-            "controller.integral_gain": len(self.controller.integral_gain),
-            "controller.velocity_feed_forward": len(self.controller.velocity_feed_forward),
-            "controller.saturation": len(self.controller.saturation),
+        lists: dict[tuple[str | int, ...], int] = {
+            ("drive",): len(self.drive),
+            ("home",): len(self.home),
+            ("transmission",): len(self.transmission),
         }
-        for key, length in lengths.items():
+        lists |= {("transmission", i): len(row) for i, row in enumerate(self.transmission)}
+        for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
+            lists[("controller", key)] = len(getattr(self.controller, key))
+        for path, length in lists.items():
             if length != n:
-                raise ValueError(f"{key} has {length} entries; allowed: {n}, one per joint")
-        if any(len(row) != n for row in self.transmission):
-            raise ValueError(f"transmission must be {n} × {n}")
-        if abs(np.linalg.det(np.array(self.transmission))) < 1e-9:
-            raise ValueError("transmission must be invertible")
-        node_ids = [drive.node_id for drive in self.drive]
-        if len(set(node_ids)) != n:
-            raise ValueError(f"drive.node_id must differ for each drive, got {node_ids}")
-        for joint, home in zip(self.joint, self.home, strict=True):
-            if not joint.position[0] <= home <= joint.position[1]:
-                raise ValueError(f"home of {joint.name} is {home}; allowed: {joint.position}")
+                raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
+        return self
+
+    @model_validator(mode="after")
+    def _names_and_node_ids_differ(self) -> Self:
+        _all_differ("joint", "name", [joint.name for joint in self.joint])
+        _all_differ("drive", "node_id", [drive.node_id for drive in self.drive])
+        return self
+
+    @model_validator(mode="after")
+    def _transmission_is_invertible(self) -> Self:
+        # Far above the condition of any gear train, far below where the inverse loses its digits.
+        if np.linalg.cond(self.transmission_matrix) > 1e8:
+            raise ValueNotAllowed(("transmission",), "cannot be inverted", "an invertible matrix")
+        return self
+
+    @model_validator(mode="after")
+    def _home_is_within_limits(self) -> Self:
+        for i, (joint, home) in enumerate(zip(self.joint, self.home, strict=True)):
+            lower, upper = joint.position
+            if not lower <= home <= upper:
+                raise ValueNotAllowed(
+                    ("home", i), f"is outside the position limits of {joint.name}", f"{lower} to {upper}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _objects_hold_the_values(self) -> Self:
+        """Positions travel as 32-bit counts, the standard torque object has 16 bits."""
+        farthest = np.abs(self.transmission_matrix) @ np.maximum(np.abs(self.lower), np.abs(self.upper))
+        counts = farthest * np.abs(self.counts_per_output_unit)
+        for i, drive in enumerate(self.drive):
+            if counts[i] > INT32_MAX:
+                raise ValueNotAllowed(
+                    ("drive", i, "encoder_counts"),
+                    f"makes {counts[i]:.3g} counts at the joint limits",
+                    f"at most {INT32_MAX} counts there, what a 32-bit position holds",
+                )
+            signal = drive.control_signal
+            reach = INT16_MAX * signal.per_count
+            if signal.index == TORQUE_ACTUAL_VALUE and self.controller.saturation[i] > reach:
+                raise ValueNotAllowed(
+                    ("drive", i, "control_signal", "per_count"),
+                    f"lets 16 bits reach {reach:.4g} only",
+                    f"at least {self.controller.saturation[i] / INT16_MAX:.3g}, to hold controller.saturation",
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _whole_controller_steps_per_sync(self) -> Self:
+        steps = self.bus.cycle_time / self.controller.sample_time
+        if not (steps >= 0.999 and abs(steps - round(steps)) < 1e-6):
+            raise ValueNotAllowed(
+                ("controller", "sample_time"),
+                f"does not divide the cycle time of {self.bus.cycle_time} s",
+                "bus.cycle_time / 1, 2, 3 …",
+            )
         return self
 
     @property
@@ -252,11 +317,9 @@ class Robot(_Frozen):
     @property
     def counts_per_output_unit(self) -> FloatArray:
         """Encoder counts per rad (or m) of drive output, signed, (n,): one number for both directions."""
-        per_revolution = np.array(
-            [2 * np.pi if joint.kind == "revolute" else 1.0 for joint in self.joint]
-        )
+        per_revolution = np.array([2 * np.pi if joint.kind == "revolute" else 1.0 for joint in self.joint])
         counts = np.array([d.sign * d.encoder_counts * d.gear for d in self.drive])
-        return counts / per_revolution
+        return np.asarray(counts / per_revolution)
 
     def joint_torque(self, control_signal: FloatArray) -> FloatArray:
         """Joint torque from the drives' control signals: τ = Tᵀ (g_τ ∘ v_τ), eq. 5.
@@ -272,7 +335,15 @@ class Robot(_Frozen):
 
     def control_signal(self, joint_torque: FloatArray) -> FloatArray:
         """The inverse of :meth:`joint_torque`: v_τ from joint torques, samples × n."""
-        drive_torque = np.linalg.solve(
-            self.transmission_matrix.T, np.atleast_2d(joint_torque).T
-        ).T
+        drive_torque = np.linalg.solve(self.transmission_matrix.T, np.atleast_2d(joint_torque).T).T
         return np.asarray((drive_torque / self.gains).reshape(np.shape(joint_torque)))
+
+
+def _all_differ(table: str, key: str, values: list[str] | list[int]) -> None:
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            raise ValueNotAllowed(
+                (table, i, key),
+                f"is already the {key} of {table}[{values.index(value) + 1}]",  # type: ignore[arg-type]
+                f"a {key} of its own for each {table}",
+            )

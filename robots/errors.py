@@ -1,0 +1,62 @@
+"""The one error that a robot description can cause: one line that says where, what and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+MAX_VALUE_LENGTH = 60
+
+
+class RobotFileError(Exception):
+    """A robot cannot be loaded. ``str()`` is one line: ``file:line: key: value …; allowed: …``."""
+
+    def __init__(
+        self,
+        file: Path | str,
+        problem: str,
+        *,
+        line: int | None = None,
+        key: str = "",
+        allowed: str = "",
+    ) -> None:
+        self.file = str(file)
+        self.line = line
+        self.key = key
+        self.allowed = allowed
+        where = self.file if line is None else f"{self.file}:{line}"
+        parts = [where, key, problem] if key else [where, problem]
+        text = ": ".join(parts) + (f"; allowed: {allowed}" if allowed else "")
+        super().__init__(one_line(text))
+
+
+class ValueNotAllowed(ValueError):
+    """Raised inside a model's validator: which key below the model is wrong, how, and what is allowed."""
+
+    def __init__(self, path: tuple[str | int, ...], problem: str, allowed: str = "") -> None:
+        self.path = path
+        self.problem = problem
+        self.allowed = allowed
+        super().__init__(f"{path}: {problem}; allowed: {allowed}")
+
+
+def one_line(text: str) -> str:
+    """The text with every run of white space and unprintable characters made one space."""
+    printable = "".join(c if c.isprintable() else " " for c in text)
+    return " ".join(printable.split())
+
+
+def shown(value: object, depth: int = 0) -> str:
+    """A value as TOML would write it, shortened so that it fits in a line."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, int) and abs(value) >= 10**20:
+        text = hex(value)  # Python refuses to write out a number of thousands of decimal digits
+    elif isinstance(value, dict):
+        text = "a table"
+    elif isinstance(value, list | tuple):
+        text = "[…]" if depth > 2 else f"[{', '.join(shown(item, depth + 1) for item in value[:20])}]"
+    elif isinstance(value, str):
+        text = f'"{value}"'
+    else:
+        text = str(value)
+    return text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 1] + "…"

@@ -1,0 +1,143 @@
+"""Load an arm: a name that ships, the path of a robot.toml, or the folder that holds one."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from robots.description import Robot
+from robots.errors import RobotFileError, shown
+from robots.field_errors import first_error
+from robots.toml_lines import TomlLines
+from robots.urdf_check import check_urdf
+
+FILE_NAME = "robot.toml"
+MAX_BYTES = 1_000_000
+"""No description comes near this size; a capture or a core dump given by mistake does."""
+
+_PLACE = re.compile(r"(?s)(.*) \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the arms that come with the package, sorted."""
+    here = Path(__file__).parent
+    return tuple(sorted(folder.parent.name for folder in here.glob(f"*/{FILE_NAME}")))
+
+
+def load(name_or_path: str | Path) -> Robot:
+    """Read and check one arm.
+
+    Args:
+        name_or_path: a shipped name (``tx40``), the path of a robot.toml, or the folder that holds it.
+
+    Raises:
+        RobotFileError: one line with file, line, key, value and what is allowed.
+    """
+    file = _find(name_or_path)
+    return robot_from_text(_read(file), file)
+
+
+def robot_from_text(text: str, file: Path) -> Robot:
+    """The arm that the text of a robot.toml describes; ``file`` places its URDF and names it in errors.
+
+    Raises:
+        RobotFileError: as :func:`load`.
+    """
+    data, given, lines = _parse(text, file)
+    for key in ("folder", "source_text"):
+        if key in data:
+            raise RobotFileError(
+                file,
+                f"{shown(data[key])} is given to a key that does not exist",
+                line=lines.line_of((key,)),
+                key=key,
+            )
+    try:
+        robot = Robot.model_validate(given | {"folder": file.parent, "source_text": text})
+    except ValidationError as error:
+        raise first_error(error, data, lines, file) from None
+    check_urdf(robot, file, lines)
+    return robot
+
+
+def _find(name_or_path: str | Path) -> Path:
+    names = shipped()
+    text = str(name_or_path)
+    if text in names:
+        return Path(__file__).parent / text / FILE_NAME
+    path = Path(name_or_path)
+    try:
+        if path.is_dir():
+            path = path / FILE_NAME
+        if path.is_file():
+            return path
+        there = path.exists()
+    except OSError as error:
+        raise RobotFileError(text, f"cannot be read: {error.strerror}") from None
+    if there:
+        raise RobotFileError(
+            path, "is not a file", allowed=f"{', '.join(names)}, or the path of a {FILE_NAME}"
+        )
+    close = difflib.get_close_matches(text, names, n=1)
+    hint = f' (did you mean "{close[0]}"?)' if close else ""
+    raise RobotFileError(
+        path,
+        f"no robot of this name, no such file{hint}",
+        allowed=f"{', '.join(names)}, the path of a {FILE_NAME} or of its folder",
+    )
+
+
+def _read(file: Path) -> str:
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise RobotFileError(file, f"cannot be read: {error.strerror}") from None
+    if len(content) > MAX_BYTES:
+        raise RobotFileError(file, f"larger than {MAX_BYTES} bytes", allowed="a robot description in TOML")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        problem = f"byte 0x{content[error.start]:02x} is not UTF-8 text"
+        raise RobotFileError(file, problem, line=line, allowed="a robot description in TOML") from None
+
+
+def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[str, Any], TomlLines]:
+    """What the file says, the same with tuples for lists, and where it says it."""
+    try:
+        data = tomllib.loads(text)
+        return data, {key: _with_tuples(value) for key, value in data.items()}, TomlLines(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(str(error), text, file) from None
+    except RecursionError:
+        raise RobotFileError(file, "not TOML: lists nested too deeply") from None
+    except ValueError as error:
+        # Python refuses to convert a number of thousands of digits.
+        raise RobotFileError(file, f"not TOML: {error}") from None
+
+
+def _syntax_error(message: str, text: str, file: Path) -> RobotFileError:
+    rows = text.split("\n")
+    place = _PLACE.match(message)
+    if place is None:
+        return RobotFileError(file, f"not TOML: {message}")
+    line = int(place[2]) if place[2] else len(rows)
+    column = f" at column {place[3]}" if place[3] else " at the end of the file"
+    written = rows[line - 1].strip()
+    quoted = f" in: {written[:60]}" if written else ""
+    return RobotFileError(file, f"not TOML: {place[1]}{column}{quoted}", line=line)
+
+
+def _with_tuples(value: Any) -> Any:
+    """TOML's lists as tuples: the models are strict and take nothing else for a frozen value."""
+    if isinstance(value, list):
+        return tuple(_with_tuples(entry) for entry in value)
+    if isinstance(value, dict):
+        return {key: _with_tuples(entry) for key, entry in value.items()}
+    return value

@@ -1,0 +1,63 @@
+"""The standard parameters of a serial arm: their names (the paper's), order, units and CAD values.
+
+Link order is Pinocchio's ``Inertia.toDynamicParameters``: mass, first moments and the inertia tensor
+about the *joint frame* (not the centre of mass), so that the inverse dynamic model is linear in them.
+Per drive: Ia, Fv, Fc at the drive output, and a torque offset per joint.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+if TYPE_CHECKING:
+    import pinocchio
+
+LINK_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
+DRIVE_SYMBOLS = ("Ia", "Fv", "Fc", "off")
+
+_LINK_UNITS = {symbol: "kg·m²" for symbol in LINK_SYMBOLS} | {
+    "M": "kg",
+    "MX": "kg·m",
+    "MY": "kg·m",
+    "MZ": "kg·m",
+}
+_DRIVE_UNITS = {
+    "revolute": {"Ia": "kg·m²", "Fv": "N·m·s/rad", "Fc": "N·m", "off": "N·m"},
+    "prismatic": {"Ia": "kg", "Fv": "N·s/m", "Fc": "N", "off": "N"},
+}
+
+
+def link_parameter_names(n: int) -> tuple[str, ...]:
+    """Names of the 10·n link parameters, link by link: ``M1 MX1 … ZZ1 M2 …``."""
+    return tuple(f"{symbol}{j}" for j in range(1, n + 1) for symbol in LINK_SYMBOLS)
+
+
+def drive_parameter_names(n: int) -> tuple[str, ...]:
+    """Names of the 4·n drive and joint parameters: ``Ia1 Fv1 Fc1 off1 Ia2 …``."""
+    return tuple(f"{symbol}{j}" for j in range(1, n + 1) for symbol in DRIVE_SYMBOLS)
+
+
+def cad_parameters(model: pinocchio.Model) -> FloatArray:
+    """The link parameters that the URDF states, (10·n,), in the order of :func:`link_parameter_names`."""
+    moving = [model.inertias[j].toDynamicParameters() for j in range(1, model.njoints)]
+    return np.concatenate(moving).astype(np.float64)
+
+
+def unit_of(name: str, robot: Robot) -> str:
+    """The SI unit of a standard parameter, e.g. ``Fv2`` → ``N·m·s/rad`` (``N·s/m`` on a prismatic axis).
+
+    Raises:
+        KeyError: when the name is not a standard parameter of this robot.
+    """
+    symbol = name.rstrip("0123456789")
+    axis = name[len(symbol) :]
+    if not axis or not 1 <= int(axis) <= robot.n:
+        raise KeyError(name)
+    if symbol in _LINK_UNITS:
+        return _LINK_UNITS[symbol]
+    return _DRIVE_UNITS[robot.joint[int(axis) - 1].kind][symbol]
