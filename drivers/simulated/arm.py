@@ -1,0 +1,162 @@
+"""The parent's side of the simulated arm: starts the process of the drives, and ends it."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from drivers.channel import Channel
+from drivers.errors import BusError, DriveError
+from drivers.simulated.faults import Faults
+from drivers.simulated.truth import PlantTruth
+from robots import RobotFileError
+
+_START_TIMEOUT = 60.0
+_GRACE = 2.0
+"""How long the process may take to end by itself, s."""
+_ERRORS: dict[str, type[BusError] | type[DriveError]] = {"BusError": BusError, "DriveError": DriveError}
+
+
+class SimulatedArm:
+    """Simulated drives on a bus, in a process of their own that lives as long as this object.
+
+    Args:
+        robot_source: name of a shipped arm, or the path of a robot.toml; the process loads it itself.
+        channel: which bus.
+        seed: which arm is drawn around the description, and which noise it has.
+        faults: what goes wrong.
+        truth: an arm to simulate instead of one drawn from the seed.
+
+    Raises:
+        BusError: the bus cannot be opened or is occupied.
+        DriveError: the arm cannot be simulated, or the process did not start.
+        RobotFileError: the description cannot be loaded.
+    """
+
+    def __init__(
+        self,
+        robot_source: str | Path,
+        channel: Channel,
+        seed: int = 0,
+        *,
+        faults: Faults = Faults(),
+        truth: PlantTruth | None = None,
+    ) -> None:
+        order = {
+            "robot": str(robot_source),
+            "interface": channel.interface,
+            "channel": channel.name,
+            "seed": seed,
+            "faults": faults.as_dict(),
+            "truth": truth.as_dict() if truth is not None else None,
+        }
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "drivers.simulated"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=_environment(),
+        )
+        try:
+            self._truth = self._start(order)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def pid(self) -> int:
+        """Process id of the drives."""
+        return self._process.pid
+
+    @property
+    def running(self) -> bool:
+        """Whether the drives still live."""
+        return self._process.poll() is None
+
+    def truth(self) -> PlantTruth:
+        """What the arm really is; kept also after :meth:`close`."""
+        return self._truth
+
+    def close(self) -> None:
+        """Ends the process: first by closing its lifeline, then by force."""
+        process = self._process
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            process.stdin.close()
+        except BrokenPipeError:
+            pass
+        for end in (lambda: None, process.terminate, process.kill):
+            end()
+            try:
+                process.wait(_GRACE)
+                break
+            except subprocess.TimeoutExpired:
+                continue
+        process.stdout.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _start(self, order: dict[str, Any]) -> PlantTruth:
+        process = self._process
+        assert process.stdin is not None
+        try:
+            process.stdin.write(json.dumps(order).encode() + b"\n")
+            process.stdin.flush()
+        except BrokenPipeError:
+            raise DriveError("the simulated drives' process ended before it started") from None
+        answer = self._answer()
+        if "error" in answer:
+            if answer["error"] == "RobotFileError":
+                raise _robot_file_error(answer["message"])
+            raise _ERRORS.get(answer["error"], BusError)(answer["message"])
+        return PlantTruth.from_dict(answer["truth"])
+
+    def _answer(self) -> dict[str, Any]:
+        """The process's first line."""
+        stdout = self._process.stdout
+        assert stdout is not None
+        data = b""
+        deadline = time.monotonic() + _START_TIMEOUT
+        while not data.endswith(b"\n"):
+            ready, _, _ = select.select([stdout], [], [], max(0.0, deadline - time.monotonic()))
+            if not ready:
+                raise DriveError(f"the simulated drives did not start within {_START_TIMEOUT:g} s")
+            part = os.read(stdout.fileno(), 65536)
+            if not part:
+                raise DriveError("the simulated drives' process ended before it started")
+            data += part
+        answer: dict[str, Any] = json.loads(data)
+        return answer
+
+
+def _robot_file_error(message: str) -> RobotFileError:
+    """The same line that the process had: it already names the file."""
+    error = RobotFileError.__new__(RobotFileError)
+    Exception.__init__(error, message)
+    return error
+
+
+def _environment() -> dict[str, str]:
+    """The parent's environment, with the packages importable from where the parent has them."""
+    here = str(Path(__file__).resolve().parents[2])
+    known = os.environ.get("PYTHONPATH")
+    # One thread: the matrices are 6 × 6, and more threads would only wait for one another.
+    return os.environ | {
+        "PYTHONPATH": os.pathsep.join([here, known] if known else [here]),
+        "OMP_NUM_THREADS": "1",
+    }

@@ -1,0 +1,341 @@
+"""One simulated CiA 402 drive as its node on the bus: NMT, SDO, PDO, heartbeat, EMCY and power states.
+
+It holds no physics: :mod:`drivers.simulated.group` couples it to the bench. Times are seconds of a monotonic
+clock, given by the caller.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from enum import IntEnum
+
+from drivers.simulated.bench import is_multiple
+from drivers.simulated.object_dictionary import Entry, ObjectDictionary
+from drivers.simulated.parameters import set_parameters
+from drivers.simulated.pdo import Pdo
+from drivers.simulated.sdo_server import SdoServer
+from drivers.simulated.set_points import AxisMode
+from drivers.simulated.state_machine import POWERED, State, StateMachine, StopOptions, statusword
+from robots import Robot
+
+CYCLIC_SYNCHRONOUS_POSITION = 8
+_EMCY = struct.Struct("<HB5x")
+_ERROR_HISTORY = 8
+_STANDSTILL_SPEED = 0.02
+"""Speed of a drive output below which a stop is over, rad/s or m/s."""
+_STANDSTILL_PATIENCE = 1.0
+"""A stop is over this long after the set-point stopped, whatever the speed, s."""
+
+
+class Emergency(IntEnum):
+    """EMCY error codes that the drive can send (CiA 301 table 26, CiA 402)."""
+
+    NO_ERROR = 0x0000
+    PARAMETER = 0x6320
+    COMMUNICATION = 0x8100
+    HEARTBEAT = 0x8130
+    RPDO_TIMEOUT = 0x8250
+    FOLLOWING_ERROR = 0x8611
+
+
+class Nmt(IntEnum):
+    """NMT states as heartbeats carry them."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+class Drive:
+    """The node of one axis.
+
+    Args:
+        robot: the arm's description.
+        axis: index of the drive from 0.
+        serial: serial number, object 1018:04.
+        send: puts a frame on the bus: COB-ID and payload.
+    """
+
+    def __init__(self, robot: Robot, axis: int, serial: int, send: Callable[[int, bytes], None]) -> None:
+        self.node_id = robot.drive[axis].node_id
+        self._robot, self._axis, self._serial = robot, axis, serial
+        self._send = send
+        signal = robot.drive[axis].control_signal
+        self._control_key = (signal.index, signal.subindex)
+        self._counts_per_unit = abs(float(robot.counts_per_output_unit[axis]))
+        self._next_heartbeat = 0.0
+        self._start()
+
+    def _start(self) -> None:
+        self.nmt = Nmt.INITIALISING
+        self.machine = StateMachine()
+        self.dictionary = dictionary = ObjectDictionary(self.node_id)
+        if not dictionary.has(*self._control_key):
+            dictionary.add(Entry(*self._control_key, "h", "ro", 0, None, None, mappable=True))
+        set_parameters(dictionary, self._robot, self._axis, self._serial)
+        dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
+        dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
+        self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, self._has_torque)
+        self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
+        self._sdo = SdoServer(dictionary)
+        self._received: bytes | None = None
+        self._target_known = False
+        self._limited = False
+        self._following_error = False
+        self._error_time = self._rpdo_age = self._ramp_time = 0.0
+        self._syncs = 0
+        self._master_due: float | None = None
+        self.sync_period = self.period
+
+    # -- network management ---------------------------------------------------------------------
+
+    def boot(self, now: float) -> None:
+        """Boot-up message, then pre-operational."""
+        self._start()
+        self._send(0x700 + self.node_id, bytes([Nmt.INITIALISING]))
+        self.nmt = Nmt.PRE_OPERATIONAL
+        self._next_heartbeat = now + self._heartbeat_time
+
+    def command_nmt(self, command: int, now: float) -> None:
+        """Obeys an NMT command that is addressed to this node."""
+        if command in (0x81, 0x82):
+            self.boot(now)
+        elif command in (0x01, 0x02, 0x80):
+            target = {0x01: Nmt.OPERATIONAL, 0x02: Nmt.STOPPED, 0x80: Nmt.PRE_OPERATIONAL}[command]
+            if target is not Nmt.OPERATIONAL and self._has_torque():
+                self._abort_connection(Emergency.COMMUNICATION)
+            self.nmt = target
+            self._sdo.reset()
+
+    @property
+    def _heartbeat_time(self) -> float:
+        return self.dictionary.integer(0x1017) / 1000.0
+
+    def next_event(self) -> float:
+        """When :meth:`tick` has something to do next, s."""
+        producer = self._next_heartbeat if self._heartbeat_time > 0 else float("inf")
+        return producer if self._master_due is None else min(producer, self._master_due)
+
+    def tick(self, now: float) -> None:
+        """Heartbeats: sends the own one, misses the master's."""
+        if self._heartbeat_time > 0 and now >= self._next_heartbeat:
+            self._send(0x700 + self.node_id, bytes([self.nmt]))
+            behind = now - self._next_heartbeat > self._heartbeat_time
+            self._next_heartbeat = (now if behind else self._next_heartbeat) + self._heartbeat_time
+        if self._master_due is not None and now >= self._master_due:
+            self._master_due = None
+            self._abort_connection(Emergency.HEARTBEAT)
+            if self.nmt is Nmt.OPERATIONAL and self.dictionary.integer(0x1029, 1) != 1:
+                behaviour = self.dictionary.integer(0x1029, 1)
+                self.nmt = Nmt.STOPPED if behaviour == 2 else Nmt.PRE_OPERATIONAL
+
+    def hear_heartbeat(self, node: int, now: float) -> None:
+        """A heartbeat of another node; the first one of the awaited node arms the watch (1016)."""
+        word = self.dictionary.integer(0x1016, 1)
+        if word >> 16 & 0x7F == node and word & 0xFFFF:
+            self._master_due = now + (word & 0xFFFF) / 1000.0
+
+    def answer_sdo(self, request: bytes) -> None:
+        """An SDO request; none is answered in STOPPED."""
+        if self.nmt is Nmt.STOPPED:
+            return
+        response = self._sdo.answer(request)
+        if response is not None:
+            self._send(0x580 + self.node_id, response)
+
+    # -- process data ----------------------------------------------------------------------------
+
+    def receive_rpdo(self, data: bytes) -> None:
+        """An RPDO: kept for the next SYNC where it is synchronous, else taken at once."""
+        if self.nmt is not Nmt.OPERATIONAL or not self.rpdo.valid:
+            return
+        if self.rpdo.synchronous:
+            self._received = data
+        else:
+            self._take(data)
+
+    def drop_rpdo(self) -> None:
+        """Forgets what would have been latched next: a frame lost on the bus."""
+        self._received = None
+
+    def latch(self, sync_period: float) -> None:
+        """A SYNC: takes the RPDO that came before it and obeys its controlword.
+
+        Args:
+            sync_period: the period that this SYNC stands for, s.
+        """
+        self.sync_period = sync_period
+        if self.nmt is not Nmt.OPERATIONAL:
+            return
+        self._rpdo_age += sync_period
+        if self._received is not None:
+            self._take(self._received)
+            self._received = None
+        deadline = self.dictionary.integer(0x1400, 5) / 1000.0
+        if 0 < deadline < self._rpdo_age and self._has_torque():
+            self.fail(Emergency.RPDO_TIMEOUT)
+
+    def _take(self, data: bytes) -> None:
+        if not self.rpdo.unpack(data):
+            return
+        self._rpdo_age = 0.0
+        if self.rpdo.maps(0x607A):
+            self._note_target()
+        if self.rpdo.maps(0x6040):
+            self._obey()
+
+    def _note_target(self) -> None:
+        self._target_known = True
+
+    def publish(self, position: int, set_point: int, control_signal: int, lost: bool = False) -> None:
+        """The values of a SYNC, and the TPDO with them unless it is lost.
+
+        Positions in counts, the control signal in counts of its object.
+        """
+        dictionary = self.dictionary
+        speed = (position - dictionary.integer(0x6064)) / self.sync_period
+        dictionary.set(0x6062, 0, set_point)
+        dictionary.set(0x6064, 0, position)
+        dictionary.set(0x606C, 0, round(max(-(2.0**31), min(speed, 2.0**31 - 1))))
+        dictionary.set(0x60F4, 0, set_point - position)
+        dictionary.set(*self._control_key, control_signal)
+        self._watch_following_error(abs(set_point - position))
+        self.refresh_statusword()
+        self._syncs += 1
+        due = self._syncs % self.tpdo.transmission_type == 0
+        if due and not lost and self.nmt is Nmt.OPERATIONAL and self.tpdo.valid:
+            self._send(self.tpdo.cob_id, self.tpdo.pack())
+
+    def refresh_statusword(self) -> None:
+        """Brings 6041 up to date."""
+        word = statusword(
+            self.machine.state,
+            remote=self.nmt is Nmt.OPERATIONAL,
+            following=self.machine.mode is AxisMode.TRACKING,
+            limited=self._limited,
+            error=self._following_error,
+        )
+        self.dictionary.set(0x6041, 0, word)
+
+    # -- power -----------------------------------------------------------------------------------
+
+    @property
+    def period(self) -> float:
+        """Interpolation time period of object 60C2, s."""
+        mantissa = self.dictionary.integer(0x60C2, 1)
+        return float(mantissa * 10.0 ** self.dictionary.integer(0x60C2, 2))
+
+    def target(self, position: int) -> int:
+        """Target position in counts within 607D; the present position while no target is known."""
+        if not self._target_known:
+            self.dictionary.set(0x607A, 0, position)
+        wanted = self.dictionary.integer(0x607A)
+        low, high = self.dictionary.integer(0x607D, 1), self.dictionary.integer(0x607D, 2)
+        allowed = min(max(wanted, low), high)
+        self._limited = allowed != wanted
+        return allowed
+
+    def deceleration(self) -> float:
+        """Ramp of the present stop, counts/s²."""
+        state, options = self.machine.state, self._options()
+        slow_ramp = (
+            state is State.OPERATION_ENABLED
+            or (state is State.QUICK_STOP_ACTIVE and options.quick_stop in (1, 5))
+            or (state is State.FAULT_REACTION_ACTIVE and options.fault_reaction == 1)
+        )
+        return float(max(1, self.dictionary.integer(0x6084 if slow_ramp else 0x6085)))
+
+    def fail(self, code: int) -> None:
+        """A fault: EMCY, error objects, and the fault reaction of 605E."""
+        if self.machine.state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+            return
+        self.machine.fault(self._options())
+        self._report(code)
+
+    def follow_stop(self, set_point_stands: bool) -> None:
+        """End of a SYNC period: finishes a stop when set-point and axis stand still."""
+        if self.machine.pending is None or not set_point_stands:
+            self._ramp_time = 0.0
+            return
+        self._ramp_time += self.sync_period
+        speed = abs(self.dictionary.integer(0x606C)) / self._counts_per_unit
+        if speed < _STANDSTILL_SPEED or self._ramp_time > _STANDSTILL_PATIENCE:
+            self.machine.standstill()
+
+    def _has_torque(self) -> bool:
+        return self.machine.state in POWERED
+
+    def _options(self) -> StopOptions:
+        read = self.dictionary.integer
+        return StopOptions(read(0x605A), read(0x605B), read(0x605C), read(0x605E))
+
+    def _obey(self) -> None:
+        was = self.machine.state
+        may_enable = self.nmt is Nmt.OPERATIONAL
+        self.machine.command(self.dictionary.integer(0x6040), self._options(), may_enable)
+        if self.machine.state is was:
+            return
+        if was is State.FAULT:
+            self._report(Emergency.NO_ERROR)
+        if self.machine.state is State.OPERATION_ENABLED:
+            self._following_error, self._error_time, self._rpdo_age = False, 0.0, 0.0
+            if not self._parameters_fit():
+                self.machine.cut(State.SWITCHED_ON)
+                self.fail(Emergency.PARAMETER)
+        self.refresh_statusword()
+
+    def _parameters_fit(self) -> bool:
+        position_mode = self.dictionary.integer(0x6060) == CYCLIC_SYNCHRONOUS_POSITION
+        same_period = abs(self.period - self.sync_period) < 1e-9
+        return position_mode and same_period and is_multiple(self.period, self._robot.controller.sample_time)
+
+    def _abort_connection(self, code: int) -> None:
+        """The master is gone: what 6007 says where there is torque, and an EMCY in any case."""
+        option = self.dictionary.integer(0x6007)
+        if not self._has_torque():
+            self._report(code)
+        elif option == 1:
+            self.fail(code)
+        elif option == 2:
+            self._report(code)
+            self.machine.cut(State.SWITCH_ON_DISABLED)
+        elif option == 3:
+            self._report(code)
+            self.machine.quick_stop(self._options())
+
+    def _watch_following_error(self, error: int) -> None:
+        window = self.dictionary.integer(0x6065)
+        if self.machine.mode is not AxisMode.TRACKING or window == 0xFFFFFFFF or error <= window:
+            self._error_time = 0.0
+            return
+        self._error_time += self.sync_period
+        if self._error_time * 1000.0 > self.dictionary.integer(0x6066):
+            self._following_error = True
+            self.fail(Emergency.FOLLOWING_ERROR)
+
+    def _report(self, code: int) -> None:
+        register = _error_register(code)
+        dictionary = self.dictionary
+        dictionary.set(0x603F, 0, code)
+        dictionary.set(0x1001, 0, register)
+        if code:
+            count = min(dictionary.integer(0x1003, 0) + 1, _ERROR_HISTORY)
+            for k in range(count, 1, -1):
+                dictionary.set(0x1003, k, dictionary.integer(0x1003, k - 1))
+            dictionary.set(0x1003, 1, code)
+            dictionary.set(0x1003, 0, count)
+        self.refresh_statusword()
+        if self.nmt is not Nmt.STOPPED:
+            self._send(0x080 + self.node_id, _EMCY.pack(code, register))
+
+
+def _error_register(code: int) -> int:
+    """Object 1001 for an EMCY code: generic error, and the class by the code's first digits."""
+    if code == 0:
+        return 0
+    classes = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08}
+    if code >> 8 in (0x81, 0x82):
+        return 0x11
+    return 0x01 | classes.get(code >> 12, 0x20)

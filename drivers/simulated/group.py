@@ -1,0 +1,192 @@
+"""All drives of one simulated arm and the bench they share: frames in, frames out, time from SYNC."""
+
+from __future__ import annotations
+
+import logging
+import zlib
+from collections.abc import Callable
+
+import numpy as np
+
+from drivers.simulated.bench import Bench, Snapshot, is_multiple
+from drivers.simulated.drive import Drive, Emergency
+from drivers.simulated.faults import Faults
+from drivers.simulated.offline import control_signal_counts
+from drivers.simulated.set_points import AxisMode
+from drivers.simulated.state_machine import State
+from drivers.simulated.truth import PlantTruth
+from robots import Robot
+from robots.arrays import IntArray
+
+log = logging.getLogger(__name__)
+
+NMT, SYNC, RSDO, HEARTBEAT = 0x000, 0x080, 0x600, 0x700
+SYNC_PATIENCE = 2.5
+"""SYNC periods without SYNC after which an enabled drive calls it lost."""
+
+
+class DriveGroup:
+    """The nodes of one arm.
+
+    Args:
+        robot: the description.
+        truth: the arm that is driven.
+        send: puts a frame on the bus: COB-ID and payload.
+        faults: what goes wrong.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        truth: PlantTruth,
+        send: Callable[[int, bytes], None],
+        faults: Faults = Faults(),
+    ) -> None:
+        self.bench = Bench(robot, truth)
+        self._robot = robot
+        self._faults = faults
+        self._counts = np.abs(robot.counts_per_output_unit)
+        self.drives = tuple(
+            Drive(robot, axis, serial_number(robot, truth.seed, axis), send) for axis in range(robot.n)
+        )
+        self._by_node = {drive.node_id: drive for drive in self.drives}
+        self._dead: set[int] = set()
+        self._last_sync = 0.0
+        self.cycle = -1
+        """SYNC periods since the one that enabled the first axis; −1 while none is enabled."""
+
+    def boot(self, now: float) -> None:
+        """Every node's boot-up message."""
+        for drive in self._alive():
+            drive.boot(now)
+
+    def receive(self, cob_id: int, data: bytes, now: float) -> None:
+        """One frame from the bus at a time of the monotonic clock, s."""
+        if cob_id == SYNC:
+            self._last_sync = now
+            self.run_period(on_sync=True)
+        elif cob_id == NMT:
+            self._command_nmt(data, now)
+        elif HEARTBEAT < cob_id <= HEARTBEAT + 127:
+            for drive in self._alive():
+                drive.hear_heartbeat(cob_id - HEARTBEAT, now)
+        elif RSDO < cob_id <= RSDO + 127:
+            node = self._by_node.get(cob_id - RSDO)
+            if node is not None and node.node_id not in self._dead:
+                node.answer_sdo(data)
+        else:
+            for drive in self._alive():
+                if drive.rpdo.cob_id == cob_id:
+                    drive.receive_rpdo(data)
+
+    def next_event(self, now: float) -> float:
+        """When :meth:`tick` has something to do next, s."""
+        due = min((drive.next_event() for drive in self._alive()), default=now + 1.0)
+        if self.bench.at_rest:
+            return due
+        return min(due, self._last_sync + SYNC_PATIENCE * self.bench.period)
+
+    def tick(self, now: float) -> None:
+        """What time alone brings: heartbeats, and a SYNC that stays away while the arm is not at rest."""
+        for drive in self._alive():
+            drive.tick(now)
+        lost_after = self._last_sync + SYNC_PATIENCE * self.bench.period
+        if self.bench.at_rest or now < lost_after:
+            return
+        for drive in self._alive():
+            if drive.machine.mode is not AxisMode.BRAKED:
+                drive.fail(Emergency.RPDO_TIMEOUT)
+        # From here on the clock drives the ramp down, one period at a time.
+        self._last_sync += self.bench.period
+        self.run_period(on_sync=False)
+
+    def run_period(self, on_sync: bool) -> None:
+        """One SYNC period of drives and plant; without ``on_sync`` nothing is latched and nothing sent."""
+        self._choose_period()
+        if on_sync:
+            self._inject()
+            for drive in self._alive():
+                drive.latch(self.bench.period)
+        snapshot = self.bench.begin_cycle(self._modes(), self._targets())
+        self._count_cycle()
+        if on_sync:
+            self._publish(snapshot)
+        self.bench.finish_cycle()
+        stopped = self.bench.set_points.stopped()
+        for axis, drive in enumerate(self.drives):
+            drive.follow_stop(bool(stopped[axis]))
+
+    def _alive(self) -> tuple[Drive, ...]:
+        if not self._dead:
+            return self.drives
+        return tuple(drive for drive in self.drives if drive.node_id not in self._dead)
+
+    def _command_nmt(self, data: bytes, now: float) -> None:
+        if len(data) < 2:
+            return
+        for drive in self._alive():
+            if data[1] in (0, drive.node_id):
+                drive.command_nmt(data[0], now)
+
+    def _choose_period(self) -> None:
+        """At rest the bench takes the SYNC period that all drives agree on (60C2)."""
+        if not self.bench.at_rest:
+            return
+        periods = {drive.period for drive in self._alive()}
+        if len(periods) == 1 and self.bench.period not in periods:
+            period = periods.pop()
+            if is_multiple(period, self._robot.controller.sample_time):
+                self.bench.set_period(period)
+
+    def _modes(self) -> IntArray:
+        modes = [
+            AxisMode.BRAKED if drive.node_id in self._dead else drive.machine.mode for drive in self.drives
+        ]
+        set_points = self.bench.set_points
+        for axis, mode in enumerate(modes):
+            if mode is AxisMode.STOPPING:
+                set_points.deceleration[axis] = self.drives[axis].deceleration() / self._counts[axis]
+        return np.array(modes, dtype=np.int64)
+
+    def _targets(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        here = np.rint(self.bench.plant.drive_position() * self._robot.counts_per_output_unit)
+        return np.array([float(drive.target(int(here[axis]))) for axis, drive in enumerate(self.drives)])
+
+    def _count_cycle(self) -> None:
+        if all(drive.machine.mode is AxisMode.BRAKED for drive in self._alive()):
+            self.cycle = -1
+        else:
+            self.cycle += 1
+
+    def _publish(self, snapshot: Snapshot) -> None:
+        position = snapshot.position.astype(np.int64).tolist()
+        set_point = np.rint(snapshot.set_point).astype(np.int64).tolist()
+        control = control_signal_counts(self._robot, snapshot.control_signal).astype(np.int64).tolist()
+        for axis, drive in enumerate(self.drives):
+            if drive.node_id in self._dead:
+                continue
+            lost = self._faults.loses_tpdo(drive.node_id, self.cycle)
+            drive.publish(position[axis], set_point[axis], control[axis], lost)
+
+    def _inject(self) -> None:
+        """Faults due at the cycle that this SYNC begins."""
+        if self.cycle < 0:
+            return
+        cycle = self.cycle + 1
+        for drive in self._alive():
+            if self._faults.loses_rpdo(drive.node_id, cycle):
+                drive.drop_rpdo()
+        for emergency in self._faults.emergencies:
+            if emergency.cycle == cycle and emergency.node in self._by_node:
+                self._by_node[emergency.node].fail(emergency.code)
+        for dead in self._faults.dead:
+            if dead.cycle == cycle and dead.node in self._by_node:
+                log.info("node %d goes silent", dead.node)
+                self._dead.add(dead.node)
+                self._by_node[dead.node].machine.cut(State.SWITCH_ON_DISABLED)
+
+
+def serial_number(robot: Robot, seed: int, axis: int) -> int:
+    """A serial number that stays the same for one drive of one simulated arm, not 0."""
+    text = f"{robot.name}:{seed}:{robot.drive[axis].node_id}"
+    return zlib.crc32(text.encode()) or 1

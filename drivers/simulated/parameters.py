@@ -1,0 +1,88 @@
+"""Object values that follow from the arm's description: identity, units, limits, stops, windows."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from drivers.simulated.object_dictionary import ObjectDictionary
+from robots import Robot
+from robots.arrays import FloatArray
+
+_GEAR_DENOMINATOR = 10_000
+_FOLLOWING_MARGIN = 1.5
+_FOLLOWING_FLOOR = 0.02
+"""Following error that is allowed besides the loop's own lag, rad or m."""
+
+
+def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial: int) -> None:
+    """Fills in what the EDS cannot know.
+
+    Args:
+        dictionary: of the node of this axis.
+        robot: the description.
+        axis: index of the drive from 0.
+        serial: serial number, object 1018:04.
+    """
+    drive = robot.drive[axis]
+    counts = float(robot.counts_per_output_unit[axis])
+    size = abs(counts)
+    dictionary.set(0x1018, 4, serial)
+    dictionary.set(0x608F, 1, drive.encoder_counts)
+    gear = Fraction(drive.gear).limit_denominator(_GEAR_DENOMINATOR)
+    dictionary.set(0x6091, 1, gear.numerator)
+    dictionary.set(0x6091, 2, gear.denominator)
+    low, high = sorted(float(limit) * counts for limit in output_range(robot)[:, axis])
+    dictionary.set(0x607D, 1, _int32(np.floor(low)))
+    dictionary.set(0x607D, 2, _int32(np.ceil(high)))
+    speed = float(_at_outputs(robot, robot.velocity_limits)[axis])
+    acceleration = float(_at_outputs(robot, robot.acceleration_limits)[axis])
+    dictionary.set(0x607F, 0, _uint32(speed * size))
+    dictionary.set(0x6080, 0, _uint32(speed * drive.gear * (60 / (2 * np.pi))))
+    dictionary.set(0x6084, 0, _uint32(acceleration * size))
+    dictionary.set(0x6085, 0, _uint32(acceleration * size))
+    dictionary.set(0x6065, 0, _uint32(following_window(robot, axis) * size))
+    rated = drive.gain * robot.controller.saturation[axis] / drive.gear
+    dictionary.set(0x6076, 0, _uint32(rated * 1000))
+    _set_period(dictionary, robot.bus.cycle_time)
+
+
+def output_range(robot: Robot) -> FloatArray:
+    """Lowest and highest position of each drive output within the joint limits, (2, n), rad or m."""
+    transmission = robot.transmission_matrix
+    forward, backward = np.maximum(transmission, 0.0), np.minimum(transmission, 0.0)
+    lowest = forward @ robot.lower + backward @ robot.upper
+    highest = forward @ robot.upper + backward @ robot.lower
+    return np.stack([lowest, highest])
+
+
+def following_window(robot: Robot, axis: int) -> float:
+    """Following error that full speed explains, with a margin, rad or m: the drive's 6065 by default."""
+    controller = robot.controller
+    speed = float(_at_outputs(robot, robot.velocity_limits)[axis])
+    lag = max(0.0, 1.0 - controller.velocity_feed_forward[axis]) / controller.position_gain[axis]
+    if controller.type != "cascade_p_pi":
+        lag *= controller.velocity_gain[axis]
+    return _FOLLOWING_MARGIN * speed * (lag + 2 * robot.bus.cycle_time) + _FOLLOWING_FLOOR
+
+
+def _at_outputs(robot: Robot, joint_limits: FloatArray) -> FloatArray:
+    return np.asarray(np.abs(robot.transmission_matrix) @ joint_limits)
+
+
+def _set_period(dictionary: ObjectDictionary, period: float) -> None:
+    for exponent in range(-3, -7, -1):
+        mantissa = period / 10.0**exponent
+        if 1 <= round(mantissa) <= 255 and abs(mantissa - round(mantissa)) < 1e-6:
+            dictionary.set(0x60C2, 1, round(mantissa))
+            dictionary.set(0x60C2, 2, exponent)
+            return
+
+
+def _int32(value: float) -> int:
+    return int(min(max(value, -(2.0**31)), 2.0**31 - 1))
+
+
+def _uint32(value: float) -> int:
+    return int(min(max(round(value), 0), 2**32 - 1))

@@ -1,0 +1,129 @@
+"""One PDO of a simulated drive: communication and mapping parameters, their rules, and the packing."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+from drivers.simulated.object_dictionary import (
+    DEVICE_STATE,
+    MAPPING_TOO_LONG,
+    NOT_MAPPABLE,
+    READ_ONLY,
+    VALUE_RANGE,
+    Key,
+    ObjectDictionary,
+    SdoAbort,
+)
+
+_INVALID = 1 << 31
+_EXTENDED = 1 << 29
+_MAX_BITS = 64
+_SYNCHRONOUS = range(1, 241)
+
+
+class Pdo:
+    """A PDO that is what its objects say (CiA 301, 7.5.2.35 to 7.5.2.38).
+
+    Its mapping can be written only while the PDO is marked invalid and sub-index 0 is zero, and nothing of it
+    while ``locked()`` says that the drive has torque.
+
+    Args:
+        dictionary: where communication and mapping parameters live.
+        communication: index of the communication parameters, 0x1400 or 0x1800.
+        mapping: index of the mapping parameters, 0x1600 or 0x1A00.
+        received: True for an RPDO, whose objects must be writable.
+        locked: whether the parameters are fixed at the moment.
+    """
+
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        communication: int,
+        mapping: int,
+        received: bool,
+        locked: Callable[[], bool],
+    ) -> None:
+        self._dictionary = dictionary
+        self._communication = communication
+        self._mapping = mapping
+        self._received = received
+        self._locked = locked
+        dictionary.guards[communication] = self._guard_communication
+        dictionary.guards[mapping] = self._guard_mapping
+        dictionary.listeners[communication] = self._changed
+        dictionary.listeners[mapping] = self._changed
+        self.cob_id = 0
+        self.valid = False
+        self.transmission_type = 1
+        self._layout = struct.Struct("<")
+        self._keys: tuple[Key, ...] = ()
+        self._changed(0, 0)
+
+    @property
+    def synchronous(self) -> bool:
+        """Whether the PDO belongs to the SYNC."""
+        return self.transmission_type in _SYNCHRONOUS
+
+    def pack(self) -> bytes:
+        """The mapped objects as a frame carries them."""
+        values = self._dictionary.values
+        return self._layout.pack(*[values[key] for key in self._keys])
+
+    def unpack(self, data: bytes) -> bool:
+        """Writes a received frame into the mapped objects; False, and nothing written, when it is too short."""
+        if len(data) < self._layout.size:
+            return False
+        self._dictionary.values.update(zip(self._keys, self._layout.unpack_from(data), strict=True))
+        return True
+
+    def maps(self, index: int) -> bool:
+        """Whether an object is in the mapping."""
+        return any(key[0] == index for key in self._keys)
+
+    def _changed(self, subindex: int, value: int | bytes) -> None:
+        dictionary = self._dictionary
+        word = dictionary.integer(self._communication, 1)
+        self.cob_id, self.valid = word & 0x7FF, not word & _INVALID
+        self.transmission_type = dictionary.integer(self._communication, 2)
+        words = [
+            dictionary.integer(self._mapping, k + 1) for k in range(dictionary.integer(self._mapping, 0))
+        ]
+        self._keys = tuple((word >> 16, word >> 8 & 0xFF) for word in words)
+        formats = [dictionary.entry(*key).format for key in self._keys]
+        self._layout = struct.Struct("<" + "".join(formats))
+
+    def _guard_communication(self, subindex: int, value: int | bytes) -> None:
+        assert isinstance(value, int)
+        if self._locked():
+            raise SdoAbort(DEVICE_STATE)
+        if subindex == 1:
+            if value & _EXTENDED:
+                raise SdoAbort(VALUE_RANGE)
+            if self.valid and not value & _INVALID and value & 0x7FF != self.cob_id:
+                raise SdoAbort(DEVICE_STATE)
+        elif subindex == 2:
+            immediate = self._received and value in (254, 255)
+            if value not in _SYNCHRONOUS and not immediate:
+                raise SdoAbort(VALUE_RANGE)
+
+    def _guard_mapping(self, subindex: int, value: int | bytes) -> None:
+        assert isinstance(value, int)
+        count = self._dictionary.integer(self._mapping, 0)
+        if self._locked() or self.valid or (subindex > 0 and count > 0):
+            raise SdoAbort(DEVICE_STATE)
+        if subindex > 0:
+            self._check_mapped(value)
+            return
+        words = [self._dictionary.integer(self._mapping, k + 1) for k in range(value)]
+        for word in words:
+            self._check_mapped(word)
+        if sum(word & 0xFF for word in words) > _MAX_BITS:
+            raise SdoAbort(MAPPING_TOO_LONG)
+
+    def _check_mapped(self, word: int) -> None:
+        entry = self._dictionary.entry(word >> 16, word >> 8 & 0xFF)
+        if not entry.mappable or entry.bits == 0 or entry.bits != word & 0xFF:
+            raise SdoAbort(NOT_MAPPABLE)
+        if self._received and entry.access in ("ro", "const"):
+            raise SdoAbort(READ_ONLY)

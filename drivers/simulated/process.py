@@ -1,0 +1,115 @@
+"""The process of the simulated arm: one bus, one loop.
+
+It reads one JSON line on standard input that says what to simulate, answers with one JSON line on standard
+output once every node has booted (or with the reason why not), and then serves frames until its
+parent is gone: standard input closes, the parent's process id changes, or SIGTERM comes. SIGINT is left to
+the parent.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+from typing import Any
+
+import can
+
+from drivers.bus import BusLock, listen_for_traffic, open_bus
+from drivers.channel import Channel
+from drivers.errors import BusError, DriveError
+from drivers.simulated.faults import Faults
+from drivers.simulated.group import DriveGroup
+from drivers.simulated.truth import PlantTruth, draw_truth
+from robots import Robot, RobotFileError, load
+
+LOCK_ROLE = "drives"
+_PARENT_CHECK = 0.1
+"""How often the process looks whether its parent still lives, s."""
+
+
+class _Lifeline:
+    """Knows when to end: the parent closed the pipe or died, or SIGTERM came."""
+
+    def __init__(self, parent: int) -> None:
+        self._parent = parent
+        self._cut = False
+        self._next = 0.0
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, self._on_signal)
+
+    def _on_signal(self, number: int, frame: object) -> None:
+        self._cut = True
+
+    def holds(self, now: float) -> bool:
+        """Whether to go on; asks the system only now and then."""
+        if now >= self._next and not self._cut:
+            self._next = now + _PARENT_CHECK
+            readable, _, _ = select.select([sys.stdin.buffer], [], [], 0)
+            closed = bool(readable) and not os.read(sys.stdin.fileno(), 4096)
+            self._cut = closed or os.getppid() != self._parent
+        return not self._cut
+
+
+def main() -> int:
+    """Runs until the lifeline is cut; exit code 0, or 2 where it could not start."""
+    lifeline = _Lifeline(os.getppid())
+    order = json.loads(_read_line())
+    channel = Channel(order["interface"], order["channel"])
+    try:
+        robot = load(order["robot"])
+        truth = PlantTruth.from_dict(order["truth"]) if order["truth"] else draw_truth(robot, order["seed"])
+        with BusLock(channel, LOCK_ROLE):
+            _require_silence(channel)
+            with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
+                _serve(robot, truth, Faults.from_dict(order["faults"]), bus, lifeline)
+    except (BusError, DriveError, RobotFileError, can.CanError) as error:
+        _say({"error": type(error).__name__, "message": str(error)})
+        return 2
+    return 0
+
+
+def _serve(robot: Robot, truth: PlantTruth, faults: Faults, bus: can.BusABC, lifeline: _Lifeline) -> None:
+    def send(cob_id: int, data: bytes) -> None:
+        bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
+
+    group = DriveGroup(robot, truth, send, faults)
+    group.boot(time.monotonic())
+    _say({"truth": truth.as_dict()})
+    now = time.monotonic()
+    while lifeline.holds(now):
+        wait = min(group.next_event(now) - now, _PARENT_CHECK)
+        message = bus.recv(max(wait, 0.0))
+        now = time.monotonic()
+        if message is not None and not (message.is_extended_id or message.is_error_frame):
+            group.receive(message.arbitration_id, bytes(message.data), now)
+            now = time.monotonic()
+        group.tick(now)
+
+
+def _require_silence(channel: Channel) -> None:
+    heard = listen_for_traffic(channel)
+    if heard:
+        ids = ", ".join(f"0x{cob_id:03X}" for cob_id in sorted(heard)[:4])
+        raise BusError(
+            f"{channel} is occupied: frames arrive on it ({ids}) before the simulated drives started"
+        )
+
+
+def _read_line() -> str:
+    """The first line of standard input, read without a buffer so that closing it can be seen later."""
+    data = b""
+    while not data.endswith(b"\n"):
+        part = os.read(sys.stdin.fileno(), 65536)
+        if not part:
+            raise SystemExit(2)
+        data += part
+    return data.decode()
+
+
+def _say(answer: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(answer) + "\n")
+    sys.stdout.flush()

@@ -1,0 +1,88 @@
+"""What the position loops follow between two SYNCs: interpolated targets, or a ramp to standstill."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+
+class AxisMode(IntEnum):
+    """What one axis does in the coming SYNC period."""
+
+    BRAKED = 0
+    """Brake engaged, no current."""
+    TRACKING = 1
+    """Following the target positions."""
+    STOPPING = 2
+    """Slowing its set-point down to standstill, then holding it."""
+
+
+class SetPoints:
+    """Set-points of n axes, at the drive outputs.
+
+    In TRACKING with linear interpolation the set-point runs, from SYNC k to SYNC k+1, from the target
+    latched at SYNC k−1 to the one latched at SYNC k; with ``hold`` it is the target latched at SYNC k.
+
+    Args:
+        n: number of axes.
+        linear: interpolate linearly; else hold.
+    """
+
+    def __init__(self, n: int, linear: bool) -> None:
+        self._linear = linear
+        self.modes: IntArray = np.full(n, AxisMode.BRAKED, dtype=np.int64)
+        self.deceleration = np.full(n, np.inf)
+        self._start = np.zeros(n)
+        self._end = np.zeros(n)
+        self._samples = 1
+        self._sample_time = 1.0
+        self._stopping: BoolArray = np.zeros(n, dtype=np.bool_)
+        self._any_stopping = False
+        self.position = np.zeros(n)
+        self.velocity = np.zeros(n)
+
+    def set_modes(self, modes: IntArray) -> None:
+        """Takes the modes for the coming period, (n,)."""
+        self.modes = modes
+        self._stopping = modes == AxisMode.STOPPING
+        self._any_stopping = bool(self._stopping.any())
+
+    def start_at(self, axes: BoolArray, position: FloatArray) -> None:
+        """Begins to track at the present position: axes (n,), position (n,)."""
+        self._end[axes] = position[axes]
+        self.position[axes] = position[axes]
+        self.velocity[axes] = 0.0
+
+    def latch(self, targets: FloatArray, period: float, samples: int) -> None:
+        """A SYNC: new targets (n,) for the period (s) of so many controller samples."""
+        tracking = self.modes == AxisMode.TRACKING
+        self._start = self._end
+        self._end = np.where(tracking, targets, self.position)
+        self._samples = samples
+        self._sample_time = period / samples
+        slope = (self._end - self._start) / period
+        self.velocity = np.where(tracking, slope, self.velocity)
+
+    def sample(self, index: int) -> None:
+        """Moves ``position`` and ``velocity`` to controller sample ``index`` of this period."""
+        if self._linear:
+            tracked = self._start + (self._end - self._start) * (index / self._samples)
+        else:
+            tracked = self._end
+        if not self._any_stopping:
+            self.position = tracked
+            return
+        slower = np.maximum(np.abs(self.velocity) - self.deceleration * self._sample_time, 0.0)
+        ramp_velocity = np.sign(self.velocity) * slower
+        ramp = self.position + ramp_velocity * self._sample_time
+        self.velocity = np.where(self._stopping, ramp_velocity, self.velocity)
+        self.position = np.where(self._stopping, ramp, tracked)
+        # A drive that follows again after a stop goes on from where it stands.
+        self._end = np.where(self._stopping, self.position, self._end)
+
+    def stopped(self) -> BoolArray:
+        """True for stopping axes whose set-point stands still, (n,)."""
+        return self._stopping & (self.velocity == 0.0)
