@@ -81,6 +81,8 @@ def render(content: ReportContent) -> str:
     identification = content.identification
     truth = dict(content.truth) if content.truth is not None else None
     textbook = identification.textbook
+    has_iv = identification.instrumental is not None
+    groups = parameter_groups(identification, truth, content.joint_names)
     return environment.get_template("report.html.j2").render(
         title=content.title,
         robot=content.robot,
@@ -95,8 +97,10 @@ def render(content: ReportContent) -> str:
         joints=[joint_heading(j, name) for j, name in enumerate(content.joint_names)],
         joint_units=[_torque_unit(content.robot, j) for j in range(len(content.joint_names))],
         estimators=_estimators(identification),
-        groups=parameter_groups(identification, truth, content.joint_names),
-        has_iv=identification.instrumental is not None,
+        groups=groups,
+        has_picture=has_iv or truth is not None,
+        has_expression=any(row.expression for group in groups for row in group.rows),
+        has_iv=has_iv,
         iv_reason=identification.instrumental_reason,
         has_truth=truth is not None,
         summaries=truth_summaries(identification, truth),
@@ -191,7 +195,10 @@ def _settings(robot: Robot) -> list[tuple[str, str]]:
     return [
         ("Robot", f"{robot.name}: {robot.description}"),
         ("Position filter", f"zero-phase Butterworth {rows.filter_order}, {setting(rows.cutoff_hz)} Hz"),
-        ("Decimation", f"one row in {rows.decimation}, {rows.trim_samples} samples trimmed at each end"),
+        ("Derivatives", f"central differences of order {rows.derivative_accuracy}"),
+        ("Control-signal lag", f"{setting(1e3 * rows.control_signal_lag)} ms"),
+        ("Decimation", f"one row in {rows.decimation}"),
+        ("Trimmed", f"{rows.trim_samples[0]} samples at the start, {rows.trim_samples[1]} at the end"),
         ("Friction sign", sign),
         ("Torque offset per joint", "yes" if rows.offset else "no"),
         ("Margin of gate 1", f"{setting(100.0 * rows.instrument_margin)} %"),
