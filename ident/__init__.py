@@ -1,0 +1,27 @@
+"""From samples to a dynamic model, and whether to trust it."""
+
+from __future__ import annotations
+
+from ident.base import BaseParameters, base_parameters
+from ident.errors import IdentificationError
+from ident.identification import Fitted, identify
+from ident.recording import Recording
+from ident.regressor import RegressorModel, drive_parameters
+from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
+
+__all__ = [
+    "BaseParameters",
+    "Estimate",
+    "Fitted",
+    "Gate",
+    "Identification",
+    "IdentificationError",
+    "Parameter",
+    "Recording",
+    "RegressorModel",
+    "RevisedTest",
+    "TorqueTrace",
+    "base_parameters",
+    "drive_parameters",
+    "identify",
+]

@@ -70,7 +70,16 @@ class PlantTruth:
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """The inverse of :meth:`as_dict`, also after a JSON round trip."""
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+        return cls(
+            robot=values["robot"],
+            seed=values["seed"],
+            parameters=dict(values["parameters"]),
+            gain=tuple(values["gain"]),
+            torque_noise=tuple(values["torque_noise"]),
+            torque_noise_time_constant=values["torque_noise_time_constant"],
+            encoder_noise=tuple(values["encoder_noise"]),
+            bristle_width=tuple(values["bristle_width"]),
+        )
 
 
 def nominal_truth(robot: Robot) -> PlantTruth:

@@ -1,0 +1,142 @@
+"""Base parameters: the fewest from which the model can be computed (Mayeda 1990; Gautier 1991).
+
+The regrouping is structural: columns of the standard regressor at random states are orthogonalised in
+their own order, so the first of any dependent set stays and the later ones are expressed in it. The
+order is fixed and the states come from a fixed seed, so a model always gives the same set.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from ident.effects import State
+from ident.regressor import RegressorModel
+from robots.arrays import FloatArray, IntArray
+from robots.description import Robot
+
+_RANK_TOLERANCE = 1e-8
+"""A column of unit norm whose part orthogonal to those before is below this depends on them."""
+
+_SMALLEST_RELATION = 1e-7
+"""Regrouping factors below this (relative to the columns' scale) are rounding, not structure."""
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """The base set of a model and its relation to the standard parameters.
+
+    Attributes:
+        model: the model it belongs to.
+        independent: (b,) indices of the columns that stay.
+        relation: (b, p): base vector = relation · standard vector.
+    """
+
+    model: RegressorModel
+    independent: IntArray
+    relation: FloatArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names (b,): the leading standard parameter, with an R where others are regrouped with it."""
+        names = []
+        for row, column in enumerate(self.independent):
+            regrouped = np.count_nonzero(self.relation[row]) > 1
+            names.append(self.model.names[column] + ("R" if regrouped else ""))
+        return tuple(names)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return tuple(self.model.units[column] for column in self.independent)
+
+    @property
+    def expressions(self) -> tuple[str, ...]:
+        """The regrouping relations in print, e.g. ``ZZ1 + Ia1 + YY2 + 0.07 MZ3``."""
+        return tuple(
+            _expression(self.relation[row], self.model.names) for row in range(len(self.independent))
+        )
+
+    def regroup(self, standard: FloatArray | dict[str, float]) -> FloatArray:
+        """Base vector (b,) of a standard vector (p,) or of named standard values."""
+        if isinstance(standard, dict):
+            standard = self.model.standard_parameters(standard)
+        return np.asarray(self.relation @ standard)
+
+    def standard_from(self, base: FloatArray, prior: FloatArray) -> FloatArray:
+        """The standard vector (p,) that has this base vector and is nearest to a prior (p,), e.g. CAD."""
+        shift = np.linalg.lstsq(self.relation, base - self.relation @ prior, rcond=None)[0]
+        return np.asarray(prior + shift)
+
+    def columns(self, state: State) -> FloatArray:
+        """The base regressor IDM(q, q̇, q̈) of eq. 2: samples × joints × b."""
+        return np.ascontiguousarray(self.model.columns(state)[:, :, self.independent])
+
+
+def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> BaseParameters:
+    """Find the base set of a model from random states within the arm's limits.
+
+    Args:
+        model: the standard model.
+        seed: of the random states; any gives the same set.
+        states: how many.
+    """
+    regressor = model.columns(random_states(model.robot, seed, states))
+    rows = regressor.reshape(-1, regressor.shape[2])
+    scale = np.linalg.norm(rows, axis=0)
+    present = np.flatnonzero(scale > _RANK_TOLERANCE * scale.max())
+    unit = rows[:, present] / scale[present]
+    independent = present[_independent_columns(unit)]
+    relation = _relation(rows, scale, independent, present)
+    return BaseParameters(model, independent, relation)
+
+
+def random_states(robot: Robot, seed: int, states: int) -> State:
+    """Random q, q̇, q̈ within the arm's limits, states × joints."""
+    generator = np.random.default_rng(seed)
+    shape = (states, robot.n)
+    return State(
+        generator.uniform(robot.lower, robot.upper, shape),
+        generator.uniform(-1, 1, shape) * robot.velocity_limits,
+        generator.uniform(-1, 1, shape) * robot.acceleration_limits,
+    )
+
+
+def _independent_columns(unit: FloatArray) -> IntArray:
+    """Indices of the columns that do not depend on those before them."""
+    kept: list[int] = []
+    basis = np.zeros((unit.shape[0], 0))
+    for column in range(unit.shape[1]):
+        rest = unit[:, column] - basis @ (basis.T @ unit[:, column])
+        rest -= basis @ (basis.T @ rest)
+        size = float(np.linalg.norm(rest))
+        if size > _RANK_TOLERANCE:
+            kept.append(column)
+            basis = np.column_stack([basis, rest / size])
+    return np.array(kept, dtype=np.int64)
+
+
+def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, present: IntArray) -> FloatArray:
+    """(b, p) with the identity on the independent columns and the regrouping factors on the others."""
+    relation = np.zeros((independent.size, rows.shape[1]))
+    relation[np.arange(independent.size), independent] = 1.0
+    dependent = np.setdiff1d(present, independent)
+    if dependent.size:
+        q, r = qr(rows[:, independent] / scale[independent], mode="economic")
+        factors = solve_triangular(r, q.T @ (rows[:, dependent] / scale[dependent]))
+        factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0
+        relation[:, dependent] = np.round(factors * (scale[dependent] / scale[independent, np.newaxis]), 12)
+    return relation
+
+
+def _expression(factors: FloatArray, names: tuple[str, ...]) -> str:
+    terms = []
+    for column in np.argsort(factors == 0.0, kind="stable"):
+        factor = float(factors[column])
+        if factor == 0.0:
+            break
+        size = "" if np.isclose(abs(factor), 1.0, rtol=1e-9) else f"{abs(factor):.6g} "
+        joint = " + " if factor > 0 else " − "
+        terms.append((joint if terms else ("−" if factor < 0 else "")) + size + names[column])
+    return "".join(terms)

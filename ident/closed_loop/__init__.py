@@ -1,0 +1,7 @@
+"""The simulated robot: the identified model under the same references and the same control law."""
+
+from __future__ import annotations
+
+from ident.closed_loop.simulate import SimulatedRun, simulate
+
+__all__ = ["SimulatedRun", "simulate"]

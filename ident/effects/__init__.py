@@ -1,0 +1,27 @@
+"""The library of effects: everything a joint torque can consist of, one small file each.
+
+An effect is one object whose ``columns`` serve the regressor and, times its parameters, the simulation.
+"""
+
+from __future__ import annotations
+
+from ident.effects.coulomb_friction import CoulombFriction
+from ident.effects.current_offset import CurrentOffset
+from ident.effects.effect import Effect, State
+from ident.effects.friction_sign import FrictionSign
+from ident.effects.rigid_body import RigidBody
+from ident.effects.rotor_inertia import RotorInertia
+from ident.effects.viscous_friction import ViscousFriction
+from ident.effects.wrist_coupling import WristCoupling
+
+__all__ = [
+    "CoulombFriction",
+    "CurrentOffset",
+    "Effect",
+    "FrictionSign",
+    "RigidBody",
+    "RotorInertia",
+    "State",
+    "ViscousFriction",
+    "WristCoupling",
+]

@@ -1,0 +1,33 @@
+"""Coulomb friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ident.effects.effect import State
+from ident.effects.friction_sign import FrictionSign
+from ident.effects.per_joint import diagonal_columns, joint_units
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+@dataclass(frozen=True)
+class CoulombFriction:
+    """Fc sign(q̇) on each joint, with the sign's smooth form where the arm's settings ask for it."""
+
+    robot: Robot
+    sign: FrictionSign
+    name = "coulomb_friction"
+    sentence = "dry friction of constant size against the motion"
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        return tuple(f"Fc{joint + 1}" for joint in range(self.robot.n))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return joint_units(self.robot, "N·m", "N")
+
+    def columns(self, state: State) -> FloatArray:
+        """samples × joints × joints."""
+        return diagonal_columns(self.sign(state.velocity))

@@ -1,0 +1,40 @@
+"""What every effect is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class State:
+    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s."""
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+class Effect(Protocol):
+    """One named cause of joint torque, linear in its parameters.
+
+    ``name`` is the identifier of the vocabulary (METHOD section 6), ``sentence`` says what it is.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def sentence(self) -> str: ...
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]: ...
+
+    @property
+    def units(self) -> tuple[str, ...]: ...
+
+    def columns(self, state: State) -> FloatArray:
+        """Torque per unit of each parameter: samples × joints × parameters."""
+        ...

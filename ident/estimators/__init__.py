@@ -1,0 +1,16 @@
+"""Estimators: rows in, a fit with its covariance out."""
+
+from __future__ import annotations
+
+from ident.estimators.fit import LinearFit, Stacked, stack
+from ident.estimators.instrumental import instrumental_variables
+from ident.estimators.least_squares import joint_deviations, weighted_least_squares
+
+__all__ = [
+    "LinearFit",
+    "Stacked",
+    "instrumental_variables",
+    "joint_deviations",
+    "stack",
+    "weighted_least_squares",
+]

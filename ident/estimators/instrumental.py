@@ -1,0 +1,33 @@
+"""Instrumental variables: β̂ = (ZᵀΩ⁻¹X)⁻¹ZᵀΩ⁻¹y with as many instruments as parameters (METHOD 4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.estimators.fit import LinearFit, Stacked
+from robots.arrays import FloatArray
+
+
+def instrumental_variables(stacked: Stacked, z: FloatArray, sigma: FloatArray) -> LinearFit:
+    """One IV solution; Ω of its covariance is made of its own residuals.
+
+    Args:
+        stacked: rows joint by joint.
+        z: (r, b) instruments, the columns at the simulated states.
+        sigma: (n,) deviations for Ω in the estimate.
+
+    Raises:
+        numpy.linalg.LinAlgError: ZᵀΩ⁻¹X is singular.
+    """
+    weights = np.repeat(1.0 / sigma, stacked.y.size // stacked.joints)
+    x = stacked.x * weights[:, np.newaxis]
+    instruments = z * weights[:, np.newaxis]
+    cross = instruments.T @ x
+    beta = np.linalg.solve(cross, instruments.T @ (stacked.y * weights))
+    residual = stacked.per_joint(stacked.y - stacked.x @ beta)
+    freedom = residual.shape[1] - stacked.x.shape[1] / stacked.joints
+    fresh = np.sqrt(np.sum(residual**2, axis=1) / freedom)
+    scaled = instruments * np.repeat(fresh / sigma, residual.shape[1])[:, np.newaxis]
+    inverse = np.linalg.inv(cross)
+    covariance = inverse @ (scaled.T @ scaled) @ inverse.T
+    return LinearFit(beta, covariance, fresh, float(np.linalg.cond(x)))

@@ -1,0 +1,80 @@
+"""IDIM-LS: ordinary least squares per joint for Ω, then weighted least squares over all (eq. 7)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.errors import IdentificationError
+from ident.estimators.fit import LinearFit, Stacked
+from robots.arrays import FloatArray
+
+_DEPENDENT = 1e-10
+"""Singular values below this share of the largest are no information."""
+
+
+def joint_deviations(stacked: Stacked) -> FloatArray:
+    """σ_j of each joint from the OLS of its own subsystem, (n,).
+
+    Raises:
+        IdentificationError: a joint has fewer rows than parameters, or its torque is constant zero.
+    """
+    blocks = stacked.x.reshape(stacked.joints, -1, stacked.x.shape[1])
+    torques = stacked.per_joint(stacked.y)
+    sigma = np.empty(stacked.joints)
+    for joint in range(stacked.joints):
+        seen = np.linalg.norm(blocks[joint], axis=0) > 0
+        beta, _, rank, _ = np.linalg.lstsq(blocks[joint][:, seen], torques[joint], rcond=_DEPENDENT)
+        freedom = torques[joint].size - int(rank)
+        if freedom < 1:
+            raise IdentificationError(
+                f"joint {joint + 1}: {torques[joint].size} rows for {rank} parameters; record for longer"
+            )
+        residual = torques[joint] - blocks[joint][:, seen] @ beta
+        sigma[joint] = np.sqrt(residual @ residual / freedom)
+        if sigma[joint] == 0.0:
+            raise IdentificationError(
+                f"joint {joint + 1}: the torque is fitted without any error; is its control signal recorded?"
+            )
+    return sigma
+
+
+def weighted_least_squares(stacked: Stacked, names: tuple[str, ...]) -> LinearFit:
+    """β̂ = (XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹y and its covariance (XᵀΩ⁻¹X)⁻¹ (eq. 7), Ω from each joint's own OLS.
+
+    Args:
+        stacked: rows joint by joint.
+        names: (b,) base parameter names, to say which cannot be seen.
+
+    Raises:
+        IdentificationError: the rows do not determine every parameter; the message names those.
+    """
+    sigma = joint_deviations(stacked)
+    weights = np.repeat(1.0 / sigma, stacked.y.size // stacked.joints)
+    x = stacked.x * weights[:, np.newaxis]
+    require_full_rank(x, names)
+    q, r = np.linalg.qr(x)
+    beta = np.linalg.solve(r, q.T @ (stacked.y * weights))
+    inverse = np.linalg.inv(r)
+    return LinearFit(beta, inverse @ inverse.T, sigma, float(np.linalg.cond(x)))
+
+
+def require_full_rank(x: FloatArray, names: tuple[str, ...]) -> None:
+    """Refuse columns that the data do not tell apart.
+
+    Raises:
+        IdentificationError: names the parameters that the motion does not excite.
+    """
+    scale = np.linalg.norm(x, axis=0)
+    silent = [name for name, size in zip(names, scale, strict=True) if size == 0.0]
+    if silent:
+        raise IdentificationError(
+            f"the motion does not excite {', '.join(silent)}; move the joints they belong to"
+        )
+    _, values, directions = np.linalg.svd(x / scale, full_matrices=False)
+    blind = values < _DEPENDENT * values[0]
+    if blind.any():
+        share = np.abs(directions[blind]).max(axis=0)
+        mixed = [name for name, part in zip(names, share, strict=True) if part > 0.1]
+        raise IdentificationError(
+            f"the motion does not tell apart {', '.join(mixed)}; record a more exciting trajectory"
+        )

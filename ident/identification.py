@@ -1,0 +1,218 @@
+"""The whole method in order: rows, IDIM-LS, closed-loop simulation, IDIM-IV, revised test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters, base_parameters
+from ident.closed_loop import simulate
+from ident.errors import IdentificationError
+from ident.estimators import (
+    LinearFit,
+    Stacked,
+    instrumental_variables,
+    stack,
+    weighted_least_squares,
+)
+from ident.estimators.fit import stack_columns
+from ident.exogeneity import WhiteRows, not_testable, revised_test, textbook_test
+from ident.exogeneity.revised import TestSettings
+from ident.observation import Rows, observe, observed_columns
+from ident.recording import Recording
+from ident.regressor import RegressorModel
+from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
+from ident.whitening import Whitening, autoregressive_whitening, block_whitening, lag1_autocorrelation
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+Progress = Callable[[str, float], None]
+"""Called with a step in words and the share of the whole that is done, 0 to 1."""
+
+_ITERATIONS = 10
+_STILL = 1e-3
+"""Relative change of the residual norm, and of β̂ in units of its σ × 10, at which IDIM-IV has converged."""
+
+_LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model with its rows and fits: what the report, the model file and the search go on from."""
+
+    base: BaseParameters
+    rows: Rows
+    least_squares: LinearFit
+    instrumental: LinearFit | None
+    result: Identification
+
+    @property
+    def chosen(self) -> LinearFit:
+        """The fit that the verdict recommends."""
+        if self.result.test.verdict == "endogenous" and self.instrumental is not None:
+            return self.instrumental
+        return self.least_squares
+
+
+def _silent(step: str, share: float) -> None:
+    """Nobody watches."""
+
+
+def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress = _silent) -> Fitted:
+    """Identify an arm from recordings and say whether the result can be trusted.
+
+    Args:
+        robot: the arm; its ``identification`` settings rule filter and decimation.
+        recordings: one or more; a reference in each is what makes instruments possible.
+        progress: called between the steps.
+
+    Raises:
+        IdentificationError: the recordings do not fit the arm, are too short, or excite too little.
+    """
+    progress("base parameters", 0.0)
+    base = base_parameters(RegressorModel.of(robot))
+    progress("observation matrix", 0.1)
+    rows = observe(base, recordings, robot.identification)
+    stacked = stack(rows)
+    progress("least squares", 0.3)
+    least_squares = weighted_least_squares(stacked, base.names)
+    instruments, instrumental, reason = _instrumental(base, recordings, rows, least_squares, progress)
+    progress("revised Durbin-Wu-Hausman test", 0.9)
+    test, textbook = _test(base, rows, least_squares, instruments, instrumental, reason)
+    result = Identification(
+        robot=robot.name,
+        rows=rows.count,
+        least_squares=_estimate("ls", base, stacked, least_squares),
+        instrumental=_estimate("iv", base, stacked, instrumental) if instrumental else None,
+        instrumental_reason=reason,
+        test=test,
+        textbook=textbook,
+        trace=_trace(rows, least_squares.beta),
+        warnings=_warnings(base, least_squares),
+    )
+    progress("done", 1.0)
+    return Fitted(base, rows, least_squares, instrumental, result)
+
+
+def _instrumental(
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    rows: Rows,
+    start: LinearFit,
+    progress: Progress,
+) -> tuple[FloatArray | None, LinearFit | None, str]:
+    """Instruments (samples × joints × b) and IDIM-IV fit, or the reason why there are none."""
+    if any(recording.reference is None for recording in recordings):
+        return None, None, "no position reference was recorded, so the loop cannot be simulated"
+    try:
+        return (*_iterate(base, recordings, rows, start, progress), "")
+    except IdentificationError as error:
+        return None, None, str(error)
+
+
+def _iterate(
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    rows: Rows,
+    start: LinearFit,
+    progress: Progress,
+) -> tuple[FloatArray, LinearFit]:
+    """Simulate with β̂, rebuild Z, solve, until β̂ and the residual norm stand still (METHOD 4)."""
+    stacked = stack(rows)
+    prior = base.model.prior()
+    fit, norm = start, _residual_norm(stacked, start)
+    for iteration in range(1, _ITERATIONS + 1):
+        progress(f"closed-loop simulation {iteration}", 0.3 + 0.6 * min(1.0, iteration / 4))
+        instruments = _simulated_columns(base, base.standard_from(fit.beta, prior), recordings)
+        try:
+            fresh = instrumental_variables(stacked, stack_columns(instruments), fit.sigma)
+        except np.linalg.LinAlgError as error:
+            raise IdentificationError("the simulated motion does not excite every parameter") from error
+        fresh_norm = _residual_norm(stacked, fresh)
+        moved = float(np.max(np.abs(fresh.beta - fit.beta) / np.sqrt(np.diag(fresh.covariance))))
+        still = iteration > 1 and moved < 10 * _STILL and abs(fresh_norm - norm) < _STILL * norm
+        fit = LinearFit(fresh.beta, fresh.covariance, fresh.sigma, fresh.condition, iteration, still)
+        norm = fresh_norm
+        if still:
+            break
+    return instruments, fit
+
+
+def _simulated_columns(
+    base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]
+) -> FloatArray:
+    settings = base.model.robot.identification
+    parts = []
+    for recording in recordings:
+        run = simulate(base.model, standard, recording)
+        parts.append(observed_columns(base, run.time, run.position, settings))
+    return np.concatenate(parts)
+
+
+def _residual_norm(stacked: Stacked, fit: LinearFit) -> float:
+    return float(np.linalg.norm(stacked.y - stacked.x @ fit.beta))
+
+
+def _test(
+    base: BaseParameters,
+    rows: Rows,
+    least_squares: LinearFit,
+    instruments: FloatArray | None,
+    instrumental: LinearFit | None,
+    reason: str,
+) -> tuple[RevisedTest, Gate | None]:
+    residual = rows.torque - rows.regressor @ least_squares.beta
+    whitening = autoregressive_whitening(residual, rows.segment, len(base.names))
+    if instruments is None or instrumental is None:
+        return not_testable(reason, whitening.describe()), None
+    margin = base.model.robot.identification.instrument_margin
+    shift = (least_squares.beta - instrumental.beta) / np.sqrt(np.diag(least_squares.covariance))
+    settings = TestSettings(_LEVEL, margin, whitening.describe())
+    block = _white(rows, instruments, block_whitening(residual, len(base.names)))
+    white = _white(rows, instruments, whitening)
+    return revised_test(block, white, base.names, shift, settings), textbook_test(block, _LEVEL)
+
+
+def _white(rows: Rows, instruments: FloatArray, whitening: Whitening) -> WhiteRows:
+    return WhiteRows(
+        whitening.apply(rows.torque[:, :, np.newaxis], rows.segment)[:, 0],
+        whitening.apply(rows.regressor, rows.segment),
+        whitening.apply(instruments, rows.segment),
+    )
+
+
+def _estimate(method: str, base: BaseParameters, stacked: Stacked, fit: LinearFit) -> Estimate:
+    residual = stacked.per_joint(stacked.y - stacked.x @ fit.beta)
+    torque = stacked.per_joint(stacked.y)
+    deviation = np.sqrt(np.diag(fit.covariance))
+    named = zip(base.names, fit.beta, deviation, base.units, base.expressions, strict=True)
+    per_joint = 100 * np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1)
+    return Estimate(
+        method="iv" if method == "iv" else "ls",
+        parameters=tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named),
+        covariance=fit.covariance,
+        covariance_kind="Ω per joint (eq. 7)",
+        condition=fit.condition,
+        relative_error_percent=float(100 * np.linalg.norm(residual) / np.linalg.norm(torque)),
+        relative_error_percent_per_joint=per_joint,
+        torque_rms=np.sqrt(np.mean(residual**2, axis=1)),
+        lag1_autocorrelation=lag1_autocorrelation(residual.T),
+        iterations=fit.iterations,
+        converged=fit.converged,
+    )
+
+
+def _trace(rows: Rows, beta: FloatArray) -> TorqueTrace:
+    return TorqueTrace(rows.time, rows.torque, np.asarray(rows.regressor @ beta))
+
+
+def _warnings(base: BaseParameters, fit: LinearFit) -> tuple[str, ...]:
+    deviation = np.sqrt(np.diag(fit.covariance))
+    with np.errstate(divide="ignore"):
+        poor = [n for n, v, s in zip(base.names, fit.beta, deviation, strict=True) if s > 0.3 * abs(v)]
+    warnings = []
+    if poor:
+        warnings.append(f"seen with more than 30 % σ: {', '.join(poor)}")
+    return tuple(warnings)

@@ -1,0 +1,106 @@
+"""The observation matrix: y = X β + ε (eq. 6) from recordings, both sides through the same filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.effects import State
+from ident.errors import IdentificationError
+from ident.recording import Recording
+from ident.signals import aligned_control_signal, decimate, decimate_index, kept_samples, motion
+from robots.arrays import FloatArray, IntArray
+from robots.description import Identification
+
+_COLUMNS_AT_ONCE = 16
+"""Columns filtered together: bounds the memory of the decimation on long records."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Decimated samples of one or more recordings, kept as samples × joints until they are stacked.
+
+    Attributes:
+        time: (samples,) s, within each recording.
+        segment: (samples,) which recording a sample comes from.
+        torque: samples × joints, N·m (or N).
+        regressor: samples × joints × b.
+    """
+
+    time: FloatArray
+    segment: IntArray
+    torque: FloatArray
+    regressor: FloatArray
+
+    @property
+    def joints(self) -> int:
+        return int(self.torque.shape[1])
+
+    @property
+    def count(self) -> int:
+        """r = n · n_e, the number of rows in eq. 6."""
+        return int(self.torque.size)
+
+
+def observe(base: BaseParameters, recordings: tuple[Recording, ...], settings: Identification) -> Rows:
+    """Rows of eq. 6 from measured positions and control signals.
+
+    Args:
+        base: the base parameters, one column each.
+        recordings: each filtered, differentiated and decimated on its own.
+        settings: cut-off, decimation, trim.
+
+    Raises:
+        IdentificationError: no recording, a joint count that is not the arm's, or one that is too short.
+    """
+    if not recordings:
+        raise IdentificationError("no recording to identify from")
+    parts = [_rows_of(base, index, recording, settings) for index, recording in enumerate(recordings)]
+    return Rows(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.segment for part in parts]),
+        np.concatenate([part.torque for part in parts]),
+        np.concatenate([part.regressor for part in parts]),
+    )
+
+
+def observed_columns(
+    base: BaseParameters, time: FloatArray, position: FloatArray, settings: Identification
+) -> FloatArray:
+    """Base regressor of a sampled motion after low-pass, differences and decimation: samples × joints × b.
+
+    The same function serves the measured and the simulated positions, so that X and Z see one filter.
+    """
+    moved = motion(time, position, settings)
+    full = base.columns(State(moved.position, moved.velocity, moved.acceleration))
+    if settings.decimation == 1:
+        return full
+    first = decimate(full[:, :, :1], settings.decimation)
+    thin = np.empty((first.shape[0], full.shape[1], full.shape[2]))
+    for start in range(0, full.shape[2], _COLUMNS_AT_ONCE):
+        chosen = slice(start, start + _COLUMNS_AT_ONCE)
+        thin[:, :, chosen] = decimate(full[:, :, chosen], settings.decimation)
+    return thin
+
+
+def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
+    robot = base.model.robot
+    if recording.joints != robot.n:
+        raise IdentificationError(
+            f"{recording.name}: {recording.joints} joints; allowed: {robot.n}, as {robot.name} has"
+        )
+    keep = kept_samples(recording.time.shape[0], settings)
+    signal = aligned_control_signal(recording, settings.control_signal_lag)
+    torque = decimate(robot.joint_torque(signal)[keep], settings.decimation)
+    regressor = observed_columns(base, recording.time, recording.position, settings)
+    time = _decimated_time(recording.time[keep], settings.decimation)
+    return Rows(time, np.full(time.shape[0], index, dtype=np.int64), torque, regressor)
+
+
+def _decimated_time(time: FloatArray, factor: int) -> FloatArray:
+    """The instants of the kept samples; the phase is that of :func:`ident.signals.decimate`."""
+    step = (time[-1] - time[0]) / (time.shape[0] - 1)
+    index = decimate_index(time.shape[0], factor)
+    return np.asarray(time[0] + step * index)

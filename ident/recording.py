@@ -1,0 +1,80 @@
+"""What the identification reads: uniformly sampled reference, position and control signal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.errors import IdentificationError
+from robots.arrays import FloatArray
+
+_JITTER_ALLOWED = 0.01
+"""Largest departure of a sampling interval from the median that counts as uniform."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One uninterrupted record of an arm, from our own capture or an imported log.
+
+    Attributes:
+        name: where it came from, for messages.
+        time: (samples,) s, uniform.
+        reference: samples × joints position reference q_r in rad (or m); None where it was not recorded.
+        position: samples × joints measured position q_mes in rad (or m).
+        control_signal: samples × drives v_τ in control-signal units.
+
+    Raises:
+        IdentificationError: shapes differ, values are not finite, or the sampling is not uniform.
+    """
+
+    name: str
+    time: FloatArray
+    reference: FloatArray | None
+    position: FloatArray
+    control_signal: FloatArray
+
+    def __post_init__(self) -> None:
+        samples = self.time.shape[0]
+        for label, values in self._signals():
+            if values.ndim != 2 or values.shape[0] != samples:
+                raise IdentificationError(
+                    f"{self.name}: {label} has shape {values.shape}; allowed: {samples} samples × joints"
+                )
+            if values.shape[1] != self.position.shape[1]:
+                raise IdentificationError(
+                    f"{self.name}: {label} has {values.shape[1]} joints, position {self.position.shape[1]}"
+                )
+            bad = ~np.isfinite(values)
+            if bad.any():
+                sample, joint = np.argwhere(bad)[0]
+                raise IdentificationError(
+                    f"{self.name}: {label} of joint {joint + 1} is not a number at sample {sample}"
+                    f" ({int(bad.sum())} such values); allowed: finite values without gaps"
+                )
+        self._check_sampling()
+
+    def _signals(self) -> list[tuple[str, FloatArray]]:
+        signals = [("position", self.position), ("control signal", self.control_signal)]
+        return signals if self.reference is None else [*signals, ("reference", self.reference)]
+
+    def _check_sampling(self) -> None:
+        if self.time.shape[0] < 3:
+            raise IdentificationError(f"{self.name}: {self.time.shape[0]} samples are too few to identify")
+        steps = np.diff(self.time)
+        median = float(np.median(steps))
+        worst = int(np.argmax(np.abs(steps - median)))
+        if median <= 0 or abs(steps[worst] - median) > _JITTER_ALLOWED * median:
+            raise IdentificationError(
+                f"{self.name}: sampling is not uniform: {steps[worst]:.6g} s at {self.time[worst]:.6g} s,"
+                f" median {median:.6g} s; allowed: within {_JITTER_ALLOWED:.0%} of the median"
+            )
+
+    @property
+    def sample_time(self) -> float:
+        """Sampling period in s."""
+        return float((self.time[-1] - self.time[0]) / (self.time.shape[0] - 1))
+
+    @property
+    def joints(self) -> int:
+        return int(self.position.shape[1])

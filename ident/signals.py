@@ -1,0 +1,174 @@
+"""From samples to motion: zero-phase low-pass, central differences, parallel decimation (METHOD 2).
+
+Sources: Gautier 1997 and section 2.1 of the paper (band-pass filtering of q, parallel decimation);
+MATLAB's ``filtfilt`` and ``decimate`` for padding and phase, so that published figures are reached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, cheby1, filtfilt
+
+from ident.errors import IdentificationError
+from ident.recording import Recording
+from robots.arrays import FloatArray, IntArray
+from robots.description import Identification
+
+_LARGEST_STAGE = 13
+"""A decimation filter of order 8 is well conditioned up to here; larger factors go in stages."""
+
+_CENTRAL_DIFFERENCE = {
+    2: (1 / 2,),
+    4: (2 / 3, -1 / 12),
+    6: (3 / 4, -3 / 20, 1 / 60),
+    8: (4 / 5, -1 / 5, 4 / 105, -1 / 280),
+}
+"""Weights of f(+k) − f(−k), k = 1, 2, …, for the first derivative at a step of one."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Filtered motion: time (samples,), q, q̇, q̈ samples × joints; rad (or m) and s."""
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+def low_pass(values: FloatArray, cutoff_hz: float, sample_time: float, order: int) -> FloatArray:
+    """Butterworth low-pass, forward and reverse, so that it shifts nothing in time.
+
+    Args:
+        values: samples × channels.
+        cutoff_hz: −3 dB frequency of one pass.
+        sample_time: s.
+        order: order of one pass.
+
+    Raises:
+        IdentificationError: the cut-off is not below half the sampling rate, or the record too short.
+    """
+    nyquist = 0.5 / sample_time
+    if not 0 < cutoff_hz < nyquist:
+        raise IdentificationError(
+            f"cut-off {cutoff_hz:g} Hz; allowed: above 0 and below {nyquist:g} Hz, half the sampling rate"
+        )
+    padding = 3 * order
+    if values.shape[0] <= padding:
+        raise IdentificationError(f"{values.shape[0]} samples; allowed: more than {padding} to be filtered")
+    numerator, denominator = butter(order, cutoff_hz / nyquist)
+    return np.asarray(filtfilt(numerator, denominator, values, axis=0, padlen=padding))
+
+
+def differentiate(values: FloatArray, sample_time: float, accuracy: int) -> FloatArray:
+    """Central differences of a given order of accuracy; one-sided of first order at the very edges.
+
+    Args:
+        values: samples × channels.
+        sample_time: s.
+        accuracy: 2, 4, 6 or 8.
+    """
+    result = np.gradient(values, sample_time, axis=0)
+    reach = accuracy // 2
+    if accuracy == 2 or values.shape[0] <= 2 * reach:
+        return np.asarray(result)
+    last = values.shape[0] - reach
+    inner = np.zeros_like(values[reach:last])
+    for k, weight in enumerate(_CENTRAL_DIFFERENCE[accuracy], start=1):
+        inner += weight * (values[reach + k : last + k] - values[reach - k : last - k])
+    result[reach:last] = inner / sample_time
+    return np.asarray(result)
+
+
+def motion(time: FloatArray, position: FloatArray, settings: Identification) -> Motion:
+    """q̂ by the zero-phase low-pass, its derivatives by central differences; the edges trimmed.
+
+    Args:
+        time: (samples,) s, uniform.
+        position: samples × joints.
+        settings: cut-off, order, accuracy and trim.
+
+    Raises:
+        IdentificationError: too short for the trim, or an impossible cut-off.
+    """
+    sample_time = float((time[-1] - time[0]) / (time.shape[0] - 1))
+    q = low_pass(position, settings.cutoff_hz, sample_time, settings.filter_order)
+    velocity = differentiate(q, sample_time, settings.derivative_accuracy)
+    acceleration = differentiate(velocity, sample_time, settings.derivative_accuracy)
+    keep = kept_samples(time.shape[0], settings)
+    return Motion(time[keep], q[keep], velocity[keep], acceleration[keep])
+
+
+def kept_samples(samples: int, settings: Identification) -> slice:
+    """What is left of a record after the trim at both ends.
+
+    Raises:
+        IdentificationError: nothing worth fitting would be left.
+    """
+    start, end = settings.trim_samples
+    if samples - start - end < 10 * settings.decimation:
+        raise IdentificationError(
+            f"{samples} samples are too short a record; allowed: at least"
+            f" {start + end + 10 * settings.decimation} with trim {start} + {end} and decimation {settings.decimation}"
+        )
+    return slice(start, samples - end)
+
+
+def aligned_control_signal(recording: Recording, lag: float) -> FloatArray:
+    """The control signal at the instants of the positions: v_τ(t − lag), samples × drives.
+
+    A sampled controller holds its output, so the torque at an instant is on average the control signal
+    of half a controller period (plus its computing delay) before. Uncorrected it reads as jerk and
+    biases the inertias.
+    """
+    if lag == 0:
+        return recording.control_signal
+    spline = CubicSpline(recording.time, recording.control_signal, axis=0)
+    return np.asarray(spline(np.maximum(recording.time - lag, recording.time[0])))
+
+
+def decimate(values: FloatArray, factor: int) -> FloatArray:
+    """Parallel decimation: Chebyshev I low-pass of order 8 (0.05 dB, 0.8/factor), both ways, then down.
+
+    The phase is MATLAB's ``decimate``: the first kept sample is factor − (factor·nout − samples),
+    counted from one, with nout = ceil(samples/factor). Factors above 13 go in stages.
+
+    Args:
+        values: samples × channels (or more axes; time is the first).
+        factor: keep one in so many.
+    """
+    for stage in decimation_stages(factor):
+        values = _decimate_once(values, stage)
+    return values
+
+
+def decimation_stages(factor: int) -> list[int]:
+    """Split a factor into stages of at most 13, largest first; a large prime stays whole."""
+    stages: list[int] = []
+    while factor > _LARGEST_STAGE:
+        stage = next((d for d in range(_LARGEST_STAGE, 1, -1) if factor % d == 0), factor)
+        stages.append(stage)
+        factor //= stage
+    return [*stages, factor] if factor > 1 else stages
+
+
+def _decimate_once(values: FloatArray, factor: int) -> FloatArray:
+    numerator, denominator = cheby1(8, 0.05, 0.8 / factor)
+    smooth = filtfilt(numerator, denominator, values, axis=0, padlen=3 * 8)
+    return np.asarray(smooth[_first_kept(values.shape[0], factor) :: factor])
+
+
+def _first_kept(samples: int, factor: int) -> int:
+    kept = -(-samples // factor)
+    return factor - (factor * kept - samples) - 1
+
+
+def decimate_index(samples: int, factor: int) -> IntArray:
+    """Which samples of a record :func:`decimate` keeps."""
+    index = np.arange(samples)
+    for stage in decimation_stages(factor):
+        index = index[_first_kept(index.size, stage) :: stage]
+    return index
