@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
+import signal
 import subprocess
 import sys
 import time
@@ -14,14 +16,12 @@ from typing import Any, Self
 
 from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
-from drivers.simulated.faults import Faults
+from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.truth import PlantTruth
-from robots import RobotFileError
 
 _START_TIMEOUT = 60.0
 _GRACE = 2.0
 """How long the process may take to end by itself, s."""
-_ERRORS: dict[str, type[BusError] | type[DriveError]] = {"BusError": BusError, "DriveError": DriveError}
 
 
 class SimulatedArm:
@@ -36,8 +36,7 @@ class SimulatedArm:
 
     Raises:
         BusError: the bus cannot be opened or is occupied.
-        DriveError: the arm cannot be simulated, or the process did not start.
-        RobotFileError: the description cannot be loaded.
+        DriveError: the description cannot be loaded, or the process did not start.
     """
 
     def __init__(
@@ -46,7 +45,7 @@ class SimulatedArm:
         channel: Channel,
         seed: int = 0,
         *,
-        faults: Faults = Faults(),
+        faults: Faults = NO_FAULTS,
         truth: PlantTruth | None = None,
     ) -> None:
         order = {
@@ -87,12 +86,11 @@ class SimulatedArm:
         """Ends the process: first by closing its lifeline, then by force."""
         process = self._process
         assert process.stdin is not None and process.stdout is not None
-        try:
+        with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
-        except BrokenPipeError:
-            pass
-        for end in (lambda: None, process.terminate, process.kill):
-            end()
+        for signal_number in (None, signal.SIGTERM, signal.SIGKILL):
+            if signal_number is not None:
+                process.send_signal(signal_number)
             try:
                 process.wait(_GRACE)
                 break
@@ -121,9 +119,8 @@ class SimulatedArm:
             raise DriveError("the simulated drives' process ended before it started") from None
         answer = self._answer()
         if "error" in answer:
-            if answer["error"] == "RobotFileError":
-                raise _robot_file_error(answer["message"])
-            raise _ERRORS.get(answer["error"], BusError)(answer["message"])
+            kind = BusError if answer["error"] == "BusError" else DriveError
+            raise kind(answer["message"])
         return PlantTruth.from_dict(answer["truth"])
 
     def _answer(self) -> dict[str, Any]:
@@ -142,13 +139,6 @@ class SimulatedArm:
             data += part
         answer: dict[str, Any] = json.loads(data)
         return answer
-
-
-def _robot_file_error(message: str) -> RobotFileError:
-    """The same line that the process had: it already names the file."""
-    error = RobotFileError.__new__(RobotFileError)
-    Exception.__init__(error, message)
-    return error
 
 
 def _environment() -> dict[str, str]:

@@ -107,4 +107,4 @@ class ControlLoop:
     def _delayed(self, output: FloatArray) -> FloatArray:
         self._outputs[self._next_output] = output
         self._next_output = (self._next_output + 1) % len(self._outputs)
-        return self._outputs[self._next_output].copy()
+        return np.array(self._outputs[self._next_output])

@@ -6,12 +6,12 @@ clock, given by the caller.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from enum import IntEnum
 
 from drivers.simulated.bench import is_multiple
-from drivers.simulated.object_dictionary import Entry, ObjectDictionary
+from drivers.simulated.emergency import Emergency, record_error
+from drivers.simulated.object_dictionary import VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
 from drivers.simulated.parameters import set_parameters
 from drivers.simulated.pdo import Pdo
 from drivers.simulated.sdo_server import SdoServer
@@ -20,23 +20,10 @@ from drivers.simulated.state_machine import POWERED, State, StateMachine, StopOp
 from robots import Robot
 
 CYCLIC_SYNCHRONOUS_POSITION = 8
-_EMCY = struct.Struct("<HB5x")
-_ERROR_HISTORY = 8
 _STANDSTILL_SPEED = 0.02
 """Speed of a drive output below which a stop is over, rad/s or m/s."""
 _STANDSTILL_PATIENCE = 1.0
 """A stop is over this long after the set-point stopped, whatever the speed, s."""
-
-
-class Emergency(IntEnum):
-    """EMCY error codes that the drive can send (CiA 301 table 26, CiA 402)."""
-
-    NO_ERROR = 0x0000
-    PARAMETER = 0x6320
-    COMMUNICATION = 0x8100
-    HEARTBEAT = 0x8130
-    RPDO_TIMEOUT = 0x8250
-    FOLLOWING_ERROR = 0x8611
 
 
 class Nmt(IntEnum):
@@ -77,6 +64,8 @@ class Drive:
         set_parameters(dictionary, self._robot, self._axis, self._serial)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
         dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
+        dictionary.guards[0x6060] = self._guard_mode
+        dictionary.listeners[0x6060] = lambda subindex, value: dictionary.set(0x6061, 0, value)
         self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, self._has_torque)
         self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
         self._sdo = SdoServer(dictionary)
@@ -118,13 +107,13 @@ class Drive:
         producer = self._next_heartbeat if self._heartbeat_time > 0 else float("inf")
         return producer if self._master_due is None else min(producer, self._master_due)
 
-    def tick(self, now: float) -> None:
-        """Heartbeats: sends the own one, misses the master's."""
+    def tick(self, now: float, heard_all: bool) -> None:
+        """Heartbeats: sends the own one, and misses the master's where all frames so far have been heard."""
         if self._heartbeat_time > 0 and now >= self._next_heartbeat:
             self._send(0x700 + self.node_id, bytes([self.nmt]))
             behind = now - self._next_heartbeat > self._heartbeat_time
             self._next_heartbeat = (now if behind else self._next_heartbeat) + self._heartbeat_time
-        if self._master_due is not None and now >= self._master_due:
+        if heard_all and self._master_due is not None and now >= self._master_due:
             self._master_due = None
             self._abort_connection(Emergency.HEARTBEAT)
             if self.nmt is Nmt.OPERATIONAL and self.dictionary.integer(0x1029, 1) != 1:
@@ -189,11 +178,8 @@ class Drive:
     def _note_target(self) -> None:
         self._target_known = True
 
-    def publish(self, position: int, set_point: int, control_signal: int, lost: bool = False) -> None:
-        """The values of a SYNC, and the TPDO with them unless it is lost.
-
-        Positions in counts, the control signal in counts of its object.
-        """
+    def observe(self, position: int, set_point: int, control_signal: int) -> None:
+        """Values at the start of a SYNC period: positions in counts, the signal in counts of its object."""
         dictionary = self.dictionary
         speed = (position - dictionary.integer(0x6064)) / self.sync_period
         dictionary.set(0x6062, 0, set_point)
@@ -203,9 +189,12 @@ class Drive:
         dictionary.set(*self._control_key, control_signal)
         self._watch_following_error(abs(set_point - position))
         self.refresh_statusword()
+
+    def publish(self) -> None:
+        """Sends the TPDO that belongs to a SYNC."""
         self._syncs += 1
         due = self._syncs % self.tpdo.transmission_type == 0
-        if due and not lost and self.nmt is Nmt.OPERATIONAL and self.tpdo.valid:
+        if due and self.nmt is Nmt.OPERATIONAL and self.tpdo.valid:
             self._send(self.tpdo.cob_id, self.tpdo.pack())
 
     def refresh_statusword(self) -> None:
@@ -279,7 +268,9 @@ class Drive:
             return
         if was is State.FAULT:
             self._report(Emergency.NO_ERROR)
-        if self.machine.state is State.OPERATION_ENABLED:
+        if self.machine.state is not State.OPERATION_ENABLED:
+            self._target_known = False
+        else:
             self._following_error, self._error_time, self._rpdo_age = False, 0.0, 0.0
             if not self._parameters_fit():
                 self.machine.cut(State.SWITCHED_ON)
@@ -290,6 +281,10 @@ class Drive:
         position_mode = self.dictionary.integer(0x6060) == CYCLIC_SYNCHRONOUS_POSITION
         same_period = abs(self.period - self.sync_period) < 1e-9
         return position_mode and same_period and is_multiple(self.period, self._robot.controller.sample_time)
+
+    def _guard_mode(self, subindex: int, value: int | bytes) -> None:
+        if value not in (0, CYCLIC_SYNCHRONOUS_POSITION):
+            raise SdoAbort(VALUE_RANGE)
 
     def _abort_connection(self, code: int) -> None:
         """The master is gone: what 6007 says where there is torque, and an EMCY in any case."""
@@ -316,26 +311,7 @@ class Drive:
             self.fail(Emergency.FOLLOWING_ERROR)
 
     def _report(self, code: int) -> None:
-        register = _error_register(code)
-        dictionary = self.dictionary
-        dictionary.set(0x603F, 0, code)
-        dictionary.set(0x1001, 0, register)
-        if code:
-            count = min(dictionary.integer(0x1003, 0) + 1, _ERROR_HISTORY)
-            for k in range(count, 1, -1):
-                dictionary.set(0x1003, k, dictionary.integer(0x1003, k - 1))
-            dictionary.set(0x1003, 1, code)
-            dictionary.set(0x1003, 0, count)
+        payload = record_error(self.dictionary, code)
         self.refresh_statusword()
         if self.nmt is not Nmt.STOPPED:
-            self._send(0x080 + self.node_id, _EMCY.pack(code, register))
-
-
-def _error_register(code: int) -> int:
-    """Object 1001 for an EMCY code: generic error, and the class by the code's first digits."""
-    if code == 0:
-        return 0
-    classes = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08}
-    if code >> 8 in (0x81, 0x82):
-        return 0x11
-    return 0x01 | classes.get(code >> 12, 0x20)
+            self._send(0x080 + self.node_id, payload)

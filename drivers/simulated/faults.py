@@ -11,15 +11,15 @@ from typing import Any, NamedTuple, Self
 
 
 class LostFrames(NamedTuple):
-    """Frames of one node that never arrive: from ``cycle`` on, ``count`` cycles long."""
+    """Frames of one node that never arrive: from ``cycle`` on, so many ``cycles`` long."""
 
     node: int
     cycle: int
-    count: int = 1
+    cycles: int = 1
 
     def covers(self, node: int, cycle: int) -> bool:
         """Whether this node's frame of this cycle is lost."""
-        return node == self.node and self.cycle <= cycle < self.cycle + self.count
+        return node == self.node and self.cycle <= cycle < self.cycle + self.cycles
 
 
 class EmergencyAt(NamedTuple):
@@ -67,3 +67,6 @@ class Faults:
             emergencies=tuple(EmergencyAt(*v) for v in values["emergencies"]),
             dead=tuple(DeadAt(*v) for v in values["dead"]),
         )
+
+
+NO_FAULTS = Faults()

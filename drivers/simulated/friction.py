@@ -51,20 +51,21 @@ class Bristle:
         Returns:
             constant (n,) in N·m and slope (n,) in N·m·s/rad.
         """
-        direction = np.sign(predicted)
+        direction = np.copysign(1.0, predicted)
         decay = np.exp(-np.abs(predicted) * self._widths_per_step)
         towards = direction - self.deflection
-        # s(w) = s + (sign w − s)(1 − decay);  ds/dw = (1 − s·sign w)·decay·step/d, and 1 at rest.
-        self._slope = np.where(direction == 0.0, 1.0, direction * towards) * decay * self._widths_per_step
+        # s(w) = s + (sign w − s)(1 − decay);  ds/dw = (1 − s·sign w)·decay·step/d.
+        self._slope = direction * towards * decay * self._widths_per_step
         bent = towards * (1.0 - decay) - self._slope * predicted
         self._offset = self.deflection + bent
-        damping = self._damping * np.exp(-((predicted * self._per_damping_speed) ** 2))
+        damping = self._damping * np.exp(-np.square(predicted * self._per_damping_speed))
         constant = self.level * self._offset + damping * bent
         return constant, (self.level + damping) * self._slope
 
     def advance(self, new_velocity: FloatArray) -> None:
         """Moves the bristles over the step that :meth:`linearise` prepared."""
-        np.clip(self._offset + self._slope * new_velocity, -1.0, 1.0, out=self.deflection)
+        moved = self._offset + self._slope * new_velocity
+        self.deflection = np.minimum(np.maximum(moved, -1.0), 1.0)
 
     def reset(self) -> None:
         """Unbends every bristle."""

@@ -9,8 +9,9 @@ from collections.abc import Callable
 import numpy as np
 
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
-from drivers.simulated.drive import Drive, Emergency
-from drivers.simulated.faults import Faults
+from drivers.simulated.drive import Drive
+from drivers.simulated.emergency import Emergency
+from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.offline import control_signal_counts
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State
@@ -23,6 +24,8 @@ log = logging.getLogger(__name__)
 NMT, SYNC, RSDO, HEARTBEAT = 0x000, 0x080, 0x600, 0x700
 SYNC_PATIENCE = 2.5
 """SYNC periods without SYNC after which an enabled drive calls it lost."""
+SHORTEST_PATIENCE = 0.05
+"""But never sooner than this, s: a busy machine that stalls master and drives together loses no SYNC."""
 
 
 class DriveGroup:
@@ -40,7 +43,7 @@ class DriveGroup:
         robot: Robot,
         truth: PlantTruth,
         send: Callable[[int, bytes], None],
-        faults: Faults = Faults(),
+        faults: Faults = NO_FAULTS,
     ) -> None:
         self.bench = Bench(robot, truth)
         self._robot = robot
@@ -82,16 +85,18 @@ class DriveGroup:
     def next_event(self, now: float) -> float:
         """When :meth:`tick` has something to do next, s."""
         due = min((drive.next_event() for drive in self._alive()), default=now + 1.0)
-        if self.bench.at_rest:
-            return due
-        return min(due, self._last_sync + SYNC_PATIENCE * self.bench.period)
+        return due if self._idle() else min(due, self._sync_due())
 
-    def tick(self, now: float) -> None:
-        """What time alone brings: heartbeats, and a SYNC that stays away while the arm is not at rest."""
+    def tick(self, now: float, heard_all: bool) -> None:
+        """What time alone brings: heartbeats, and a SYNC that stays away while the arm is not at rest.
+
+        Args:
+            now: time of the monotonic clock, s.
+            heard_all: no frame waits to be received; else nothing is called lost yet.
+        """
         for drive in self._alive():
-            drive.tick(now)
-        lost_after = self._last_sync + SYNC_PATIENCE * self.bench.period
-        if self.bench.at_rest or now < lost_after:
+            drive.tick(now, heard_all)
+        if self._idle() or not heard_all or now < self._sync_due():
             return
         for drive in self._alive():
             if drive.machine.mode is not AxisMode.BRAKED:
@@ -109,8 +114,9 @@ class DriveGroup:
                 drive.latch(self.bench.period)
         snapshot = self.bench.begin_cycle(self._modes(), self._targets())
         self._count_cycle()
+        self._observe(snapshot)
         if on_sync:
-            self._publish(snapshot)
+            self._publish()
         self.bench.finish_cycle()
         stopped = self.bench.set_points.stopped()
         for axis, drive in enumerate(self.drives):
@@ -120,6 +126,12 @@ class DriveGroup:
         if not self._dead:
             return self.drives
         return tuple(drive for drive in self.drives if drive.node_id not in self._dead)
+
+    def _idle(self) -> bool:
+        return self.bench.at_rest and all(d.machine.mode is AxisMode.BRAKED for d in self._alive())
+
+    def _sync_due(self) -> float:
+        return self._last_sync + max(SYNC_PATIENCE * self.bench.period, SHORTEST_PATIENCE)
 
     def _command_nmt(self, data: bytes, now: float) -> None:
         if len(data) < 2:
@@ -158,15 +170,17 @@ class DriveGroup:
         else:
             self.cycle += 1
 
-    def _publish(self, snapshot: Snapshot) -> None:
+    def _observe(self, snapshot: Snapshot) -> None:
         position = snapshot.position.astype(np.int64).tolist()
         set_point = np.rint(snapshot.set_point).astype(np.int64).tolist()
         control = control_signal_counts(self._robot, snapshot.control_signal).astype(np.int64).tolist()
         for axis, drive in enumerate(self.drives):
-            if drive.node_id in self._dead:
-                continue
-            lost = self._faults.loses_tpdo(drive.node_id, self.cycle)
-            drive.publish(position[axis], set_point[axis], control[axis], lost)
+            drive.observe(position[axis], set_point[axis], control[axis])
+
+    def _publish(self) -> None:
+        for drive in self._alive():
+            if not self._faults.loses_tpdo(drive.node_id, self.cycle):
+                drive.publish()
 
     def _inject(self) -> None:
         """Faults due at the cycle that this SYNC begins."""

@@ -1,4 +1,4 @@
-"""The object dictionary of one simulated drive: entries from ``drive.eds``, values, access rules (CiA 301)."""
+"""The object dictionary of one simulated drive: entries of ``drive.eds``, values, access (CiA 301)."""
 
 from __future__ import annotations
 
@@ -177,12 +177,13 @@ def _entries(node_id: int) -> dict[Key, Entry]:
 
 
 def _entry(variable: ODVariable) -> Entry:
-    text = variable.data_type == VISIBLE_STRING
+    kind = variable.data_type or 0
+    text = kind == VISIBLE_STRING
     default = variable.default
     return Entry(
         index=variable.index,
         subindex=variable.subindex,
-        format="" if text else _INTEGERS[variable.data_type],
+        format="" if text else _INTEGERS[kind],
         access=variable.access_type,
         default=str(default or "").encode("ascii") if text else int(default or 0),
         low=variable.min,

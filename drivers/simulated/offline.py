@@ -18,7 +18,7 @@ from robots.arrays import FloatArray, IntArray
 class SimulatedRun:
     """One run, sampled at each SYNC. The first four fields are what a master would have recorded.
 
-    ``cycle`` and ``time`` (s) have shape (N,), the others (N, n). Positions are joint positions in rad (or m).
+    ``cycle`` and ``time`` (s) have shape (N,), the others (N, n). Positions are those of the joints, rad or m.
     """
 
     cycle: IntArray
@@ -47,7 +47,7 @@ def simulate_offline(
         cycle_time: SYNC period, s; the robot's own where None.
 
     Raises:
-        DriveError: the reference has the wrong shape, is not finite, or the cycle does not fit the controller.
+        DriveError: the reference has the wrong shape, is not finite, or the cycle does not fit.
     """
     rows = np.asarray(reference, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != robot.n:
@@ -70,7 +70,7 @@ def simulate_offline(
     cycle = np.arange(len(rows), dtype=np.int64)
     return SimulatedRun(
         cycle=cycle,
-        time=cycle * bench.period,
+        time=cycle.astype(np.float64) * bench.period,
         reference=(targets / scale) @ to_joint,
         position=(counts / scale) @ to_joint,
         control_signal=control_signal_counts(robot, control) * control_signal_resolution(robot),

@@ -45,6 +45,8 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
     dictionary.set(0x6065, 0, _uint32(following_window(robot, axis) * size))
     rated = drive.gain * robot.controller.saturation[axis] / drive.gear
     dictionary.set(0x6076, 0, _uint32(rated * 1000))
+    signal = drive.control_signal
+    dictionary.set(0x1A00, 3, signal.index << 16 | signal.subindex << 8 | 16)
     _set_period(dictionary, robot.bus.cycle_time)
 
 

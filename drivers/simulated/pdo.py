@@ -71,7 +71,7 @@ class Pdo:
         return self._layout.pack(*[values[key] for key in self._keys])
 
     def unpack(self, data: bytes) -> bool:
-        """Writes a received frame into the mapped objects; False, and nothing written, when it is too short."""
+        """Writes a received frame into the mapped objects; False, nothing written, where it is too short."""
         if len(data) < self._layout.size:
             return False
         self._dictionary.values.update(zip(self._keys, self._layout.unpack_from(data), strict=True))

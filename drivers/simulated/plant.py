@@ -59,6 +59,9 @@ class Plant:
         torque_limits = np.abs(np.linalg.inv(self.transmission).T) @ robot.torque_limits
         self._brake = Bristle(BRAKE_RATIO * torque_limits, width, inertia, step)
         self.braked: BoolArray = np.ones(robot.n, dtype=np.bool_)
+        self._any_braked = True
+        self.at_rest = True
+        """True where every brake is engaged and nothing moves any more."""
         self._constant_mass = self._back @ np.diag(self.rotor_inertia) @ self.transmission
 
     def drive_position(self) -> FloatArray:
@@ -88,11 +91,8 @@ class Plant:
         """Engages and releases brakes, (n,); a brake grips where its axis stands at that moment."""
         self._brake.deflection[braked & ~self.braked] = 0.0
         self.braked = braked.copy()
-
-    @property
-    def at_rest(self) -> bool:
-        """True where every brake is engaged and nothing moves any more."""
-        return bool(self.braked.all()) and not self.velocity.any()
+        self._any_braked = bool(braked.any())
+        self.at_rest = self.at_rest and bool(braked.all())
 
     def step(self, drive_torque: FloatArray) -> None:
         """Moves the arm by one step under constant torques at the drive outputs, (n,), N·m.
@@ -106,7 +106,7 @@ class Plant:
         speed = self.transmission @ self.velocity
         predicted = speed + self._last_change
         dry, slope = self.friction.linearise(predicted)
-        if self.braked.any():
+        if self._any_braked:
             brake, brake_slope = self._brake.linearise(predicted)
             dry = dry + self.braked * brake
             slope = slope + self.braked * brake_slope
@@ -116,15 +116,14 @@ class Plant:
         mass = pin.crba(self.model, self._data, self.position) + (self._back * damped) @ self.transmission
         _, change, info = dposv(mass, step * (self._back @ drive - self.offset - bias))
         if info:
-            raise DriveError(
-                f"simulated arm: the mass matrix is not positive definite at {self.position.round(3).tolist()}"
-            )
+            where = self.position.round(3).tolist()
+            raise DriveError(f"simulated arm: the mass matrix is not positive definite at {where}")
         self.velocity += change
         self._last_change = self.transmission @ change
         self.position += step * self.velocity
         new_speed = speed + self._last_change
         self.friction.advance(new_speed)
-        if self.braked.any():
+        if self._any_braked:
             self._brake.advance(new_speed)
             self._settle(new_speed)
 
@@ -133,6 +132,7 @@ class Plant:
             self.velocity[:] = 0.0
             self._last_change[:] = 0.0
             self.friction.reset()
+            self.at_rest = True
 
 
 def true_model(robot: Robot, truth: PlantTruth) -> pin.Model:

@@ -87,7 +87,7 @@ def _serve(robot: Robot, truth: PlantTruth, faults: Faults, bus: can.BusABC, lif
         if message is not None and not (message.is_extended_id or message.is_error_frame):
             group.receive(message.arbitration_id, bytes(message.data), now)
             now = time.monotonic()
-        group.tick(now)
+        group.tick(now, heard_all=message is None)
 
 
 def _require_silence(channel: Channel) -> None:

@@ -85,4 +85,4 @@ class SetPoints:
 
     def stopped(self) -> BoolArray:
         """True for stopping axes whose set-point stands still, (n,)."""
-        return self._stopping & (self.velocity == 0.0)
+        return np.asarray(self._stopping & (self.velocity == 0.0))

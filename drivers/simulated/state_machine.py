@@ -160,12 +160,14 @@ class StateMachine:
     def _take(self, transition: Transition, options: StopOptions) -> None:
         if transition.number == 11:
             self._quick_stop(options)
-        elif transition.number == 5 and options.disable_operation != 0:
-            self.pending = transition.target
-        elif transition.number == 8 and options.shutdown != 0:
+        elif self._ramps(transition.number, options):
             self.pending = transition.target
         else:
             self._enter(transition.target)
+
+    def _ramps(self, number: int, options: StopOptions) -> bool:
+        codes = {5: options.disable_operation, 8: options.shutdown}
+        return codes.get(number, 0) != 0
 
     def _quick_stop(self, options: StopOptions) -> None:
         if options.quick_stop == 0:
