@@ -49,25 +49,18 @@ def open_bus(
     """
     filters: can.typechecking.CanFilters | None = None
     if receive is not None:
-        filters = [
-            {"can_id": i, "can_mask": 0x7FF, "extended": False}
-            for i in sorted(set(receive))
-        ]
+        filters = [{"can_id": i, "can_mask": 0x7FF, "extended": False} for i in sorted(set(receive))]
     try:
         return _open(channel, filters, bitrate)
     except (OSError, can.CanError, ImportError, ValueError) as error:
         raise BusError(f"cannot open {channel}: {_reason(channel, error)}") from error
 
 
-def _open(
-    channel: Channel, filters: can.typechecking.CanFilters | None, bitrate: int
-) -> can.BusABC:
+def _open(channel: Channel, filters: can.typechecking.CanFilters | None, bitrate: int) -> can.BusABC:
     if channel.interface == "udp_multicast":
         return LocalMulticastBus(*channel.group_and_port(), can_filters=filters)
     if channel.interface in ("socketcan", "virtual"):
-        bus = can.Bus(
-            interface=channel.interface, channel=channel.name, can_filters=filters
-        )
+        bus = can.Bus(interface=channel.interface, channel=channel.name, can_filters=filters)
         sock = getattr(bus, "socket", None)
         if isinstance(sock, socket.socket):
             enlarge_receive_buffer(sock)
@@ -99,9 +92,7 @@ def _reason(channel: Channel, error: Exception) -> str:
 def _can_devices() -> list[str]:
     """Names of the CAN devices of this machine (ARPHRD_CAN is 280)."""
     kinds = Path("/sys/class/net").glob("*/type")
-    return sorted(
-        kind.parent.name for kind in kinds if kind.read_text().strip() == "280"
-    )
+    return sorted(kind.parent.name for kind in kinds if kind.read_text().strip() == "280")
 
 
 class BusLock:
@@ -122,21 +113,15 @@ class BusLock:
 
     def _acquire(self, channel: Channel, role: str) -> IO[bytes]:
         try:
-            descriptor = os.open(
-                self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666
-            )
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except OSError as error:
-            raise BusError(
-                f"cannot lock {channel}: {self.path}: {error.strerror}"
-            ) from error
+            raise BusError(f"cannot lock {channel}: {self.path}: {error.strerror}") from error
         file = os.fdopen(descriptor, "r+b")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             file.close()
-            raise BusError(
-                f"{channel} is occupied: another armhil run holds it as {role}"
-            ) from None
+            raise BusError(f"{channel} is occupied: another armhil run holds it as {role}") from None
         return file
 
     def release(self) -> None:

@@ -34,9 +34,7 @@ class Channel:
             allowed = ", ".join(sorted(VALID_INTERFACES))
             raise BusError(f"unknown interface {self.interface!r}; allowed: {allowed}")
         if not self.name:
-            raise BusError(
-                f"interface {self.interface} needs a channel, got an empty name"
-            )
+            raise BusError(f"interface {self.interface} needs a channel, got an empty name")
         if self.interface == "udp_multicast":
             self.group_and_port()
 
@@ -68,9 +66,7 @@ class Channel:
             )
         if not colon:
             return group, DEFAULT_PORT
-        if not (
-            port_text.isascii() and port_text.isdigit() and 1 <= int(port_text) <= 65535
-        ):
+        if not (port_text.isascii() and port_text.isdigit() and 1 <= int(port_text) <= 65535):
             raise BusError(
                 f"channel {self.name!r}: port {port_text!r} is not a UDP port; allowed: 1 to 65535"
             )

@@ -59,9 +59,7 @@ def _drop_source_port(sock: socket.socket, port: int) -> None:
         (0x06, 0, 0, 0),  # keep 0 bytes: drop
         (0x06, 0, 0, 0xFFFFFFFF),  # keep all
     )
-    program = ctypes.create_string_buffer(
-        b"".join(struct.pack("HBBI", *i) for i in instructions)
-    )
+    program = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *i) for i in instructions))
     header = struct.pack("HP", len(instructions), ctypes.addressof(program))
     sock.setsockopt(socket.SOL_SOCKET, _SO_ATTACH_FILTER, header)
 
@@ -72,9 +70,7 @@ class _LocalMulticast(GeneralPurposeUdpMulticastBus):
     def __init__(self, group: str, port: int) -> None:
         self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            self._sender.setsockopt(
-                socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(LOOPBACK)
-            )
+            self._sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(LOOPBACK))
             self._sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
             self._sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
             self._sender.bind((LOOPBACK, 0))
@@ -104,9 +100,7 @@ class _LocalMulticast(GeneralPurposeUdpMulticastBus):
             raise
         return sock
 
-    def recv(
-        self, timeout: float | None = None
-    ) -> tuple[bytes, tuple[str, int], float] | None:
+    def recv(self, timeout: float | None = None) -> tuple[bytes, tuple[str, int], float] | None:
         """The next datagram of another sender: data, sender, time of arrival (s since the epoch)."""
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:

@@ -1,0 +1,71 @@
+"""What a stream brings back: one row per SYNC, and how the stream ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+Outcome = Literal["completed", "stopped", "aborted", "fault"]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Rows of N consecutive SYNCs of a stream; arrays over the joints are N × n."""
+
+    cycle: IntArray
+    """(N,) number of the SYNC, 0 where the reference begins; gap-free."""
+    time: FloatArray
+    """(N,) s, cycle · SYNC period."""
+    reference: FloatArray
+    """N × n, rad or m: the target that the drives latched at this SYNC, decoded from its counts."""
+    position: FloatArray
+    """N × n, rad or m: measured at this SYNC."""
+    control_signal: FloatArray
+    """N × n, v_τ of each drive at this SYNC."""
+    statusword: NDArray[np.uint16]
+    """N × n, 6041h."""
+    complete: BoolArray
+    """N × n, whether this drive's TPDO came in time; where not, its last values are repeated."""
+    lateness: FloatArray
+    """(N,) s from the deadline that followed the previous SYNC's to the SYNC; more than one period
+    means that deadlines were skipped."""
+
+    def __len__(self) -> int:
+        return len(self.cycle)
+
+    @classmethod
+    def concatenate(cls, batches: Sequence[Samples]) -> Self:
+        """One batch out of several, in the given order.
+
+        Raises:
+            ValueError: there is no batch.
+        """
+        columns = {f.name: np.concatenate([getattr(b, f.name) for b in batches]) for f in fields(cls)}
+        return cls(**columns)
+
+
+@dataclass(frozen=True)
+class StreamResult:
+    """How a stream ended."""
+
+    outcome: Outcome
+    """``completed``: the whole reference was streamed; ``stopped``: on request; ``aborted``: the master's
+    own checks ended it; ``fault``: a drive's."""
+    reason: str
+    """In words."""
+    cycles: int
+    """SYNCs in the record."""
+    missed_cycles: int
+    """Deadlines at which no SYNC was sent."""
+    late_cycles: int
+    """SYNCs sent more than half a period after their deadline."""
+    incomplete_cycles: int = 0
+    """SYNCs that some drive did not answer in time."""
+    notes: tuple[str, ...] = ()
+    """What the cyclic process had to do without, such as real-time priority."""
