@@ -2,8 +2,7 @@
 
 Horizontal positions are percentages of the picture, so that a picture fits a phone and a desktop while
 its text, dots and lines keep their size. Colours come from the style sheet through class names; a mark's
-shape says the same as its colour. Everything returned is ASCII made of numbers and fixed words, hence safe
-to mark as such.
+shape says the same as its colour. Everything returned is made of numbers and fixed words.
 """
 
 from __future__ import annotations
@@ -149,20 +148,31 @@ def mark(x: float, shape: Shape, style: str, y: int = 9) -> str:
     return f'<svg class="o" x="{x:.1f}%" y="{y}"><path class="{style}" d="{_SHAPES[shape]}"/></svg>'
 
 
+_ROW = '<svg class="row" aria-hidden="true">'
+
+
+def _drawn(*parts: str) -> Markup:
+    """Parts of a picture, made of numbers and fixed words alone, as markup that is not escaped again."""
+    return Markup("".join(parts))  # noqa: S704
+
+
 def dot_row(
     size: float, limit: float, limits: tuple[float, float], logarithmic: bool, beyond: bool
 ) -> Markup:
     """A column's size as a dot beside its limit: a filled circle within it, a diamond beyond it."""
     if not math.isfinite(size):
-        return Markup('<svg class="row" aria-hidden="true"></svg>')
+        return _drawn(_ROW, "</svg>")
     at = scaled(size, limits, logarithmic)
     bound = scaled(limit, limits, logarithmic) if math.isfinite(limit) else 100.0
     dot = mark(at, "diamond", "far") if beyond else mark(at, "circle", "near")
-    return Markup(
-        '<svg class="row" aria-hidden="true">'
-        f'<line class="axis" x1="0" x2="100%" y1="9" y2="9"/>'
-        f'<line class="stem" x1="{min(at, bound):.1f}%" x2="{at:.1f}%" y1="9" y2="9"/>'
-        f'<line class="limit" x1="{bound:.1f}%" x2="{bound:.1f}%" y1="0" y2="18"/>{dot}</svg>'
+    stem = f'<line class="stem" x1="{bound:.1f}%" x2="{at:.1f}%" y1="9" y2="9"/>' if beyond else ""
+    return _drawn(
+        _ROW,
+        '<line class="axis" x1="0" x2="100%" y1="9" y2="9"/>',
+        stem,
+        f'<line class="limit" x1="{bound:.1f}%" x2="{bound:.1f}%" y1="0" y2="18"/>',
+        dot,
+        "</svg>",
     )
 
 
@@ -199,7 +209,7 @@ def forest_row(
         if abs(iv_offset) <= reach:
             parts.append(f'<line class="iv" x1="{ends[0]:.1f}%" x2="{ends[1]:.1f}%" y1="14" y2="14"/>')
         parts.append(_held(iv_offset, "square", reach, "iv", 14))
-    return Markup(f'<svg class="row" aria-hidden="true">{"".join(parts)}</svg>')
+    return _drawn(_ROW, *parts, "</svg>")
 
 
 _SWUNG_OPEN = '<path class="leaf" d="M0 -25 27 -37M0 25 27 37"/>'
@@ -238,7 +248,7 @@ def gate_picture(state: GateState, last: bool) -> Markup:
         track, leaves = _rail("0", "100%"), _SWUNG_OPEN
     sign = _NO_ENTRY if state == "closed" else ""
     gate = _placed("50%", _WALL + leaves + _POSTS + sign)
-    return Markup(f'<svg class="gate {state}" aria-hidden="true">{track}{gate}</svg>')
+    return _drawn(f'<svg class="gate {state}" aria-hidden="true">', track, gate, "</svg>")
 
 
 _ICONS = {
@@ -252,4 +262,4 @@ _ICONS = {
 
 def icon(kind: Literal["good", "switch", "bad", "unknown"]) -> Markup:
     """The verdict's sign: a tick, two arrows, a stop octagon or a question mark."""
-    return Markup(f'<svg class="icon" viewBox="0 0 48 48" aria-hidden="true">{_ICONS[kind]}</svg>')
+    return _drawn('<svg class="icon" viewBox="0 0 48 48" aria-hidden="true">', _ICONS[kind], "</svg>")

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from daq.report import ClosedLoopTrace, ReportContent, ReportError, write_report
+from daq.report_columns import column_plot
 from daq.report_numbers import percent, probability, significant, with_sigma
 from daq.report_parameters import joint_of
 from daq.report_pictures import end_to_end, extremes, nice_ticks
@@ -119,14 +120,15 @@ def gates(verdict: Verdict, joints: int) -> tuple[Gate, ...]:
     reached = {"exogenous": 3, "endogenous": 3, "instruments_invalid": 1, "not_testable": 0}[verdict]
     outcome = [verdict != "instruments_invalid", True, verdict == "exogenous"]
 
-    def columns(low: float, high: float, limit: float) -> tuple[ColumnCheck, ...]:
+    def columns(low: float, high: float, limit: float, small_is_bad: bool = False) -> tuple[ColumnCheck, ...]:
         sizes = 10 ** random.uniform(np.log10(low), np.log10(high), len(names(joints)))
         return tuple(
-            ColumnCheck(name, float(size), limit, float(random.uniform()), bool(size <= limit))
+            ColumnCheck(name, float(size), limit, None, bool((size <= limit) != small_is_bad))
             for name, size in zip(names(joints), sizes, strict=True)
         )
 
-    first = columns(0.002, 0.3 if verdict == "instruments_invalid" else 0.045, 0.05)
+    departures = columns(0.002, 0.3 if verdict == "instruments_invalid" else 0.045, 0.05)
+    first = tuple(replace(check, p_value=0.04) for check in departures)
     made: tuple[tuple[GateName, str, str, tuple[ColumnCheck, ...]], ...] = (
         ("instruments", "Π = I: every instrument is the regressor without its noise", "F", first),
         (
@@ -135,7 +137,12 @@ def gates(verdict: Verdict, joints: int) -> tuple[Gate, ...]:
             "rank",
             columns(1e-6, 1, 1e-3),
         ),
-        ("exogeneity", "γ = 0: the torque error does not depend on V̂", "F", columns(0.1, 4, 2.0)),
+        (
+            "exogeneity",
+            "γ = 0: the torque error does not depend on V̂",
+            "F",
+            columns(1e-9, 1, 0.001, small_is_bad=True),
+        ),
     )
     return tuple(
         Gate(
@@ -313,6 +320,21 @@ def test_nothing_left_after_the_rank_gate_is_an_exit_and_not_a_refusal(tmp_path:
         root = ET.fromstring(write(tmp_path, replace(shown, identification=identification)))
         classes = [str(item.get("class")).split()[0] for item in root.findall(".//ol/li")]
         assert classes == ["gate-open", "gate-exit", "gate-none"]
+
+
+def test_columns_are_sorted_from_bad_to_good_in_each_gate(tmp_path: Path) -> None:
+    shown = content("endogenous")
+    for gate in shown.identification.test.gates:
+        plot = column_plot(gate)
+        assert plot is not None
+        sizes = {check.column: check.size for check in gate.columns}
+        shares = [sizes[column.name] for _, columns in plot.groups for column in columns]
+        assert shares == sorted(sizes.values(), reverse=gate.name != "exogeneity")
+        beyond = [column.beyond for _, columns in plot.groups for column in columns]
+        assert beyond == sorted(beyond, reverse=True)
+    page = ET.fromstring(write(tmp_path, shown))
+    words = [cell.text for cell in page.iter("th") if cell.get("class") == "word-row"]
+    assert len(words) == 5 and str(words[0]).startswith("● accepted: 50")
 
 
 def test_one_prismatic_axis_without_truth_gates_or_columns(tmp_path: Path) -> None:
