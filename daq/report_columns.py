@@ -13,7 +13,10 @@ from ident.results import ColumnCheck, Gate, GateName
 
 _LEAST_P = 1e-6
 """Smaller p-values are drawn at the edge: their distance says nothing more."""
+_LEAST_SHARE = 1e-4
+"""Smaller sizes are as good as nothing, and drawn at the edge too."""
 _LOGARITHMIC_FROM = 30.0
+_UNITS: dict[GateName, str] = {"instruments": "%", "rank": "×", "exogeneity": ""}
 
 
 @dataclass(frozen=True)
@@ -125,9 +128,12 @@ def _view(point: _Point, gate: GateName, limits: tuple[float, float], logarithmi
 
 
 def _number(value: float, gate: GateName) -> str:
-    if gate == "instruments":
-        return percent(100.0 * value)
-    return f"{significant(value)}\u00a0×" if gate == "rank" else _small(value)
+    if gate == "exogeneity":
+        return _small(value)
+    if 0.0 <= value < _LEAST_SHARE:
+        least = 100.0 * _LEAST_SHARE if gate == "instruments" else _LEAST_SHARE
+        return f"<\u00a0{least:g}\u00a0{_UNITS[gate]}"
+    return percent(100.0 * value) if gate == "instruments" else f"{significant(value)}\u00a0×"
 
 
 def _limit(value: float, gate: GateName) -> str:
@@ -139,7 +145,7 @@ def _limit(value: float, gate: GateName) -> str:
 def _small(p_value: float | None) -> str:
     if p_value is None or math.isnan(p_value):
         return NOTHING
-    return "< 0.0001" if p_value < 1e-4 else significant(p_value, 2)
+    return "<\u00a00.0001" if p_value < 1e-4 else significant(p_value, 2)
 
 
 def _axis(points: list[_Point], gate: GateName) -> tuple[tuple[float, float], bool]:
@@ -151,12 +157,12 @@ def _axis(points: list[_Point], gate: GateName) -> tuple[tuple[float, float], bo
         return (0.0, 1.0), False
     low, high = min(values), max(values)
     if high / low > _LOGARITHMIC_FROM and gate == "rank":
-        return (max(low, high * 1e-9) / 1.5, high * 1.5), True
+        return (max(low, _LEAST_SHARE), high * 1.5), True
     return (0.0, high * 1.1), False
 
 
 def _ticks(limits: tuple[float, float], logarithmic: bool, gate: GateName) -> tuple[Tick, ...]:
-    suffix = {"instruments": "\u00a0%", "rank": "\u00a0×", "exogeneity": ""}[gate]
+    suffix = f"\u00a0{_UNITS[gate]}" if _UNITS[gate] else ""
     factor = 100.0 if gate == "instruments" else 1.0
     if not logarithmic:
         scale = (factor * limits[0], factor * limits[1])

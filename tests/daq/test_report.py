@@ -337,6 +337,27 @@ def test_columns_are_sorted_from_bad_to_good_in_each_gate(tmp_path: Path) -> Non
     assert len(words) == 5 and str(words[0]).startswith("● accepted: 50")
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "limit", "text"),
+    [
+        ("instruments", 2.7e-16, 0.05, "<\u00a00.01\u00a0%"),
+        ("instruments", 0.0123, 0.05, "1.23\u00a0%"),
+        ("rank", 3e-5, 1e-5, "3.00\u00a0×"),
+        ("rank", 3e-20, 1e-5, "<\u00a00.0001\u00a0×"),
+        ("rank", 3e-5, 0.0, "∞\u00a0×"),
+        ("exogeneity", 0.0, 0.001, "<\u00a00.0001"),
+        ("exogeneity", math.nan, 0.001, "–"),
+    ],
+)
+def test_size_of_a_column_in_the_unit_of_its_gate(
+    name: GateName, size: float, limit: float, text: str
+) -> None:
+    check = ColumnCheck("ZZ1", size, limit, None, True)
+    plot = column_plot(Gate(name, "", True, None, "", None, None, "", (check,)))
+    assert plot is not None
+    assert plot.worst.size == text
+
+
 def test_one_prismatic_axis_without_truth_gates_or_columns(tmp_path: Path) -> None:
     shown = content("not_testable", joints=1, samples=300)
     page = write(tmp_path, replace(shown, robot=robot(1, "prismatic")))
