@@ -85,7 +85,8 @@ class SimulatedArm:
     def close(self) -> None:
         """Ends the process: first by closing its lifeline, then by force."""
         process = self._process
-        assert process.stdin is not None and process.stdout is not None
+        assert process.stdin is not None
+        assert process.stdout is not None
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
         for signal_number in (None, signal.SIGTERM, signal.SIGKILL):

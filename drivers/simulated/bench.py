@@ -57,7 +57,7 @@ class Bench:
         self._steps = max(1, math.ceil(sample_time * STEP_RATE - 1e-9))
         self.plant = Plant(robot, truth, sample_time / self._steps)
         self._loop = ControlLoop(robot.controller)
-        self.set_points = SetPoints(robot.n, robot.controller.interpolation == "linear")
+        self.set_points = SetPoints(robot.n, robot.controller.interpolation)
         counts = robot.counts_per_output_unit
         self.encoder = noise.Encoder(counts, np.array(truth.encoder_noise))
         self._counts_per_unit = counts

@@ -62,6 +62,7 @@ class DriveGroup:
         """Every node's boot-up message."""
         for drive in self._alive():
             drive.boot(now)
+        self._show_position()
 
     def receive(self, cob_id: int, data: bytes, now: float) -> None:
         """One frame from the bus at a time of the monotonic clock, s."""
@@ -139,6 +140,14 @@ class DriveGroup:
         for drive in self._alive():
             if data[1] in (0, drive.node_id):
                 drive.command_nmt(data[0], now)
+        if self._idle():
+            self._show_position()
+
+    def _show_position(self) -> None:
+        """Where the arm rests: a drive knows its encoder and its state before the first SYNC."""
+        here = np.rint(self.bench.plant.drive_position() * self._robot.counts_per_output_unit)
+        for axis, drive in enumerate(self.drives):
+            drive.observe(int(here[axis]), int(here[axis]), 0)
 
     def _choose_period(self) -> None:
         """At rest the bench takes the SYNC period that all drives agree on (60C2)."""

@@ -18,7 +18,7 @@ from robots.arrays import FloatArray, IntArray
 class SimulatedRun:
     """One run, sampled at each SYNC. The first four fields are what a master would have recorded.
 
-    ``cycle`` and ``time`` (s) have shape (N,), the others (N, n). Positions are those of the joints, rad or m.
+    ``cycle`` and ``time`` (s) have shape (N,), the others (N, n). Positions are of the joints, rad or m.
     """
 
     cycle: IntArray

@@ -16,6 +16,7 @@ import pinocchio as pin
 from scipy.linalg.lapack import dposv
 
 from drivers.errors import DriveError
+from drivers.simulated.brake import Brakes
 from drivers.simulated.friction import Bristle
 from drivers.simulated.truth import PlantTruth
 from robots import Robot, rigid_body_model
@@ -57,9 +58,7 @@ class Plant:
         inertia = np.maximum(self.rotor_inertia, 1e-9)
         self.friction = Bristle(truth.per_drive("Fc"), width, inertia, step)
         torque_limits = np.abs(np.linalg.inv(self.transmission).T) @ robot.torque_limits
-        self._brake = Bristle(BRAKE_RATIO * torque_limits, width, inertia, step)
-        self.braked: BoolArray = np.ones(robot.n, dtype=np.bool_)
-        self._any_braked = True
+        self.brakes = Brakes(BRAKE_RATIO * torque_limits)
         self.at_rest = True
         """True where every brake is engaged and nothing moves any more."""
         self._constant_mass = self._back @ np.diag(self.rotor_inertia) @ self.transmission
@@ -88,11 +87,9 @@ class Plant:
         return float(kinetic + pin.computePotentialEnergy(self.model, self._data, self.position))
 
     def engage(self, braked: BoolArray) -> None:
-        """Engages and releases brakes, (n,); a brake grips where its axis stands at that moment."""
-        self._brake.deflection[braked & ~self.braked] = 0.0
-        self.braked = braked.copy()
-        self._any_braked = bool(braked.any())
-        self.at_rest = self.at_rest and bool(braked.all())
+        """Engages the brakes that are True and releases the others, (n,)."""
+        self.brakes.engage(braked)
+        self.at_rest = self.at_rest and self.brakes.all
 
     def step(self, drive_torque: FloatArray) -> None:
         """Moves the arm by one step under constant torques at the drive outputs, (n,), N·m.
@@ -106,10 +103,8 @@ class Plant:
         speed = self.transmission @ self.velocity
         predicted = speed + self._last_change
         dry, slope = self.friction.linearise(predicted)
-        if self._any_braked:
-            brake, brake_slope = self._brake.linearise(predicted)
-            dry = dry + self.braked * brake
-            slope = slope + self.braked * brake_slope
+        if self.brakes.any:
+            slope = slope + self.brakes.slope(speed)
         drive = drive_torque - self.viscous * speed - dry - slope * speed
         bias = pin.nonLinearEffects(self.model, self._data, self.position, self.velocity)
         damped = self.rotor_inertia + step * (0.5 * self.viscous + slope)
@@ -123,12 +118,11 @@ class Plant:
         self.position += step * self.velocity
         new_speed = speed + self._last_change
         self.friction.advance(new_speed)
-        if self._any_braked:
-            self._brake.advance(new_speed)
+        if self.brakes.all:
             self._settle(new_speed)
 
     def _settle(self, speed: FloatArray) -> None:
-        if self.braked.all() and np.abs(speed).max() < _STANDSTILL:
+        if np.abs(speed).max() < _STANDSTILL:
             self.velocity[:] = 0.0
             self._last_change[:] = 0.0
             self.friction.reset()

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Literal
 
 import numpy as np
 
 from robots.arrays import BoolArray, FloatArray, IntArray
+
+
+Interpolation = Literal["linear", "spline", "hold"]
 
 
 class AxisMode(IntEnum):
@@ -23,24 +27,28 @@ class AxisMode(IntEnum):
 class SetPoints:
     """Set-points of n axes, at the drive outputs.
 
-    In TRACKING with linear interpolation the set-point runs, from SYNC k to SYNC k+1, from the target
-    latched at SYNC k−1 to the one latched at SYNC k; with ``hold`` it is the target latched at SYNC k.
+    In TRACKING with ``linear`` interpolation the set-point runs, from SYNC k to SYNC k+1, from the target
+    latched at SYNC k−1 to the one latched at SYNC k; with ``spline`` its velocity, too, is continuous
+    (the uniform quadratic B-spline over the last three targets); with ``hold`` it is the target latched
+    at SYNC k.
 
     Args:
         n: number of axes.
-        linear: interpolate linearly; else hold.
+        interpolation: as in the arm's description.
     """
 
-    def __init__(self, n: int, linear: bool) -> None:
-        self._linear = linear
+    def __init__(self, n: int, interpolation: Interpolation) -> None:
+        self._interpolation = interpolation
         self.modes: IntArray = np.full(n, AxisMode.BRAKED, dtype=np.int64)
         self.deceleration = np.full(n, np.inf)
+        self._before = np.zeros(n)
         self._start = np.zeros(n)
         self._end = np.zeros(n)
         self._samples = 1
         self._sample_time = 1.0
         self._stopping: BoolArray = np.zeros(n, dtype=np.bool_)
         self._any_stopping = False
+        self._tracking: BoolArray = np.zeros(n, dtype=np.bool_)
         self.position = np.zeros(n)
         self.velocity = np.zeros(n)
 
@@ -52,26 +60,25 @@ class SetPoints:
 
     def start_at(self, axes: BoolArray, position: FloatArray) -> None:
         """Begins to track at the present position: axes (n,), position (n,)."""
-        self._end[axes] = position[axes]
+        for target in (self._start, self._end):
+            target[axes] = position[axes]
         self.position[axes] = position[axes]
         self.velocity[axes] = 0.0
 
     def latch(self, targets: FloatArray, period: float, samples: int) -> None:
         """A SYNC: new targets (n,) for the period (s) of so many controller samples."""
         tracking = self.modes == AxisMode.TRACKING
+        self._before = self._start
         self._start = self._end
         self._end = np.where(tracking, targets, self.position)
         self._samples = samples
         self._sample_time = period / samples
-        slope = (self._end - self._start) / period
-        self.velocity = np.where(tracking, slope, self.velocity)
+        self._tracking = tracking
 
     def sample(self, index: int) -> None:
         """Moves ``position`` and ``velocity`` to controller sample ``index`` of this period."""
-        if self._linear:
-            tracked = self._start + (self._end - self._start) * (index / self._samples)
-        else:
-            tracked = self._end
+        tracked, velocity = self._interpolated(index / self._samples)
+        self.velocity = np.where(self._tracking, velocity, self.velocity)
         if not self._any_stopping:
             self.position = tracked
             return
@@ -81,7 +88,20 @@ class SetPoints:
         self.velocity = np.where(self._stopping, ramp_velocity, self.velocity)
         self.position = np.where(self._stopping, ramp, tracked)
         # A drive that follows again after a stop goes on from where it stands.
+        self._start = np.where(self._stopping, self.position, self._start)
         self._end = np.where(self._stopping, self.position, self._end)
+
+    def _interpolated(self, share: float) -> tuple[FloatArray, FloatArray]:
+        """Set-point and its velocity, (n,), when a share of the period (0 to 1) is over."""
+        period = self._samples * self._sample_time
+        last, coming = self._start - self._before, self._end - self._start
+        if self._interpolation == "spline":
+            middle = self._start - 0.5 * last
+            way = share * last + 0.5 * share**2 * (coming - last)
+            return middle + way, (last + share * (coming - last)) / period
+        if self._interpolation == "linear":
+            return self._start + share * coming, coming / period
+        return self._end, coming / period
 
     def stopped(self) -> BoolArray:
         """True for stopping axes whose set-point stands still, (n,)."""
