@@ -119,9 +119,9 @@ class Controller(_Frozen):
     )
     delay_samples: int = Field(default=0, ge=0, le=64, description="samples from reading to output")
     saturation: tuple[Positive, ...] = Field(description="|v_τ| limit")
-    interpolation: Literal["linear", "hold"] = Field(
+    interpolation: Literal["linear", "spline", "hold"] = Field(
         default="linear",
-        description="how the drive fills the time between two SYNCs: linear takes one period to reach a target",
+        description="between two SYNCs: linear takes one period to reach a target, hold jumps to it",
     )
 
     @model_validator(mode="after")
@@ -154,7 +154,7 @@ class Identification(_Frozen):
     )
     control_signal_lag: NonNegative = Field(
         default=0.0,
-        description="s from the reading of v_τ to the torque it stands for; half a controller sample for a held output",
+        description="s from the reading of v_τ to its torque; half a controller sample for a held output",
     )
     friction_sign: Literal["sign", "tanh"] = "tanh"
     friction_width: NonNegative = Field(
@@ -254,7 +254,7 @@ class Robot(_Frozen):
                 raise ValueNotAllowed(
                     ("drive", i, "control_signal", "per_count"),
                     f"lets 16 bits reach {reach:.4g} only",
-                    f"at least {self.controller.saturation[i] / INT16_MAX:.3g}, to hold controller.saturation",
+                    f"at least {self.controller.saturation[i] / INT16_MAX:.3g}, for controller.saturation",
                 )
         return self
 

@@ -58,6 +58,14 @@ def first_error(
     )
 
 
+def unknown_key(path: Path, value: object, lines: TomlLines, file: FilePath) -> RobotFileError:
+    """The error for a key that no file may give."""
+    finding = _unknown_key(path, value, lines)
+    return RobotFileError(
+        file, finding.problem, line=finding.line, key=key_text(path), allowed=finding.allowed
+    )
+
+
 def _finding(entry: Any, data: dict[str, Any], lines: TomlLines) -> _Finding:
     path: Path = tuple(entry["loc"])
     kind = entry["type"]

@@ -10,9 +10,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from robots.allowed import keys_of
 from robots.description import Robot
-from robots.errors import RobotFileError, shown
-from robots.field_errors import first_error
+from robots.errors import RobotFileError
+from robots.field_errors import first_error, unknown_key
 from robots.toml_lines import TomlLines
 from robots.urdf_check import check_urdf
 
@@ -49,14 +50,9 @@ def robot_from_text(text: str, file: Path) -> Robot:
         RobotFileError: as :func:`load`.
     """
     data, given, lines = _parse(text, file)
-    for key in ("folder", "source_text"):
-        if key in data:
-            raise RobotFileError(
-                file,
-                f"{shown(data[key])} is given to a key that does not exist",
-                line=lines.line_of((key,)),
-                key=key,
-            )
+    for key in sorted(data.keys() & (Robot.model_fields.keys() - set(keys_of(Robot)))):
+        # Fields of the model, but for the loader alone to set.
+        raise unknown_key((key,), data[key], lines, file)
     try:
         robot = Robot.model_validate(given | {"folder": file.parent, "source_text": text})
     except ValidationError as error:
@@ -71,25 +67,22 @@ def _find(name_or_path: str | Path) -> Path:
     if text in names:
         return Path(__file__).parent / text / FILE_NAME
     path = Path(name_or_path)
+    allowed = f"{', '.join(names)}, the path of a {FILE_NAME} or of its folder"
     try:
         if path.is_dir():
-            path = path / FILE_NAME
+            if (path / FILE_NAME).is_file():
+                return path / FILE_NAME
+            raise RobotFileError(path, f"a folder without {FILE_NAME}", allowed=allowed)
         if path.is_file():
             return path
         there = path.exists()
     except OSError as error:
-        raise RobotFileError(text, f"cannot be read: {error.strerror}") from None
+        raise RobotFileError(path, f"cannot be read: {error.strerror}", allowed=allowed) from None
     if there:
-        raise RobotFileError(
-            path, "is not a file", allowed=f"{', '.join(names)}, or the path of a {FILE_NAME}"
-        )
+        raise RobotFileError(path, "not a file", allowed=allowed)
     close = difflib.get_close_matches(text, names, n=1)
     hint = f' (did you mean "{close[0]}"?)' if close else ""
-    raise RobotFileError(
-        path,
-        f"no robot of this name, no such file{hint}",
-        allowed=f"{', '.join(names)}, the path of a {FILE_NAME} or of its folder",
-    )
+    raise RobotFileError(path, f"no robot of this name, no such file{hint}", allowed=allowed)
 
 
 def _read(file: Path) -> str:

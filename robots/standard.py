@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LINK_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
 DRIVE_SYMBOLS = ("Ia", "Fv", "Fc", "off")
 
-_LINK_UNITS = {symbol: "kg·m²" for symbol in LINK_SYMBOLS} | {
+_LINK_UNITS = dict.fromkeys(LINK_SYMBOLS, "kg·m²") | {
     "M": "kg",
     "MX": "kg·m",
     "MY": "kg·m",

@@ -179,7 +179,13 @@ def _check_tree(links: list[str], joints: tuple[UrdfJoint, ...], file: Path) -> 
         child_links.add(joint.child)
         names.add(joint.name)
     roots = [link for link in links if link not in child_links]
-    if len(set(links)) != len(links) or len(roots) != 1:
+    connected = set(roots)
+    while grown := {joint.child for joint in joints if joint.parent in connected} - connected:
+        connected |= grown
+    if len(roots) != 1 or len(connected) != len(links):
+        loose = ", ".join(roots[1:] or sorted(set(links) - connected)) or "no link"
         raise RobotFileError(
-            file, f"{len(roots)} links hang on no joint", allowed="one tree of links, each named once"
+            file,
+            f"not one tree: {loose} apart from it",
+            allowed="links that hang on one base, each named once",
         )

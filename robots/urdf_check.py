@@ -53,7 +53,9 @@ def _check_order(names: list[str], joints: tuple[UrdfJoint, ...], file: Path, li
                 chain.insert(0, above[link].name)
             link = above[link].parent
         if chain != names[:i]:
-            problem = f"{shown(name)} is in the wrong place: the URDF has {', '.join(chain) or 'no joint'} before it"
+            problem = (
+                f"{shown(name)} is out of place: the URDF has {', '.join(chain) or 'no joint'} before it"
+            )
             raise _toml_error(
                 file, lines, ("joint", i, "name"), problem, "the joints of one serial chain, from base to tip"
             )

@@ -1,0 +1,49 @@
+"""A robot folder that a test may break: a copy of the shipped TX40-like arm."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+import robots
+
+# A loaded machine must not fail a test.
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
+
+SHIPPED = Path(robots.__file__).parent
+
+
+@dataclass(frozen=True)
+class RobotFolder:
+    """A copy of a shipped arm; edits return the line that they changed."""
+
+    path: Path
+
+    @property
+    def toml(self) -> Path:
+        return self.path / "robot.toml"
+
+    @property
+    def urdf(self) -> Path:
+        return self.path / "tx40.urdf"
+
+    def edit(self, file: Path, old: str, new: str, occurrence: int = 1) -> int:
+        """Replace the given occurrence of ``old``; returns its line, counted from 1."""
+        text = file.read_text("utf-8")
+        start = -1
+        for _ in range(occurrence):
+            start = text.index(old, start + 1)
+        file.write_text(text[:start] + new + text[start + len(old) :], "utf-8")
+        return text.count("\n", 0, start) + 1
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> RobotFolder:
+    copy = tmp_path / "arm"
+    shutil.copytree(SHIPPED / "tx40", copy)
+    return RobotFolder(copy)
