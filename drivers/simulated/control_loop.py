@@ -4,8 +4,8 @@ One step is taken every ``sample_time``. With e = set-point − position, both a
 
 - q̇[k] = (q[k] − q[k−N]) / (N·T), then, where a cut-off f is given, the first-order low-pass
   y[k] = y[k−1] + (1 − exp(−2π f T))·(q̇[k] − y[k−1]);
-- ``cascade_p_pi``: u = Kp·e + ff·q̇_r − q̇ and v = Kv·(u + Ki·I), I[k] = I[k−1] + T·u[k];
-- ``pd``: v = Kp·e + Kv·(ff·q̇_r − q̇);  ``pid``: the same + Ki·I with I[k] = I[k−1] + T·e[k];
+- ``cascade_p_pi``: u = Kp·e + ff·q̇_r − q̇ and v = Kv·(u + Ki·I), I[k] = I[k−1] + T·u[k−1];
+- ``pd``: v = Kp·e + Kv·(ff·q̇_r − q̇);  ``pid``: the same + Ki·I with I[k] = I[k−1] + T·e[k−1];
 - v is limited to ±saturation; the integral does not grow further into the limit (conditional integration);
 - the output of step k reaches the motor at step k + delay_samples.
 
@@ -90,11 +90,10 @@ class ControlLoop:
             proportional = self._velocity_gain * error
         else:
             proportional = self._position_gain * error + self._velocity_gain * rate_error
-        integral = self._integral + self._sample_time * error
-        wanted = proportional + self._output_per_integral * integral
+        wanted = proportional + self._output_per_integral * self._integral
         output = np.minimum(np.maximum(wanted, -self._limit), self._limit)
         winding_up = (wanted - output) * error > 0.0
-        self._integral = np.where(winding_up, self._integral, integral)
+        self._integral = self._integral + np.where(winding_up, 0.0, self._sample_time * error)
         return self._delayed(output)
 
     def _measure_velocity(self, position: FloatArray) -> FloatArray:
