@@ -62,7 +62,8 @@ class Channel:
         if not is_group:
             raise BusError(
                 f"channel {self.name!r} is not an IPv4 multicast group; "
-                f"allowed: 224.0.0.0 to 239.255.255.255, alone or with a port as in 239.74.163.40:{DEFAULT_PORT}"
+                "allowed: 224.0.0.0 to 239.255.255.255, alone or with a port "
+                f"as in 239.74.163.40:{DEFAULT_PORT}"
             )
         if not colon:
             return group, DEFAULT_PORT

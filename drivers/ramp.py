@@ -16,8 +16,8 @@ def stop_ramp(
     """Targets that bring each joint to rest along its own velocity, at its acceleration limit.
 
     The velocity is that of the last two targets, so position and velocity go on without a step, and no
-    second difference is above the limit. Each joint stops on its own in the shortest way: a reference that can
-    stop inside the limits does not leave them.
+    second difference is above the limit. Each joint stops on its own in the shortest way: a reference that
+    can stop inside the limits does not leave them.
 
     Args:
         previous, last: (n,) the last two targets, rad or m.

@@ -94,7 +94,8 @@ class SdoAccess:
         found = self.read_int(index, subindex, signed=value < 0)
         if found != value:
             raise DriveError(
-                f"{self.drive}: {index:04X}:{subindex:02X} was set to 0x{value:X} but reads back as 0x{found:X}"
+                f"{self.drive}: {index:04X}:{subindex:02X} was set to 0x{value:X} "
+                f"but reads back as 0x{found:X}"
             )
 
     def _failed(
@@ -120,7 +121,9 @@ class SdoNetwork:
         BusError: the bus cannot be opened.
     """
 
-    def __init__(self, channel: Channel, nodes: tuple[int, ...], names: tuple[str, ...], bitrate: int) -> None:
+    def __init__(
+        self, channel: Channel, nodes: tuple[int, ...], names: tuple[str, ...], bitrate: int
+    ) -> None:
         answers = [f(node) for node in nodes for f in (sdo_answer_cob_id, emcy_cob_id, heartbeat_cob_id)]
         self.network = canopen.Network(open_bus(channel, answers, bitrate))
         # How long the receiving thread waits at a time: closing waits for it.

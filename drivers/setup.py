@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field
 
 from drivers.cia402 import objects
-from drivers.cia402.states import State, has_torque, state_of
+from drivers.cia402.states import TORQUE_STATES, State, state_of
 from drivers.errors import DriveError
 from drivers.layout import RPDO_OBJECTS, MappedObject, rpdo_cob_id, tpdo_cob_id, tpdo_objects
 from drivers.sdo import SdoAccess
@@ -19,6 +19,8 @@ SYNCHRONOUS = 1
 OTHER_PDOS = (1, 2, 3)
 """Number of the second to fourth PDO, counted from the first."""
 HEARTBEAT_MILLISECONDS = 100
+READY_TIMEOUT = 3.0
+"""s that a drive may take for its self-test."""
 MODE_TIMEOUT = 1.0
 """s that a drive may take to show a mode that it accepted."""
 
@@ -78,9 +80,7 @@ def configure(sdo: SdoAccess, drive: Drive, joint: str, cycle_time: float) -> Dr
     Raises:
         DriveError: no answer, a refused or changed value, a drive that carries torque, no CSP.
     """
-    statusword = sdo.read_int(objects.STATUSWORD)
-    if has_torque(statusword):
-        raise DriveError(f"{sdo.drive} is in state {state_of(statusword).value!r}: something else controls it")
+    _refuse_torque(sdo)
     identity = _identity(sdo)
     notes: list[str] = []
     modes = _check_modes(sdo, notes)
@@ -114,6 +114,20 @@ def configure(sdo: SdoAccess, drive: Drive, joint: str, cycle_time: float) -> Dr
         },
         notes=tuple(notes),
     )
+
+
+def _refuse_torque(sdo: SdoAccess) -> None:
+    """Wait for the end of the self-test; a drive that carries torque already has another master."""
+    deadline = time.monotonic() + READY_TIMEOUT
+    while True:
+        state = state_of(sdo.read_int(objects.STATUSWORD))
+        if state is not State.NOT_READY:
+            break
+        if time.monotonic() > deadline:
+            raise DriveError(f"{sdo.drive} is still {state.value!r} after {READY_TIMEOUT:g} s")
+        time.sleep(0.02)
+    if state in TORQUE_STATES:
+        raise DriveError(f"{sdo.drive} is in state {state.value!r}: something else controls it")
 
 
 def _identity(sdo: SdoAccess) -> tuple[int | None, ...]:
@@ -159,7 +173,9 @@ def _map_pdo(
     # Bit 30 (no remote frames) is the drive's own affair; id and validity are ours.
     found = sdo.read_int(communication, 1)
     if found & ~(1 << 30) != cob_id:
-        raise DriveError(f"{sdo.drive}: {communication:04X}:01 was set to 0x{cob_id:X} but reads back as 0x{found:X}")
+        raise DriveError(
+            f"{sdo.drive}: {communication:04X}:01 was set to 0x{cob_id:X} but reads back as 0x{found:X}"
+        )
 
 
 def _set_mode(sdo: SdoAccess) -> None:

@@ -56,6 +56,9 @@ STATUSWORD_PATTERNS: tuple[tuple[State, int, int], ...] = (
 )
 """State, mask, value: a drive is in the state whose masked statusword has the value."""
 
+TORQUE_STATES = (State.OPERATION_ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
+"""States in which a drive may put torque on its motor."""
+
 FOLLOWING_ERROR_BIT = 0x2000
 """Bit 13 of the statusword in the modes csp and ip: the drive's own following error window was left."""
 
@@ -134,4 +137,4 @@ def refusal(statusword: int) -> str | None:
 
 def has_torque(statusword: int) -> bool:
     """Whether the drive may put torque on the motor in this state."""
-    return state_of(statusword) in (State.OPERATION_ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
+    return state_of(statusword) in TORQUE_STATES
