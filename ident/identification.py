@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.base import BaseParameters, base_parameters
 from ident.closed_loop import simulate
+from ident.covariance import instrumental_covariance
 from ident.errors import IdentificationError
 from ident.estimators import (
     LinearFit,
@@ -77,8 +78,12 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
     rows = observe(base, recordings, robot.identification)
     stacked = stack(rows)
     progress("least squares", 0.3)
-    least_squares = weighted_least_squares(stacked, base.names)
+    least_squares = _with_covariance(
+        rows, weighted_least_squares(stacked, base.names), rows.regressor, robot.identification.covariance
+    )
     instruments, instrumental, reason = _instrumental(base, recordings, rows, least_squares, progress)
+    if instruments is not None and instrumental is not None:
+        instrumental = _with_covariance(rows, instrumental, instruments, robot.identification.covariance)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(base, rows, least_squares, instruments, instrumental, reason)
     result = Identification(
@@ -94,6 +99,16 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
     )
     progress("done", 1.0)
     return Fitted(base, rows, least_squares, instrumental, result)
+
+
+def _with_covariance(rows: Rows, fit: LinearFit, instruments: FloatArray, kind: str) -> LinearFit:
+    """The same estimate with the covariance of the arm's settings; LS is IV with X as its own instruments."""
+    if kind == "block":
+        return fit
+    residual = rows.torque - rows.regressor @ fit.beta
+    errors = autoregressive_whitening(residual, rows.segment, fit.beta.size)
+    covariance = instrumental_covariance(instruments, rows.regressor, fit.sigma, errors, rows.segment)
+    return replace(fit, covariance=covariance, covariance_kind=errors.describe())
 
 
 def _instrumental(
@@ -133,7 +148,7 @@ def _iterate(
         fresh_norm = _residual_norm(stacked, fresh)
         moved = float(np.max(np.abs(fresh.beta - fit.beta) / np.sqrt(np.diag(fresh.covariance))))
         still = iteration > 1 and moved < 10 * _STILL and abs(fresh_norm - norm) < _STILL * norm
-        fit = LinearFit(fresh.beta, fresh.covariance, fresh.sigma, fresh.condition, iteration, still)
+        fit = replace(fresh, iterations=iteration, converged=still)
         norm = fresh_norm
         if still:
             break
@@ -193,7 +208,7 @@ def _estimate(method: str, base: BaseParameters, stacked: Stacked, fit: LinearFi
         method="iv" if method == "iv" else "ls",
         parameters=tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named),
         covariance=fit.covariance,
-        covariance_kind="Ω per joint (eq. 7)",
+        covariance_kind=fit.covariance_kind,
         condition=fit.condition,
         relative_error_percent=float(100 * np.linalg.norm(residual) / np.linalg.norm(torque)),
         relative_error_percent_per_joint=per_joint,

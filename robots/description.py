@@ -121,7 +121,7 @@ class Controller(_Frozen):
     saturation: tuple[Positive, ...] = Field(description="|v_τ| limit")
     interpolation: Literal["linear", "spline", "hold"] = Field(
         default="linear",
-        description="between two SYNCs: linear takes one period to reach a target, hold jumps to it",
+        description="how the drive fills the time between two SYNCs; hold jumps to the target",
     )
 
     @model_validator(mode="after")
@@ -161,6 +161,10 @@ class Identification(_Frozen):
         default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
     )
     offset: bool = Field(default=True, description="one torque offset per joint")
+    covariance: Literal["block", "ar"] = Field(
+        default="ar",
+        description="of the estimates: block takes rows as independent (the paper's), ar as autoregressive",
+    )
     instrument_margin: Positive = Field(
         default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
     )

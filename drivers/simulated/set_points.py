@@ -9,7 +9,6 @@ import numpy as np
 
 from robots.arrays import BoolArray, FloatArray, IntArray
 
-
 Interpolation = Literal["linear", "spline", "hold"]
 
 

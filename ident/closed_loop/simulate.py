@@ -90,16 +90,25 @@ def _set_points(
     """Per recorded sample: the (set-point, its velocity) of each controller sample until the next.
 
     ``hold``: the target of this sample. ``linear``: the way from the previous target to this one, which
-    takes a whole period, so that a target is reached one period after it was latched.
+    takes a whole period. ``spline``: the uniform quadratic B-spline over the last three targets, whose
+    velocity is continuous.
     """
-    previous = reference[0]
+    shares = [i / per_sample for i in range(per_sample)]
+    before = previous = reference[0]
     for target in reference:
-        rate = (target - previous) / period
+        last, rate = (previous - before) / period, (target - previous) / period
         if robot.controller.interpolation == "hold":
             yield [(target, rate)] * per_sample
+        elif robot.controller.interpolation == "linear":
+            yield [(previous + s * (target - previous), rate) for s in shares]
         else:
-            yield [(previous + (i / per_sample) * (target - previous), rate) for i in range(per_sample)]
-        previous = target
+            middle = 0.5 * (before + previous)
+            speeds = [last + s * (rate - last) for s in shares]
+            yield [
+                (middle + 0.5 * s * period * (last + speed), speed)
+                for s, speed in zip(shares, speeds, strict=True)
+            ]
+        before, previous = previous, target
 
 
 def _check_stable(velocity: FloatArray, limit: FloatArray, time: float) -> None:

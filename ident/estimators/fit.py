@@ -38,6 +38,7 @@ class LinearFit:
         covariance: (b, b).
         sigma: (n,) standard deviation of the error per joint, N·m (or N): Ω^½.
         condition: condition number of the whitened observation matrix.
+        covariance_kind: what was assumed of the errors.
         iterations: how many solutions were computed until β̂ stood still.
         converged: whether it did.
     """
@@ -46,6 +47,7 @@ class LinearFit:
     covariance: FloatArray
     sigma: FloatArray
     condition: float
+    covariance_kind: str = "Ω per joint, errors independent in time (eq. 7)"
     iterations: int = 1
     converged: bool = True
 
