@@ -13,16 +13,13 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from robots.arrays import FloatArray
+from robots.consistency import INT32_MAX, check_consistency
 from robots.errors import ValueNotAllowed
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Coupling = Annotated[float, Field(ge=-1000, le=1000)]
-
-INT32_MAX = 2**31 - 1
-INT16_MAX = 2**15 - 1
-TORQUE_ACTUAL_VALUE = 0x6077
 
 
 def _whole_number(value: object) -> object:
@@ -165,6 +162,10 @@ class Identification(_Frozen):
         default="ar",
         description="of the estimates: block takes rows as independent (the paper's), ar as autoregressive",
     )
+    error_deviation: Literal["unbiased", "sample"] = Field(
+        default="unbiased",
+        description="σ_j of a residual: over rows less parameters, or over rows less one as the sample deviation",
+    )
     instrument_margin: Positive = Field(
         default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
     )
@@ -202,75 +203,8 @@ class Robot(_Frozen):
     source_text: str = Field(default="", exclude=True, repr=False)
 
     @model_validator(mode="after")
-    def _one_entry_per_axis(self) -> Self:
-        n = len(self.joint)
-        lists: dict[tuple[str | int, ...], int] = {
-            ("drive",): len(self.drive),
-            ("home",): len(self.home),
-            ("transmission",): len(self.transmission),
-        }
-        lists |= {("transmission", i): len(row) for i, row in enumerate(self.transmission)}
-        for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
-            lists[("controller", key)] = len(getattr(self.controller, key))
-        for path, length in lists.items():
-            if length != n:
-                raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
-        return self
-
-    @model_validator(mode="after")
-    def _names_and_node_ids_differ(self) -> Self:
-        _all_differ("joint", "name", [joint.name for joint in self.joint])
-        _all_differ("drive", "node_id", [drive.node_id for drive in self.drive])
-        return self
-
-    @model_validator(mode="after")
-    def _transmission_is_invertible(self) -> Self:
-        # Far above the condition of any gear train, far below where the inverse loses its digits.
-        if np.linalg.cond(self.transmission_matrix) > 1e8:
-            raise ValueNotAllowed(("transmission",), "cannot be inverted", "an invertible matrix")
-        return self
-
-    @model_validator(mode="after")
-    def _home_is_within_limits(self) -> Self:
-        for i, (joint, home) in enumerate(zip(self.joint, self.home, strict=True)):
-            lower, upper = joint.position
-            if not lower <= home <= upper:
-                raise ValueNotAllowed(
-                    ("home", i), f"is outside the position limits of {joint.name}", f"{lower} to {upper}"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _objects_hold_the_values(self) -> Self:
-        """Positions travel as 32-bit counts, the standard torque object has 16 bits."""
-        farthest = np.abs(self.transmission_matrix) @ np.maximum(np.abs(self.lower), np.abs(self.upper))
-        counts = farthest * np.abs(self.counts_per_output_unit)
-        for i, drive in enumerate(self.drive):
-            if counts[i] > INT32_MAX:
-                raise ValueNotAllowed(
-                    ("drive", i, "encoder_counts"),
-                    f"makes {counts[i]:.3g} counts at the joint limits",
-                    f"at most {INT32_MAX} counts there, what a 32-bit position holds",
-                )
-            signal = drive.control_signal
-            reach = INT16_MAX * signal.per_count
-            if signal.index == TORQUE_ACTUAL_VALUE and self.controller.saturation[i] > reach:
-                raise ValueNotAllowed(
-                    ("drive", i, "control_signal", "per_count"),
-                    f"lets 16 bits reach {reach:.4g} only",
-                    f"at least {self.controller.saturation[i] / INT16_MAX:.3g}, for controller.saturation",
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _whole_controller_steps_per_sync(self) -> Self:
-        steps = self.bus.cycle_time / self.controller.sample_time
-        if not (steps >= 0.999 and abs(steps - round(steps)) < 1e-6):
-            raise ValueNotAllowed(
-                ("controller", "sample_time"),
-                f"does not divide the cycle time of {self.bus.cycle_time} s",
-                "bus.cycle_time / 1, 2, 3 …",
-            )
+    def _tables_fit_together(self) -> Self:
+        check_consistency(self)
         return self
 
     @property
@@ -341,13 +275,3 @@ class Robot(_Frozen):
         """The inverse of :meth:`joint_torque`: v_τ from joint torques, samples × n."""
         drive_torque = np.linalg.solve(self.transmission_matrix.T, np.atleast_2d(joint_torque).T).T
         return np.asarray((drive_torque / self.gains).reshape(np.shape(joint_torque)))
-
-
-def _all_differ(table: str, key: str, values: list[str] | list[int]) -> None:
-    for i, value in enumerate(values):
-        if value in values[:i]:
-            raise ValueNotAllowed(
-                (table, i, key),
-                f"is already the {key} of {table}[{values.index(value) + 1}]",  # type: ignore[arg-type]
-                f"a {key} of its own for each {table}",
-            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,14 +33,16 @@ class RobotFolder:
     def urdf(self) -> Path:
         return self.path / "tx40.urdf"
 
-    def edit(self, file: Path, old: str, new: str, occurrence: int = 1) -> int:
-        """Replace the given occurrence of ``old``; returns its line, counted from 1."""
+    def edit(self, file: Path, old: str | re.Pattern[str], new: str, occurrence: int = 1) -> int:
+        """Replace the given occurrence of ``old``; returns its line, counted from 1.
+
+        Figures that are tuned from time to time are given as a pattern.
+        """
         text = file.read_text("utf-8")
-        start = -1
-        for _ in range(occurrence):
-            start = text.index(old, start + 1)
-        file.write_text(text[:start] + new + text[start + len(old) :], "utf-8")
-        return text.count("\n", 0, start) + 1
+        pattern = re.compile(re.escape(old)) if isinstance(old, str) else old
+        match = list(pattern.finditer(text))[occurrence - 1]
+        file.write_text(text[: match.start()] + new + text[match.end() :], "utf-8")
+        return text.count("\n", 0, match.start()) + 1
 
 
 @pytest.fixture

@@ -1,0 +1,109 @@
+"""What the tables of a robot.toml must agree on: counts of entries, ranges, what the bus objects can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robots.errors import ValueNotAllowed
+
+if TYPE_CHECKING:
+    from robots.description import Robot
+
+INT32_MAX = 2**31 - 1
+INT16_MAX = 2**15 - 1
+TORQUE_ACTUAL_VALUE = 0x6077
+MAX_CONDITION = 1e8
+"""Of the transmission: far above any gear train, far below where its inverse loses its digits."""
+
+
+def check_consistency(robot: Robot) -> None:
+    """Check what one table alone cannot show.
+
+    Raises:
+        ValueNotAllowed: the key that does not fit the others, and what would.
+    """
+    _one_entry_per_axis(robot)
+    _names_and_node_ids_differ(robot)
+    _transmission_is_invertible(robot)
+    _home_is_within_limits(robot)
+    _objects_hold_the_values(robot)
+    _whole_controller_steps_per_sync(robot)
+
+
+def _one_entry_per_axis(robot: Robot) -> None:
+    n = len(robot.joint)
+    lists: dict[tuple[str | int, ...], int] = {
+        ("drive",): len(robot.drive),
+        ("home",): len(robot.home),
+        ("transmission",): len(robot.transmission),
+    }
+    lists |= {("transmission", i): len(row) for i, row in enumerate(robot.transmission)}
+    for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
+        lists[("controller", key)] = len(getattr(robot.controller, key))
+    for path, length in lists.items():
+        if length != n:
+            raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
+
+
+def _names_and_node_ids_differ(robot: Robot) -> None:
+    _all_differ("joint", "name", [joint.name for joint in robot.joint])
+    _all_differ("drive", "node_id", [drive.node_id for drive in robot.drive])
+
+
+def _transmission_is_invertible(robot: Robot) -> None:
+    if np.linalg.cond(robot.transmission_matrix) > MAX_CONDITION:
+        raise ValueNotAllowed(("transmission",), "cannot be inverted", "an invertible matrix")
+
+
+def _home_is_within_limits(robot: Robot) -> None:
+    for i, (joint, home) in enumerate(zip(robot.joint, robot.home, strict=True)):
+        lower, upper = joint.position
+        if not lower <= home <= upper:
+            raise ValueNotAllowed(
+                ("home", i), f"is outside the position limits of {joint.name}", f"{lower} to {upper}"
+            )
+
+
+def _objects_hold_the_values(robot: Robot) -> None:
+    """Positions travel as 32-bit counts, the standard torque object has 16 bits."""
+    with np.errstate(all="ignore"):  # figures at the edge of floating point are refused just below
+        farthest = np.abs(robot.transmission_matrix) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))
+        counts = farthest * np.abs(robot.counts_per_output_unit)
+    for i, drive in enumerate(robot.drive):
+        if not 1 <= counts[i] <= INT32_MAX:
+            raise ValueNotAllowed(
+                ("drive", i, "encoder_counts"),
+                f"makes {counts[i]:.3g} counts at the joint limits",
+                f"1 to {INT32_MAX} counts there, what a 32-bit position holds",
+            )
+        signal = drive.control_signal
+        reach = INT16_MAX * signal.per_count
+        if signal.index == TORQUE_ACTUAL_VALUE and robot.controller.saturation[i] > reach:
+            raise ValueNotAllowed(
+                ("drive", i, "control_signal", "per_count"),
+                f"lets 16 bits reach {reach:.4g} only",
+                f"at least {robot.controller.saturation[i] / INT16_MAX:.3g}, for controller.saturation",
+            )
+
+
+def _whole_controller_steps_per_sync(robot: Robot) -> None:
+    steps = robot.bus.cycle_time / robot.controller.sample_time
+    if not (0.999 <= steps <= INT16_MAX and abs(steps - round(steps)) < 1e-6):
+        raise ValueNotAllowed(
+            ("controller", "sample_time"),
+            f"does not divide the cycle time of {robot.bus.cycle_time} s",
+            "bus.cycle_time / 1, 2, 3 …",
+        )
+
+
+def _all_differ(table: str, key: str, values: Sequence[str | int]) -> None:
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            raise ValueNotAllowed(
+                (table, i, key),
+                f"is already the {key} of {table}[{values.index(value) + 1}]",
+                f"a {key} of its own for each {table}",
+            )
