@@ -14,6 +14,7 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 import can
@@ -24,7 +25,7 @@ from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.truth import PlantTruth, draw_truth
-from robots import Robot, RobotFileError, load
+from robots import RobotFileError, load
 
 LOCK_ROLE = "drives"
 _PARENT_CHECK = 0.1
@@ -65,22 +66,33 @@ def main() -> int:
         with BusLock(channel, LOCK_ROLE):
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
-                _serve(robot, truth, Faults.from_dict(order["faults"]), bus, lifeline)
+                group = DriveGroup(robot, truth, frame_sender(bus), Faults.from_dict(order["faults"]))
+                group.boot(time.monotonic())
+                _say({"truth": truth.as_dict()})
+                serve(group, bus, lifeline.holds)
     except (BusError, DriveError, RobotFileError, can.CanError) as error:
         _say({"error": type(error).__name__, "message": str(error)})
         return 2
     return 0
 
 
-def _serve(robot: Robot, truth: PlantTruth, faults: Faults, bus: can.BusABC, lifeline: _Lifeline) -> None:
+def frame_sender(bus: can.BusABC) -> Callable[[int, bytes], None]:
+    """What puts a frame on a bus: COB-ID and payload."""
+
     def send(cob_id: int, data: bytes) -> None:
         bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
 
-    group = DriveGroup(robot, truth, send, faults)
-    group.boot(time.monotonic())
-    _say({"truth": truth.as_dict()})
+    return send
+
+
+def serve(group: DriveGroup, bus: can.BusABC, goes_on: Callable[[float], bool]) -> None:
+    """Serves frames to booted drives until ``goes_on`` (asked with the monotonic time, s) says no.
+
+    Raises:
+        can.CanError: the bus fails.
+    """
     now = time.monotonic()
-    while lifeline.holds(now):
+    while goes_on(now):
         wait = min(group.next_event(now) - now, _PARENT_CHECK)
         message = bus.recv(max(wait, 0.0))
         now = time.monotonic()

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import threading
+import time
+from collections.abc import Callable, Iterator
 from itertools import count
 
 import pytest
 
 import robots
-from drivers import Channel
+from drivers import Channel, open_bus
 from drivers.simulated import PlantTruth, draw_truth, nominal_truth
+from drivers.simulated.faults import NO_FAULTS, Faults
+from drivers.simulated.group import DriveGroup
+from drivers.simulated.process import frame_sender, serve
 from robots import Robot
 
 _NUMBERS = count(1)
@@ -44,6 +49,34 @@ def new_channel() -> Callable[[], Channel]:
 
     def make() -> Channel:
         process = os.getpid()
-        return Channel("udp_multicast", f"239.{80 + next(_NUMBERS) % 100}.{process >> 8 & 0xFF}.{process & 0xFF}")
+        return Channel(
+            "udp_multicast", f"239.{80 + next(_NUMBERS) % 100}.{process >> 8 & 0xFF}.{process & 0xFF}"
+        )
 
     return make
+
+
+@pytest.fixture
+def serve_drives(tx40: Robot) -> Iterator[Callable[..., Channel]]:
+    """Simulated drives in a thread of this process, on an in-process bus of their own."""
+    stop = threading.Event()
+    threads: list[threading.Thread] = []
+
+    def start(robot: Robot = tx40, faults: Faults = NO_FAULTS) -> Channel:
+        channel = Channel("virtual", f"simulated-{next(_NUMBERS)}")
+        bus = open_bus(channel)
+        group = DriveGroup(robot, draw_truth(robot), frame_sender(bus), faults)
+        group.boot(time.monotonic())
+
+        def run() -> None:
+            with bus:
+                serve(group, bus, lambda now: not stop.is_set())
+
+        threads.append(threading.Thread(target=run))
+        threads[-1].start()
+        return channel
+
+    yield start
+    stop.set()
+    for thread in threads:
+        thread.join()

@@ -143,7 +143,9 @@ def period(set_points: SetPoints, target: float) -> list[float]:
     return found
 
 
-def test_linear_interpolation_takes_one_period_to_a_target(tracking: Callable[[Interpolation], SetPoints]) -> None:
+def test_linear_interpolation_takes_one_period_to_a_target(
+    tracking: Callable[[Interpolation], SetPoints],
+) -> None:
     made = tracking("linear")
     assert period(made, 1.0) == pytest.approx([0.0, 0.25, 0.5, 0.75])
     assert made.velocity == pytest.approx([250.0])
