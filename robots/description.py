@@ -164,7 +164,7 @@ class Identification(_Frozen):
     )
     error_deviation: Literal["unbiased", "sample"] = Field(
         default="unbiased",
-        description="σ_j of a residual: over rows less parameters, or over rows less one as the sample deviation",
+        description="σ_j of a residual: over rows less parameters, or the sample deviation (rows less one)",
     )
     instrument_margin: Positive = Field(
         default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
