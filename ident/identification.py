@@ -20,7 +20,7 @@ from ident.estimators import (
 )
 from ident.estimators.fit import stack_columns
 from ident.exogeneity import WhiteRows, not_testable, revised_test, textbook_test
-from ident.exogeneity.revised import TestSettings
+from ident.exogeneity.revised import GateSettings
 from ident.observation import Rows, observe, observed_columns
 from ident.recording import Recording
 from ident.regressor import RegressorModel
@@ -78,12 +78,12 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
     rows = observe(base, recordings, robot.identification)
     stacked = stack(rows)
     progress("least squares", 0.3)
-    least_squares = _with_covariance(
-        rows, weighted_least_squares(stacked, base.names), rows.regressor, robot.identification.covariance
-    )
+    settings = robot.identification
+    least_squares = weighted_least_squares(stacked, base.names, settings.error_deviation)
+    least_squares = _with_covariance(rows, least_squares, rows.regressor, settings.covariance)
     instruments, instrumental, reason = _instrumental(base, recordings, rows, least_squares, progress)
     if instruments is not None and instrumental is not None:
-        instrumental = _with_covariance(rows, instrumental, instruments, robot.identification.covariance)
+        instrumental = _with_covariance(rows, instrumental, instruments, settings.covariance)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(base, rows, least_squares, instruments, instrumental, reason)
     result = Identification(
@@ -184,7 +184,7 @@ def _test(
         return not_testable(reason, whitening.describe()), None
     margin = base.model.robot.identification.instrument_margin
     shift = (least_squares.beta - instrumental.beta) / np.sqrt(np.diag(least_squares.covariance))
-    settings = TestSettings(_LEVEL, margin, whitening.describe())
+    settings = GateSettings(_LEVEL, margin, whitening.describe())
     block = _white(rows, instruments, block_whitening(residual, len(base.names)))
     white = _white(rows, instruments, whitening)
     return revised_test(block, white, base.names, shift, settings), textbook_test(block, _LEVEL)

@@ -20,6 +20,9 @@ from robots.description import Identification
 _LARGEST_STAGE = 13
 """A decimation filter of order 8 is well conditioned up to here; larger factors go in stages."""
 
+_DECIMATION_PADDING = 24
+"""Samples by which the decimation filter extends a record at both ends, as MATLAB does."""
+
 _CENTRAL_DIFFERENCE = {
     2: (1 / 2,),
     4: (2 / 3, -1 / 12),
@@ -109,10 +112,13 @@ def kept_samples(samples: int, settings: Identification) -> slice:
         IdentificationError: nothing worth fitting would be left.
     """
     start, end = settings.trim_samples
-    if samples - start - end < 10 * settings.decimation:
+    stages = decimation_stages(settings.decimation)
+    before_last = settings.decimation // stages[-1] if stages else 1
+    fewest = max(10 * settings.decimation, 2 * _DECIMATION_PADDING * before_last)
+    if samples - start - end < fewest:
         raise IdentificationError(
-            f"{samples} samples are too short a record; allowed: at least"
-            f" {start + end + 10 * settings.decimation} with trim {start} + {end} and decimation {settings.decimation}"
+            f"{samples} samples are too short a record; allowed: at least {start + end + fewest}"
+            f" with trim {start} + {end} and decimation {settings.decimation}"
         )
     return slice(start, samples - end)
 
@@ -157,7 +163,7 @@ def decimation_stages(factor: int) -> list[int]:
 
 def _decimate_once(values: FloatArray, factor: int) -> FloatArray:
     numerator, denominator = cheby1(8, 0.05, 0.8 / factor)
-    smooth = filtfilt(numerator, denominator, values, axis=0, padlen=3 * 8)
+    smooth = filtfilt(numerator, denominator, values, axis=0, padlen=_DECIMATION_PADDING)
     return np.asarray(smooth[_first_kept(values.shape[0], factor) :: factor])
 
 

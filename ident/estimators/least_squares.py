@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from ident.errors import IdentificationError
 from ident.estimators.fit import LinearFit, Stacked
 from robots.arrays import FloatArray
 
+ErrorDeviation = Literal["unbiased", "sample"]
+
 _DEPENDENT = 1e-10
 """Singular values below this share of the largest are no information."""
 
 
-def joint_deviations(stacked: Stacked) -> FloatArray:
+def joint_deviations(stacked: Stacked, kind: ErrorDeviation = "unbiased") -> FloatArray:
     """σ_j of each joint from the OLS of its own subsystem, (n,).
+
+    Args:
+        stacked: rows joint by joint.
+        kind: ``unbiased`` divides by rows less the subsystem's parameters, ``sample`` by rows less one.
 
     Raises:
         IdentificationError: a joint has fewer rows than parameters, or its torque is constant zero.
@@ -30,7 +38,7 @@ def joint_deviations(stacked: Stacked) -> FloatArray:
                 f"joint {joint + 1}: {torques[joint].size} rows for {rank} parameters; record for longer"
             )
         residual = torques[joint] - blocks[joint][:, seen] @ beta
-        sigma[joint] = np.sqrt(residual @ residual / freedom)
+        sigma[joint] = np.sqrt(residual @ residual / (freedom if kind == "unbiased" else residual.size - 1))
         if sigma[joint] == 0.0:
             raise IdentificationError(
                 f"joint {joint + 1}: the torque is fitted without any error; is its control signal recorded?"
@@ -38,17 +46,20 @@ def joint_deviations(stacked: Stacked) -> FloatArray:
     return sigma
 
 
-def weighted_least_squares(stacked: Stacked, names: tuple[str, ...]) -> LinearFit:
+def weighted_least_squares(
+    stacked: Stacked, names: tuple[str, ...], kind: ErrorDeviation = "unbiased"
+) -> LinearFit:
     """β̂ = (XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹y and its covariance (XᵀΩ⁻¹X)⁻¹ (eq. 7), Ω from each joint's own OLS.
 
     Args:
         stacked: rows joint by joint.
         names: (b,) base parameter names, to say which cannot be seen.
+        kind: how σ_j is estimated, see :func:`joint_deviations`.
 
     Raises:
         IdentificationError: the rows do not determine every parameter; the message names those.
     """
-    sigma = joint_deviations(stacked)
+    sigma = joint_deviations(stacked, kind)
     weights = np.repeat(1.0 / sigma, stacked.y.size // stacked.joints)
     x = stacked.x * weights[:, np.newaxis]
     require_full_rank(x, names)

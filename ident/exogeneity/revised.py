@@ -24,7 +24,7 @@ _EXOGENEITY = "γ = 0: the regressors are uncorrelated with the errors"
 
 
 @dataclass(frozen=True)
-class TestSettings:
+class GateSettings:
     """What the verdict rests on: nominal level, equivalence margin of gate 1, and the rows' whitening."""
 
     level: float
@@ -37,7 +37,7 @@ def revised_test(
     rows: WhiteRows,
     names: tuple[str, ...],
     shift_in_sigma: FloatArray,
-    settings: TestSettings,
+    settings: GateSettings,
 ) -> RevisedTest:
     """Run the gates in order; a gate that is not reached has ``passed`` None.
 
@@ -83,7 +83,7 @@ def not_testable(reason: str, covariance: str) -> RevisedTest:
     return RevisedTest("not_testable", f"Least squares was used untested: {reason}.", covariance, gates)
 
 
-def instruments_gate(rows: WhiteRows, names: tuple[str, ...], settings: TestSettings) -> Gate:
+def instruments_gate(rows: WhiteRows, names: tuple[str, ...], settings: GateSettings) -> Gate:
     """Gate 1: relevance (rank of ZᵀX) and validity (Π̂ against I, column by column and jointly).
 
     A column fails when it departs both significantly and by more than the margin: in long records any
@@ -150,7 +150,7 @@ def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, FloatArray
 
 
 def exogeneity_gate(
-    rows: WhiteRows, names: tuple[str, ...], kept: FloatArray, settings: TestSettings
+    rows: WhiteRows, names: tuple[str, ...], kept: FloatArray, settings: GateSettings
 ) -> Gate:
     """Gate 3: F-test of γ = 0 on the remaining columns, together and one by one (Holm)."""
     _, v = rows.first_stage()

@@ -1,0 +1,117 @@
+"""Base parameters: the right number, the right relations, and one answer every time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robots
+from ident import BaseParameters, RegressorModel, base_parameters, drive_parameters
+from ident.base import random_states
+from ident.effects import State
+
+
+@pytest.fixture(scope="module")
+def tx40() -> BaseParameters:
+    return base_parameters(RegressorModel.of(robots.load("tx40")))
+
+
+@pytest.fixture(scope="module")
+def emps() -> BaseParameters:
+    return base_parameters(RegressorModel.of(robots.load("emps")))
+
+
+def test_one_axis_has_the_four_published_parameters(emps: BaseParameters) -> None:
+    assert emps.names == ("M1R", "Fv1", "Fc1", "off1")
+    assert emps.expressions == ("M1 + Ia1", "Fv1", "Fc1", "off1")
+    assert emps.units == ("kg", "N·s/m", "N", "N")
+
+
+def test_six_axes_have_the_published_number_of_base_parameters(tx40: BaseParameters) -> None:
+    # 58 without coupling (FIELD-NOTES' benchmark), and the coupled drive's Iam, Fvm, Fcm.
+    assert len(tx40.names) == 61
+    assert {"Iam6", "Fvm6", "Fcm6"} <= set(tx40.names)
+
+
+def test_published_regrouping_of_the_first_joints(tx40: BaseParameters) -> None:
+    # Published for this arm: Izz1 + Ia1 + Iyy2 + Iyy3 + 0.07 mz3 + 0.05185 (m3 + … + m6).
+    first = dict(zip(tx40.names, range(len(tx40.names)), strict=True))["ZZ1R"]
+    named = dict(zip(tx40.model.names, tx40.relation[first], strict=True))
+    expected = {"ZZ1": 1, "Ia1": 1, "YY2": 1, "YY3": 1, "MZ3": 0.07} | {
+        f"M{j}": 0.05185 for j in (3, 4, 5, 6)
+    }
+    present = {name: value for name, value in named.items() if value}
+    assert present == pytest.approx(expected, abs=1e-9)
+
+
+def test_base_columns_times_base_vector_is_the_full_torque(tx40: BaseParameters) -> None:
+    model = tx40.model
+    state = random_states(model.robot, seed=7, states=40)
+    standard = np.random.default_rng(3).normal(size=len(model.names))
+    full = model.columns(state) @ standard
+    assert np.allclose(tx40.columns(state) @ tx40.regroup(standard), full, rtol=1e-8, atol=1e-8)
+
+
+def test_any_seed_gives_the_same_set(tx40: BaseParameters) -> None:
+    for seed in (1, 2, 3):
+        other = base_parameters(tx40.model, seed=seed)
+        assert np.array_equal(other.independent, tx40.independent)
+        assert np.allclose(other.relation, tx40.relation, atol=1e-9)
+
+
+def test_standard_vector_keeps_the_base_vector_and_stays_near_the_prior(tx40: BaseParameters) -> None:
+    prior = tx40.model.prior()
+    wanted = tx40.regroup(prior) * 1.1
+    standard = tx40.standard_from(wanted, prior)
+    assert np.allclose(tx40.regroup(standard), wanted, atol=1e-10)
+    # Minimum norm: the shift has no part that the base vector cannot see.
+    shift = standard - prior
+    seen = np.linalg.pinv(tx40.relation) @ (tx40.relation @ shift)
+    assert np.allclose(shift, seen, atol=1e-10)
+    assert np.allclose(tx40.standard_from(tx40.regroup(prior), prior), prior, atol=1e-12)
+
+
+def test_rigid_body_columns_agree_with_recursive_newton_euler() -> None:
+    import pinocchio
+
+    robot = robots.load("tx40")
+    model = RegressorModel.of(robot)
+    state = random_states(robot, seed=5, states=20)
+    links = model.effects[0]
+    pin_model = robots.rigid_body_model(robot)
+    data = pin_model.createData()
+    expected = np.array(
+        [
+            pinocchio.rnea(pin_model, data, q, v, a)
+            for q, v, a in zip(state.position, state.velocity, state.acceleration, strict=True)
+        ]
+    )
+    found = links.columns(state) @ robots.cad_parameters(pin_model)
+    assert np.allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
+def test_drive_parameters_give_the_torque_of_the_transmission() -> None:
+    # Independent of the columns: friction and inertia act at the drive outputs, torques go back by Tᵀ.
+    robot = robots.load("tx40")
+    model = RegressorModel.of(robot)
+    generator = np.random.default_rng(11)
+    inertia, viscous, coulomb = (generator.uniform(0.5, 2.0, robot.n) for _ in range(3))
+    state = random_states(robot, seed=9, states=30)
+    transmission = robot.transmission_matrix
+    speed = state.velocity @ transmission.T
+    width = robot.identification.friction_width
+    at_drives = (
+        state.acceleration @ transmission.T * inertia + speed * viscous + np.tanh(speed / width) * coulomb
+    )
+    values = drive_parameters(robot, inertia, viscous, coulomb)
+    found = model.columns(state) @ model.standard_parameters(values)
+    assert np.allclose(found, at_drives @ transmission, rtol=1e-12, atol=1e-12)
+
+
+def test_at_standstill_nothing_chatters() -> None:
+    robot = robots.load("tx40")
+    model = RegressorModel.of(robot)
+    noise = np.random.default_rng(0).normal(scale=1e-5, size=(100, robot.n))
+    state = State(np.zeros((100, robot.n)), noise, np.zeros((100, robot.n)))
+    coulomb = [k for k, name in enumerate(model.names) if name.startswith("Fc")]
+    assert np.abs(model.columns(state)[:, :, coulomb]).max() < 0.02

@@ -1,0 +1,58 @@
+"""Real data: the EMPS benchmark and its published figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+import robots
+from ident import Fitted, Recording, identify
+
+
+@pytest.fixture(scope="module")
+def emps(shared_data: Path) -> Fitted:
+    log = loadmat(shared_data / "emps" / "DATA_EMPS.mat")
+    time, reference, position, signal = (log[key].astype(np.float64) for key in ("t", "qg", "qm", "vir"))
+    recording = Recording("DATA_EMPS.mat", time.ravel(), reference, position, signal)
+    return identify(robots.load("emps"), (recording,))
+
+
+def test_least_squares_gives_every_published_digit(emps: Fitted) -> None:
+    estimate = emps.result.least_squares
+    found = [(round(p.value, 4), round(p.sigma, 4)) for p in estimate.parameters]
+    assert found == [(95.1089, 0.1085), (203.5034, 1.1460), (20.3935, 0.1012), (-3.1648, 0.0444)]
+    assert round(estimate.relative_error_percent, 4) == 4.0834
+    assert round(estimate.condition, 3) == 25.988
+    assert estimate.lag1_autocorrelation[0] == pytest.approx(0.67, abs=0.005)
+
+
+def test_instrumental_variables_agree_with_the_published_estimate(emps: Fitted) -> None:
+    estimate = emps.result.instrumental
+    assert estimate is not None
+    assert [p.value for p in estimate.parameters] == pytest.approx([95.18, 203.30, 20.41, -3.165], rel=1e-3)
+    assert estimate.converged
+    assert estimate.iterations <= 3
+
+
+def test_the_textbook_test_rejects_as_published(emps: Fitted) -> None:
+    assert emps.result.textbook is not None
+    assert emps.result.textbook.passed is False
+    assert emps.result.textbook.statistic > 10
+
+
+def test_the_verdict_rests_on_three_gates(emps: Fitted) -> None:
+    test = emps.result.test
+    assert [gate.name for gate in test.gates] == ["instruments", "rank", "exogeneity"]
+    instruments, rank, exogeneity = test.gates
+    # The rig's own controller and model: the simulated regressors are those measured, to 1 %.
+    assert instruments.passed is True
+    assert max(check.size for check in instruments.columns) < 0.02
+    assert rank.passed is False
+    assert exogeneity.passed is False
+    assert test.verdict == "endogenous"
+    # The offset's column is the same in simulation and measurement, so gate 2 takes it out.
+    assert next(c for c in rank.columns if c.column == "off1").passed
+    assert "off1" not in [c.column for c in exogeneity.columns]
