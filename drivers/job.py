@@ -79,7 +79,7 @@ def following_error_window(robot: Robot, cycle_time: float) -> FloatArray:
     """The largest drive-output error that the loop of the description can have and still be in control.
 
     At that error the controller's output is at its saturation while the arm moves at full speed;
-    the set-point itself leads by the two periods between latching a target and reporting on it.
+    the set-point itself lags its target by up to two periods of interpolation, and reporting takes one.
 
     Args:
         robot: with controller gains and velocity limits.
@@ -99,4 +99,4 @@ def following_error_window(robot: Robot, cycle_time: float) -> FloatArray:
         error = (saturation / k_v + lag) / k_p
     else:
         error = (saturation + k_v * lag) / k_p
-    return np.asarray(error + 2 * cycle_time * speed)
+    return np.asarray(error + 3 * cycle_time * speed)

@@ -214,30 +214,33 @@ class Loop:
             return
         way = job.units.counts(approach(start, end, job.velocity, job.acceleration, job.cycle_time)).tolist()
         rest = [job.reference[0].tolist()] * self._cycles(job.budgets.settle_seconds)
-        self._command(self._hold())
         self._follow([*way, *rest], record=False)
 
     def _stream(self) -> None:
         """The reference, one target per SYNC that is sent, whatever deadlines were skipped.
 
-        Row k is recorded after SYNC k, when target k+1 goes out; after the last one that target stays.
+        The SYNC just sent has latched the first point: it is row 0. Row k is recorded when target k+1 goes
+        out; after the last one that target stays.
         """
         following = self.job.reference[1:].tolist()
         self._follow([*following, self.job.reference[-1].tolist()], record=True)
 
     def _follow(self, targets: Iterable[list[int]], record: bool) -> None:
-        """One target per cycle until they end or something asks for a stop; then the stop ramp."""
+        """One target per cycle until they end or something asks for a stop; then the stop ramp.
+
+        Like every phase it begins and ends between the TPDOs and the RPDOs of a cycle.
+        """
         for target in targets:
-            self._sync()
             if not self.watch.fine:
                 self._ramp_down(record)
                 return
             self._command(target)
             if record:
                 self._record()
+            self._sync()
 
     def _ramp_down(self, record: bool) -> None:
-        """Bring the set-points to rest. Called between the SYNC and the RPDOs of a cycle."""
+        """Bring the set-points to rest."""
         job = self.job
         previous, last = job.units.position(np.array([self.latched_before, self.latched]))
         ramp = job.units.counts(stop_ramp(previous, last, job.acceleration, job.cycle_time)).tolist()

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 LATE_SHARE = 0.5
 """A SYNC is late when sent after more than this share of the period."""
+SKIP_SHARE = 0.75
+"""A SYNC is not sent at all after more than this share of the period."""
 
 
 class Pacemaker:
@@ -47,16 +49,23 @@ class Pacemaker:
     def wait(self) -> float:
         """Wait for the next deadline.
 
+        A deadline that is gone by more than SKIP_SHARE is skipped, so that two SYNCs never come closer
+        together than the rest of the period.
+
         Returns:
-            Lateness: s from the deadline that follows the previous one. Where that is more than a
-            period, the deadlines gone by are skipped; the cycle then runs at the latest of them.
+            Lateness: s from the deadline that follows the previous one; above a period where some were
+            skipped.
         """
-        self._index += 1
-        due = self.deadline
+        due = self.deadline + self.period
+        self._sleep_until(due)
+        behind = max(0.0, self._clock() - due)
+        self.missed_now = int(behind / self.period + 1.0 - SKIP_SHARE)
+        self._index += 1 + self.missed_now
+        self._sleep_until(self.deadline)
+        now = self._clock()
+        self.late_now = now - self.deadline > LATE_SHARE * self.period
+        return now - due
+
+    def _sleep_until(self, due: float) -> None:
         while (left := due - self._clock()) > 0:
             self._sleep(left)
-        lateness = self._clock() - due
-        self.missed_now = int(lateness // self.period)
-        self._index += self.missed_now
-        self.late_now = lateness - self.missed_now * self.period > LATE_SHARE * self.period
-        return lateness

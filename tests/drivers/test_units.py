@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from drivers import DriveError
+from drivers.layout import MappedObject, tpdo_layout, tpdo_objects
+from drivers.units import Units
+from robots import Robot
+
+FACTORS = st.floats(1.0, 1e6) | st.floats(-1e6, -1.0)
+
+
+@st.composite
+def some_units(draw: st.DrawFn) -> Units:
+    n = draw(st.integers(1, 6))
+    lower = np.tril(draw(arrays(float, (n, n), elements=st.floats(-1, 1))), -1)
+    diagonal = np.diag(draw(arrays(float, n, elements=st.sampled_from([-1.0, 0.5, 1.0, 2.0]))))
+    counts = draw(arrays(float, n, elements=FACTORS))
+    return Units(lower + diagonal, counts, np.full(n, 0.01), tuple(f"j{i}" for i in range(n)))
+
+
+@given(some_units(), st.data())
+def test_counts_survive_the_way_to_joints_and_back(units: Units, data: st.DataObject) -> None:
+    n = len(units.joints)
+    counts = data.draw(arrays(np.int32, (3, n), elements=st.integers(-(2**31) + 2, 2**31 - 3)))
+    back = units.counts(units.position(counts))
+    # 32 lower-triangular steps of rounding stay far below one count.
+    assert np.abs(back.astype(np.int64) - counts).max() <= 1
+
+
+@given(some_units(), st.data())
+def test_joints_survive_the_way_to_counts_within_a_count(units: Units, data: st.DataObject) -> None:
+    q = data.draw(arrays(float, len(units.joints), elements=st.floats(-3, 3)))
+    error = units.position(units.counts(q)) - q
+    assert np.all(np.abs(units.transmission @ error * units.counts_per_output_unit) <= 0.5 + 1e-6)
+
+
+def test_tx40_wrist_is_coupled(tx40: Robot) -> None:
+    units = Units.of(tx40)
+    counts = units.counts(np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.0]))
+    assert counts[4] != 0 and counts[5] != 0
+    np.testing.assert_allclose(
+        counts, tx40.transmission_matrix @ [0, 0, 0, 0, 0.1, 0] * tx40.counts_per_output_unit, atol=0.5
+    )
+
+
+def test_positions_outside_32_bits_are_refused(tx40: Robot) -> None:
+    units = Units.of(tx40)
+    with pytest.raises(DriveError, match=r"drive 2 \(joint_2\) does not fit into 32-bit counts"):
+        units.counts([[0.0, 1e6, 0.0, 0.0, 0.0, 0.0]])
+    with pytest.raises(DriveError, match="does not fit"):
+        units.counts([[0.0, np.nan, 0.0, 0.0, 0.0, 0.0]])
+
+
+@given(st.integers(0, 0xFFFF), st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1))
+def test_layout_is_little_endian_without_gaps(status: int, position: int, signal: int) -> None:
+    data = tpdo_layout(16).pack(status, position, signal)
+    assert data[:2] == status.to_bytes(2, "little")
+    assert data[2:6] == position.to_bytes(4, "little", signed=True)
+    assert data[6:] == signal.to_bytes(2, "little", signed=True)
+
+
+def test_mapping_words_and_the_room_in_a_tpdo() -> None:
+    assert [e.word for e in tpdo_objects(MappedObject(0x6077, 0, 16))] == [0x60410010, 0x60640020, 0x60770010]
+    with pytest.raises(DriveError, match="30D1:02 has 32 bits; allowed: 8 or 16"):
+        tpdo_objects(MappedObject(0x30D1, 2, 32))
