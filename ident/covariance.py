@@ -24,7 +24,7 @@ def weighted_score_covariance(
     """Covariance (b, b) of ZᵀΩ⁻¹ε: Σ_j Z_jᵀ Γ_j Z_j / σ_j⁴, with Γ_j the errors' autocovariance.
 
     Args:
-        instruments: samples × joints × b; the regressors themselves for least squares.
+        instruments: samples × joints × b, zero where a row is left out.
         sigma: (n,) the deviations that make Ω.
         whitening: the AR process per joint.
         segment: (samples,) recordings; errors of different ones are independent.

@@ -106,8 +106,11 @@ def _with_covariance(rows: Rows, fit: LinearFit, instruments: FloatArray, kind: 
     if kind == "block":
         return fit
     residual = rows.torque - rows.regressor @ fit.beta
-    errors = autoregressive_whitening(residual, rows.segment, fit.beta.size)
-    covariance = instrumental_covariance(instruments, rows.regressor, fit.sigma, errors, rows.segment)
+    errors = autoregressive_whitening(residual, rows.segment, rows.used, fit.beta.size)
+    used = rows.used[:, :, np.newaxis]
+    covariance = instrumental_covariance(
+        instruments * used, rows.regressor * used, fit.sigma, errors, rows.segment
+    )
     return replace(fit, covariance=covariance, covariance_kind=errors.describe())
 
 
@@ -142,7 +145,7 @@ def _iterate(
         progress(f"closed-loop simulation {iteration}", 0.3 + 0.6 * min(1.0, iteration / 4))
         instruments = _simulated_columns(base, base.standard_from(fit.beta, prior), recordings)
         try:
-            fresh = instrumental_variables(stacked, stack_columns(instruments), fit.sigma)
+            fresh = instrumental_variables(stacked, stack_columns(instruments, rows.used), fit.sigma)
         except np.linalg.LinAlgError as error:
             raise IdentificationError("the simulated motion does not excite every parameter") from error
         fresh_norm = _residual_norm(stacked, fresh)
@@ -179,41 +182,41 @@ def _test(
     reason: str,
 ) -> tuple[RevisedTest, Gate | None]:
     residual = rows.torque - rows.regressor @ least_squares.beta
-    whitening = autoregressive_whitening(residual, rows.segment, len(base.names))
+    whitening = autoregressive_whitening(residual, rows.segment, rows.used, len(base.names))
     if instruments is None or instrumental is None:
         return not_testable(reason, whitening.describe()), None
     margin = base.model.robot.identification.instrument_margin
     shift = (least_squares.beta - instrumental.beta) / np.sqrt(np.diag(least_squares.covariance))
     settings = GateSettings(_LEVEL, margin, whitening.describe())
-    block = _white(rows, instruments, block_whitening(residual, len(base.names)))
+    block = _white(rows, instruments, block_whitening(residual, rows.used, len(base.names)))
     white = _white(rows, instruments, whitening)
     return revised_test(block, white, base.names, shift, settings), textbook_test(block, _LEVEL)
 
 
 def _white(rows: Rows, instruments: FloatArray, whitening: Whitening) -> WhiteRows:
     return WhiteRows(
-        whitening.apply(rows.torque[:, :, np.newaxis], rows.segment)[:, 0],
-        whitening.apply(rows.regressor, rows.segment),
-        whitening.apply(instruments, rows.segment),
+        whitening.apply(rows.torque[:, :, np.newaxis], rows.segment, rows.used)[:, 0],
+        whitening.apply(rows.regressor, rows.segment, rows.used),
+        whitening.apply(instruments, rows.segment, rows.used),
     )
 
 
 def _estimate(method: str, base: BaseParameters, stacked: Stacked, fit: LinearFit) -> Estimate:
-    residual = stacked.per_joint(stacked.y - stacked.x @ fit.beta)
-    torque = stacked.per_joint(stacked.y)
+    residuals = stacked.split(stacked.y - stacked.x @ fit.beta)
+    sizes = np.array([np.linalg.norm(e) for e in residuals])
+    torques = np.array([np.linalg.norm(y) for y in stacked.split(stacked.y)])
     deviation = np.sqrt(np.diag(fit.covariance))
     named = zip(base.names, fit.beta, deviation, base.units, base.expressions, strict=True)
-    per_joint = 100 * np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1)
     return Estimate(
         method="iv" if method == "iv" else "ls",
         parameters=tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named),
         covariance=fit.covariance,
         covariance_kind=fit.covariance_kind,
         condition=fit.condition,
-        relative_error_percent=float(100 * np.linalg.norm(residual) / np.linalg.norm(torque)),
-        relative_error_percent_per_joint=per_joint,
-        torque_rms=np.sqrt(np.mean(residual**2, axis=1)),
-        lag1_autocorrelation=lag1_autocorrelation(residual.T),
+        relative_error_percent=float(100 * np.linalg.norm(sizes) / np.linalg.norm(torques)),
+        relative_error_percent_per_joint=100 * sizes / torques,
+        torque_rms=sizes / np.sqrt([e.size for e in residuals]),
+        lag1_autocorrelation=np.array([lag1_autocorrelation(e) for e in residuals]),
         iterations=fit.iterations,
         converged=fit.converged,
     )

@@ -10,9 +10,9 @@ from ident.base import BaseParameters
 from ident.effects import State
 from ident.errors import IdentificationError
 from ident.recording import Recording
-from ident.signals import aligned_control_signal, decimate, decimate_index, kept_samples, motion
-from robots.arrays import FloatArray, IntArray
-from robots.description import Identification
+from ident.signals import Motion, aligned_control_signal, decimate, decimate_index, kept_samples, motion
+from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Identification, Robot
 
 _COLUMNS_AT_ONCE = 16
 """Columns filtered together: bounds the memory of the decimation on long records."""
@@ -27,12 +27,15 @@ class Rows:
         segment: (samples,) which recording a sample comes from.
         torque: samples × joints, N·m (or N).
         regressor: samples × joints × b.
+        used: samples × joints, false where a row is left out because its friction is not defined: the
+            joint, or a drive that moves with it, is slower than the arm's ``minimum_speed``.
     """
 
     time: FloatArray
     segment: IntArray
     torque: FloatArray
     regressor: FloatArray
+    used: BoolArray
 
     @property
     def joints(self) -> int:
@@ -40,8 +43,8 @@ class Rows:
 
     @property
     def count(self) -> int:
-        """r = n · n_e, the number of rows in eq. 6."""
-        return int(self.torque.size)
+        """r, the number of rows in eq. 6."""
+        return int(self.used.sum())
 
 
 def observe(base: BaseParameters, recordings: tuple[Recording, ...], settings: Identification) -> Rows:
@@ -63,6 +66,7 @@ def observe(base: BaseParameters, recordings: tuple[Recording, ...], settings: I
         np.concatenate([part.segment for part in parts]),
         np.concatenate([part.torque for part in parts]),
         np.concatenate([part.regressor for part in parts]),
+        np.concatenate([part.used for part in parts]),
     )
 
 
@@ -73,7 +77,10 @@ def observed_columns(
 
     The same function serves the measured and the simulated positions, so that X and Z see one filter.
     """
-    moved = motion(time, position, settings)
+    return _columns(base, motion(time, position, settings), settings)
+
+
+def _columns(base: BaseParameters, moved: Motion, settings: Identification) -> FloatArray:
     full = base.columns(State(moved.position, moved.velocity, moved.acceleration))
     if settings.decimation == 1:
         return full
@@ -94,9 +101,24 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     keep = kept_samples(recording.time.shape[0], settings)
     signal = aligned_control_signal(recording, settings.control_signal_lag)
     torque = decimate(robot.joint_torque(signal)[keep], settings.decimation)
-    regressor = observed_columns(base, recording.time, recording.position, settings)
+    moved = motion(recording.time, recording.position, settings)
+    regressor = _columns(base, moved, settings)
     time = _decimated_time(recording.time[keep], settings.decimation)
-    return Rows(time, np.full(time.shape[0], index, dtype=np.int64), torque, regressor)
+    velocity = moved.velocity[decimate_index(moved.time.shape[0], settings.decimation)]
+    segment = np.full(time.shape[0], index, dtype=np.int64)
+    return Rows(time, segment, torque, regressor, _fast_enough(robot, velocity))
+
+
+def _fast_enough(robot: Robot, velocity: FloatArray) -> BoolArray:
+    """Samples × joints: the joint and every drive that moves with it are above the minimum speed."""
+    share = robot.identification.minimum_speed
+    if share == 0.0:
+        return np.ones(velocity.shape, dtype=np.bool_)
+    transmission = robot.transmission_matrix
+    limits = share * robot.velocity_limits
+    joints = np.abs(velocity) > limits
+    drives = np.abs(velocity @ transmission.T) > limits
+    return joints & ~(~drives @ (transmission != 0.0))
 
 
 def _decimated_time(time: FloatArray, factor: int) -> FloatArray:

@@ -13,9 +13,13 @@ import numpy as np
 
 from scipy.stats import chi2
 
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LARGEST_ORDER = 20
+_LARGEST_POLE = 0.995
+
+_LARGEST_ORDER_WITH_GAPS = 6
+"""Where rows are left out, every order costs so many rows after each gap."""
 
 
 @dataclass(frozen=True)
@@ -37,22 +41,23 @@ class Whitening:
         """The largest AR order over the joints: so many samples are lost at the start of a recording."""
         return max(len(a) for a in self.coefficients)
 
-    def apply(self, values: FloatArray, segment: IntArray) -> FloatArray:
+    def apply(self, values: FloatArray, segment: IntArray, used: BoolArray) -> FloatArray:
         """Filter samples × joints × k and stack joint by joint: (rows, k).
 
         Args:
             values: samples × joints × k.
             segment: (samples,) recording index; the filter never reaches across recordings.
+            used: samples × joints; a filtered row needs itself and all the rows before it that it mixes.
         """
-        order = self.order
         pieces = []
         for joint, coefficients in enumerate(self.coefficients):
             for index in np.unique(segment):
-                series = values[segment == index, joint]
-                filtered = series[order:].copy()
+                chosen = segment == index
+                series, whole = values[chosen, joint], _unbroken(used[chosen, joint], self.order)
+                filtered = series[self.order :].copy()
                 for lag, a in enumerate(coefficients, start=1):
-                    filtered -= a * series[order - lag : series.shape[0] - lag]
-                pieces.append(filtered / self.sigma[joint])
+                    filtered -= a * series[self.order - lag : series.shape[0] - lag]
+                pieces.append(filtered[whole] / self.sigma[joint])
         return np.concatenate(pieces)
 
     def describe(self) -> str:
@@ -62,62 +67,88 @@ class Whitening:
         return f"AR prewhitening per joint (orders {orders} by BIC), Ω of the innovations"
 
 
-def block_whitening(residual: FloatArray, parameters: int) -> Whitening:
+def block_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
     """The paper's Ω: one deviation per joint.
 
     Args:
         residual: samples × joints, N·m (or N).
+        used: samples × joints, the rows of the fit.
         parameters: b, shared out over the joints as lost degrees of freedom.
     """
-    samples, joints = residual.shape
-    sigma = np.sqrt(np.sum(residual**2, axis=0) / (samples - parameters / joints))
+    joints = residual.shape[1]
+    freedom = used.sum(axis=0) - parameters / joints
+    sigma = np.sqrt(np.sum(np.where(used, residual, 0.0) ** 2, axis=0) / freedom)
     return Whitening("block", tuple(np.empty(0) for _ in range(joints)), sigma)
 
 
-def autoregressive_whitening(residual: FloatArray, segment: IntArray, parameters: int) -> Whitening:
+def autoregressive_whitening(
+    residual: FloatArray, segment: IntArray, used: BoolArray, parameters: int
+) -> Whitening:
     """Fit an AR model to each joint's residual, its order by BIC.
 
     Args:
         residual: samples × joints, N·m (or N).
         segment: (samples,) recording index.
+        used: samples × joints, the rows of the fit.
         parameters: b, shared out over the joints as lost degrees of freedom.
     """
-    largest = min(_LARGEST_ORDER, residual.shape[0] // 20)
-    coefficients = [_best_ar(residual[:, joint], segment, largest) for joint in range(residual.shape[1])]
-    draft = Whitening("ar", tuple(coefficients), np.ones(residual.shape[1]))
-    innovations = draft.apply(residual[:, :, np.newaxis], segment).reshape(residual.shape[1], -1)
-    freedom = innovations.shape[1] - parameters / residual.shape[1]
-    sigma = np.sqrt(np.sum(innovations**2, axis=1) / freedom)
+    joints = residual.shape[1]
+    most = _LARGEST_ORDER if used.all() else _LARGEST_ORDER_WITH_GAPS
+    largest = min(most, int(used.sum(axis=0).min()) // 20)
+    coefficients, sigma = [], np.empty(joints)
+    for joint in range(joints):
+        target, lagged = _lagged(residual[:, joint], segment, used[:, joint], largest)
+        a = _best_ar(target, lagged)
+        error = target - lagged[:, : a.size] @ a
+        sigma[joint] = np.sqrt(error @ error / (target.size - parameters / joints))
+        coefficients.append(a)
     return Whitening("ar", tuple(coefficients), sigma)
 
 
-def _best_ar(series: FloatArray, segment: IntArray, largest: int) -> FloatArray:
+def _unbroken(used: BoolArray, order: int) -> BoolArray:
+    """Samples from ``order`` on that are used together with the ``order`` samples before them."""
+    whole = used[order:].copy()
+    for lag in range(1, order + 1):
+        whole &= used[order - lag : used.shape[0] - lag]
+    return whole
+
+
+def _best_ar(target: FloatArray, lagged: FloatArray) -> FloatArray:
     """AR coefficients of the order with the smallest BIC, all orders compared on the same samples."""
-    target, lagged = _lagged(series, segment, largest)
     best, smallest = np.empty(0), target.size * np.log(np.mean(target**2))
-    for order in range(1, largest + 1):
+    for order in range(1, lagged.shape[1] + 1):
         a = np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0]
         error = target - lagged[:, :order] @ a
         bic = target.size * np.log(np.mean(error**2)) + order * np.log(target.size)
-        if bic < smallest:
+        if bic < smallest and _is_stable(a):
             best, smallest = a, bic
     return best
 
 
-def _lagged(series: FloatArray, segment: IntArray, largest: int) -> tuple[FloatArray, FloatArray]:
+def _is_stable(coefficients: FloatArray) -> bool:
+    """All poles well inside the unit circle, so that the process has a variance."""
+    poles = np.roots(np.concatenate([[1.0], -coefficients]))
+    return bool(np.abs(poles).max() < _LARGEST_POLE)
+
+
+def _lagged(
+    series: FloatArray, segment: IntArray, used: BoolArray, largest: int
+) -> tuple[FloatArray, FloatArray]:
+    """Each sample that has ``largest`` unbroken samples before it, and those, nearest first."""
     targets, lags = [], []
     for index in np.unique(segment):
         part = series[segment == index]
-        targets.append(part[largest:])
-        columns = [part[largest - k : part.size - k] for k in range(1, largest + 1)]
-        lags.append(np.column_stack(columns) if columns else np.empty((part.size, 0)))
+        whole = _unbroken(used[segment == index], largest)
+        targets.append(part[largest:][whole])
+        columns = [part[largest - k : part.size - k][whole] for k in range(1, largest + 1)]
+        lags.append(np.column_stack(columns) if columns else np.empty((int(whole.sum()), 0)))
     return np.concatenate(targets), np.concatenate(lags)
 
 
-def lag1_autocorrelation(residual: FloatArray) -> FloatArray:
-    """Lag-1 autocorrelation of each joint's residual (samples × joints), (n,)."""
-    centred = residual - residual.mean(axis=0)
-    return np.asarray(np.sum(centred[1:] * centred[:-1], axis=0) / np.sum(centred**2, axis=0))
+def lag1_autocorrelation(series: FloatArray) -> float:
+    """Lag-1 autocorrelation of a series (samples,)."""
+    centred = series - series.mean()
+    return float(centred[1:] @ centred[:-1] / (centred @ centred))
 
 
 def ljung_box(series: FloatArray, lags: int = 10) -> tuple[float, float]:

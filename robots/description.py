@@ -157,6 +157,10 @@ class Identification(_Frozen):
     friction_width: NonNegative = Field(
         default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
     )
+    minimum_speed: NonNegative = Field(
+        default=0.0,
+        description="share of a joint's velocity limit; rows in which it moves slower are left out",
+    )
     offset: bool = Field(default=True, description="one torque offset per joint")
     covariance: Literal["block", "ar"] = Field(
         default="ar",

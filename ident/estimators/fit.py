@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.errors import IdentificationError
 from ident.observation import Rows
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -17,16 +18,24 @@ class Stacked:
     Attributes:
         y: (r,) torques, N·m (or N).
         x: (r, b) observation matrix.
-        joints: n; rows j·n_e … (j+1)·n_e belong to joint j.
+        joint: (r,) index of the joint a row belongs to, ascending from 0.
     """
 
     y: FloatArray
     x: FloatArray
-    joints: int
+    joint: IntArray
 
-    def per_joint(self, values: FloatArray) -> FloatArray:
-        """(r,) → joints × samples."""
-        return values.reshape(self.joints, -1)
+    @property
+    def joints(self) -> int:
+        return int(self.joint[-1]) + 1
+
+    def split(self, values: FloatArray) -> list[FloatArray]:
+        """(r, …) → one array per joint."""
+        return np.split(values, np.flatnonzero(np.diff(self.joint)) + 1)
+
+    def spread(self, per_joint: FloatArray) -> FloatArray:
+        """(n,) → (r,): each joint's value on its rows."""
+        return np.asarray(per_joint[self.joint])
 
 
 @dataclass(frozen=True)
@@ -53,10 +62,18 @@ class LinearFit:
 
 
 def stack(rows: Rows) -> Stacked:
-    """Samples × joints to one column, joint by joint."""
-    return Stacked(rows.torque.T.reshape(-1), stack_columns(rows.regressor), rows.joints)
+    """Samples × joints to one column, joint by joint, without the rows that are left out.
+
+    Raises:
+        IdentificationError: a joint has no rows.
+    """
+    joint = np.repeat(np.arange(rows.joints), rows.used.sum(axis=0))
+    for index in range(rows.joints):
+        if not rows.used[:, index].any():
+            raise IdentificationError(f"joint {index + 1} never moves fast enough to identify its friction")
+    return Stacked(rows.torque.T[rows.used.T], stack_columns(rows.regressor, rows.used), joint)
 
 
-def stack_columns(regressor: FloatArray) -> FloatArray:
+def stack_columns(regressor: FloatArray, used: BoolArray) -> FloatArray:
     """samples × joints × b to (r, b), joint by joint."""
-    return np.ascontiguousarray(regressor.transpose(1, 0, 2)).reshape(-1, regressor.shape[2])
+    return np.ascontiguousarray(regressor.transpose(1, 0, 2)[used.T])

@@ -19,15 +19,15 @@ def instrumental_variables(stacked: Stacked, z: FloatArray, sigma: FloatArray) -
     Raises:
         numpy.linalg.LinAlgError: ZᵀΩ⁻¹X is singular.
     """
-    weights = np.repeat(1.0 / sigma, stacked.y.size // stacked.joints)
+    weights = stacked.spread(1.0 / sigma)
     x = stacked.x * weights[:, np.newaxis]
     instruments = z * weights[:, np.newaxis]
     cross = instruments.T @ x
     beta = np.linalg.solve(cross, instruments.T @ (stacked.y * weights))
-    residual = stacked.per_joint(stacked.y - stacked.x @ beta)
-    freedom = residual.shape[1] - stacked.x.shape[1] / stacked.joints
-    fresh = np.sqrt(np.sum(residual**2, axis=1) / freedom)
-    scaled = instruments * np.repeat(fresh / sigma, residual.shape[1])[:, np.newaxis]
+    lost = stacked.x.shape[1] / stacked.joints
+    residuals = stacked.split(stacked.y - stacked.x @ beta)
+    fresh = np.array([np.sqrt(e @ e / (e.size - lost)) for e in residuals])
+    scaled = instruments * stacked.spread(fresh / sigma)[:, np.newaxis]
     inverse = np.linalg.inv(cross)
     covariance = inverse @ (scaled.T @ scaled) @ inverse.T
     return LinearFit(beta, covariance, fresh, float(np.linalg.cond(x)))

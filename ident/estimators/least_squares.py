@@ -26,19 +26,18 @@ def joint_deviations(stacked: Stacked, kind: ErrorDeviation = "unbiased") -> Flo
     Raises:
         IdentificationError: a joint has fewer rows than parameters, or its torque is constant zero.
     """
-    blocks = stacked.x.reshape(stacked.joints, -1, stacked.x.shape[1])
-    torques = stacked.per_joint(stacked.y)
     sigma = np.empty(stacked.joints)
-    for joint in range(stacked.joints):
-        seen = np.linalg.norm(blocks[joint], axis=0) > 0
-        beta, _, rank, _ = np.linalg.lstsq(blocks[joint][:, seen], torques[joint], rcond=_DEPENDENT)
-        freedom = torques[joint].size - int(rank)
-        if freedom < 1:
+    blocks = zip(stacked.split(stacked.x), stacked.split(stacked.y), strict=True)
+    for joint, (x, y) in enumerate(blocks):
+        seen = np.linalg.norm(x, axis=0) > 0
+        beta, _, rank, _ = np.linalg.lstsq(x[:, seen], y, rcond=_DEPENDENT)
+        freedom = y.size - (int(rank) if kind == "unbiased" else 1)
+        if y.size <= rank:
             raise IdentificationError(
-                f"joint {joint + 1}: {torques[joint].size} rows for {rank} parameters; record for longer"
+                f"joint {joint + 1}: {y.size} rows for {rank} parameters; record for longer"
             )
-        residual = torques[joint] - blocks[joint][:, seen] @ beta
-        sigma[joint] = np.sqrt(residual @ residual / (freedom if kind == "unbiased" else residual.size - 1))
+        residual = y - x[:, seen] @ beta
+        sigma[joint] = np.sqrt(residual @ residual / freedom)
         if sigma[joint] == 0.0:
             raise IdentificationError(
                 f"joint {joint + 1}: the torque is fitted without any error; is its control signal recorded?"
@@ -60,7 +59,7 @@ def weighted_least_squares(
         IdentificationError: the rows do not determine every parameter; the message names those.
     """
     sigma = joint_deviations(stacked, kind)
-    weights = np.repeat(1.0 / sigma, stacked.y.size // stacked.joints)
+    weights = stacked.spread(1.0 / sigma)
     x = stacked.x * weights[:, np.newaxis]
     require_full_rank(x, names)
     q, r = np.linalg.qr(x)

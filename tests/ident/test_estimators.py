@@ -21,7 +21,7 @@ def problem(seed: int = 0, samples: int = 300) -> tuple[Stacked, FloatArray]:
     noise = np.repeat([0.2, 3.0], samples) * generator.normal(size=2 * samples)
     x = z + 0.3 * generator.normal(size=z.shape)
     x[:, 1] += 0.2 * noise
-    return Stacked(x @ [1.0, -2.0, 0.5] + noise, x, 2), z
+    return Stacked(x @ [1.0, -2.0, 0.5] + noise, x, np.repeat([0, 1], samples)), z
 
 
 def test_weighted_least_squares_is_statsmodels_wls() -> None:
@@ -52,7 +52,7 @@ def test_instrumental_variables_is_linearmodels_iv2sls() -> None:
 
 def test_instrumental_covariance_on_one_joint_is_that_of_linearmodels() -> None:
     stacked, z = problem()
-    alone = Stacked(stacked.y[:300], stacked.x[:300], 1)
+    alone = Stacked(stacked.y[:300], stacked.x[:300], np.zeros(300, dtype=np.int64))
     fit = instrumental_variables(alone, z[:300], np.array([1.0]))
     reference = IV2SLS(alone.y, None, alone.x, z[:300]).fit(cov_type="unadjusted", debiased=True)
     assert fit.covariance == pytest.approx(reference.cov.to_numpy(), rel=1e-8)
@@ -73,7 +73,7 @@ def test_a_parameter_without_excitation_is_named() -> None:
     x = stacked.x.copy()
     x[:, 2] = 0.0
     with pytest.raises(IdentificationError, match="does not excite c;"):
-        weighted_least_squares(Stacked(stacked.y, x, 2), NAMES)
+        weighted_least_squares(Stacked(stacked.y, x, stacked.joint), NAMES)
 
 
 def test_parameters_that_move_together_are_named() -> None:
@@ -81,10 +81,10 @@ def test_parameters_that_move_together_are_named() -> None:
     x = stacked.x.copy()
     x[:, 2] = 2.0 * x[:, 0]
     with pytest.raises(IdentificationError, match="does not tell apart a, c;"):
-        weighted_least_squares(Stacked(stacked.y, x, 2), NAMES)
+        weighted_least_squares(Stacked(stacked.y, x, stacked.joint), NAMES)
 
 
 def test_a_torque_without_noise_is_suspicious() -> None:
     stacked, _ = problem()
     with pytest.raises(IdentificationError, match="joint 1: the torque is fitted without any error"):
-        weighted_least_squares(Stacked(np.zeros_like(stacked.y), stacked.x, 2), NAMES)
+        weighted_least_squares(Stacked(np.zeros_like(stacked.y), stacked.x, stacked.joint), NAMES)

@@ -30,7 +30,9 @@ def autoregressive(coefficients: list[float], samples: int, joints: int, seed: i
 
 def test_the_order_and_the_coefficients_are_found() -> None:
     residual = autoregressive([1.2, -0.5], 6000, 2, seed=1)
-    whitening = autoregressive_whitening(residual, np.zeros(6000, dtype=np.int64), parameters=10)
+    whitening = autoregressive_whitening(
+        residual, np.zeros(6000, dtype=np.int64), np.ones((6000, 2), dtype=np.bool_), parameters=10
+    )
     for coefficients in whitening.coefficients:
         assert len(coefficients) == pytest.approx(2, abs=1)
         assert coefficients[:2] == pytest.approx([1.2, -0.5], abs=0.05)
@@ -40,9 +42,10 @@ def test_the_order_and_the_coefficients_are_found() -> None:
 def test_whitened_rows_are_white() -> None:
     residual = autoregressive([0.9], 4000, 3, seed=2)
     segment = np.repeat([0, 1], 2000)
-    whitening = autoregressive_whitening(residual, segment, parameters=0)
-    white = whitening.apply(residual[:, :, np.newaxis], segment).reshape(3, -1)
-    assert np.abs(lag1_autocorrelation(white.T)).max() < 0.05
+    used = np.ones(residual.shape, dtype=np.bool_)
+    whitening = autoregressive_whitening(residual, segment, used, parameters=0)
+    white = whitening.apply(residual[:, :, np.newaxis], segment, used).reshape(3, -1)
+    assert max(abs(lag1_autocorrelation(series)) for series in white) < 0.05
     assert white.std() == pytest.approx(1.0, rel=0.03)
     assert ljung_box(residual[:, 0])[1] < 1e-6
     assert ljung_box(white[0])[1] > 1e-3
@@ -51,13 +54,31 @@ def test_whitened_rows_are_white() -> None:
 def test_the_filter_never_reaches_across_recordings() -> None:
     whitening = Whitening("ar", (np.array([0.5]),), np.array([1.0]))
     values = np.array([1.0, 1.0, 1.0, 100.0, 100.0, 100.0])[:, np.newaxis, np.newaxis]
-    filtered = whitening.apply(values, np.array([0, 0, 0, 1, 1, 1]))[:, 0]
+    filtered = whitening.apply(values, np.array([0, 0, 0, 1, 1, 1]), np.ones((6, 1), dtype=np.bool_))[:, 0]
     assert filtered.tolist() == [0.5, 0.5, 50.0, 50.0]
+
+
+def test_a_filtered_row_needs_every_row_that_it_mixes() -> None:
+    whitening = Whitening("ar", (np.array([0.5, 0.25]),), np.array([1.0]))
+    values = np.arange(8.0)[:, np.newaxis, np.newaxis]
+    used = np.array([True, True, True, False, True, True, True, True])[:, np.newaxis]
+    filtered = whitening.apply(values, np.zeros(8, dtype=np.int64), used)[:, 0]
+    assert filtered.tolist() == [2 - 0.5 * 1, 6 - 0.5 * 5 - 0.25 * 4, 7 - 0.5 * 6 - 0.25 * 5]
+
+
+def test_left_out_rows_do_not_disturb_the_fit() -> None:
+    residual = autoregressive([0.9], 4000, 1, seed=8)
+    used = np.ones(residual.shape, dtype=np.bool_)
+    used[500:600] = used[2000:2300] = False
+    spoiled = np.where(used, residual, 1e3)
+    whitening = autoregressive_whitening(spoiled, np.zeros(4000, dtype=np.int64), used, parameters=0)
+    assert whitening.coefficients[0] == pytest.approx([0.9], abs=0.03)
+    assert whitening.sigma[0] == pytest.approx(1.0, rel=0.05)
 
 
 def test_block_whitening_is_the_papers_omega() -> None:
     residual = np.random.default_rng(3).normal(size=(500, 2)) * [1.0, 10.0]
-    whitening = block_whitening(residual, parameters=4)
+    whitening = block_whitening(residual, np.ones(residual.shape, dtype=np.bool_), parameters=4)
     assert whitening.order == 0
     assert whitening.sigma == pytest.approx(np.sqrt(np.sum(residual**2, axis=0) / 498))
 
@@ -108,7 +129,7 @@ def test_sigma_is_honest_under_correlated_errors() -> None:
         y = (x[:, 0] @ [1.0, 2.0])[:, np.newaxis] + error
         fit = sm.OLS(y, x[:, 0]).fit()
         residual = fit.resid[:, np.newaxis]
-        errors = autoregressive_whitening(residual, segment, b)
+        errors = autoregressive_whitening(residual, segment, np.ones((samples, 1), dtype=np.bool_), b)
         sigma = np.array([residual.std()])
         estimates.append(fit.params)
         claimed.append(np.diag(instrumental_covariance(x, x, sigma, errors, segment)))
