@@ -1,0 +1,99 @@
+"""What all tests share: one thread each, a bus of their own, the recorded data, a check for leftovers."""
+
+from __future__ import annotations
+
+import os
+
+# Many small solves run faster on one thread, and the tests run side by side. Before anything imports numpy.
+for _library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
+import time
+import zlib
+from collections.abc import Callable, Iterator
+from itertools import count
+from pathlib import Path
+from uuid import uuid4
+
+import hypothesis
+import pytest
+
+from drivers import Channel
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# The same examples in every run, and no clock: how fast the machine is proves nothing. To look further:
+# ./armhil test --hypothesis-profile=explore
+hypothesis.settings.register_profile("armhil", deadline=None, derandomize=True)
+hypothesis.settings.register_profile("explore", deadline=None, max_examples=2000)
+hypothesis.settings.load_profile("armhil")
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The root of the clone."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The directory of published recordings: $ARMHIL_DATA, or shared/data beside the clone."""
+    named = os.environ.get("ARMHIL_DATA")
+    directory = Path(named) if named else ROOT.parent / "shared" / "data"
+    if not directory.is_dir():
+        pytest.skip(f"no published recordings in {directory}; name their directory in ARMHIL_DATA")
+    return directory
+
+
+_CHANNELS = count()
+
+
+@pytest.fixture
+def new_channel(worker_id: str) -> Callable[[], Channel]:
+    """Makes multicast channels: the group by worker and number, the port by run of the whole suite."""
+    worker = int(worker_id.removeprefix("gw")) + 1 if worker_id.startswith("gw") else 0
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
+    port = 20000 + zlib.crc32(run.encode()) % 12000  # below the ports that systems hand out on their own
+
+    def make() -> Channel:
+        return Channel("udp_multicast", f"239.74.{worker % 256}.{1 + next(_CHANNELS) % 254}:{port}")
+
+    return make
+
+
+@pytest.fixture
+def channel(new_channel: Callable[[], Channel]) -> Channel:
+    """A multicast channel that no other test, worker or run on this machine uses."""
+    return new_channel()
+
+
+@pytest.fixture
+def no_leftovers(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Fails a test after which a process is left that it started, orphans included."""
+    if not Path("/proc/self/environ").exists():
+        pytest.skip("looking for processes left behind needs /proc")
+    mark = f"ARMHIL_TEST={uuid4().hex}"
+    monkeypatch.setenv(*mark.split("="))
+    yield
+    deadline = time.monotonic() + 5.0
+    while (left := _processes_marked(mark)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not left, f"processes left behind: {left}"
+
+
+def _processes_marked(mark: str) -> list[str]:
+    """Command lines of the other processes that inherited the mark.
+
+    Python's own resource tracker is none of them: it lives as long as the interpreter that started it.
+    """
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            environment = (process / "environ").read_bytes().split(b"\0")
+            command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:  # ended meanwhile, or another user's
+            continue
+        is_other = process.name != str(os.getpid()) and "resource_tracker" not in command
+        if is_other and mark.encode() in environment:
+            found.append(f"{process.name}: {command.strip()}")
+    return found

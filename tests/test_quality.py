@@ -1,0 +1,30 @@
+"""The checks that every commit passes, as tests: style, types, and who may import whom."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments"),
+    [
+        pytest.param("ruff", ["-m", "ruff", "check"], id="ruff check"),
+        pytest.param("ruff", ["-m", "ruff", "format", "--check"], id="ruff format"),
+        pytest.param("mypy", ["-m", "mypy"], id="mypy"),
+        pytest.param("importlinter", ["-c", IMPORT_LINTER], id="import-linter"),
+    ],
+)
+def test_the_repository_passes(tool: str, arguments: list[str], repository: Path) -> None:
+    if find_spec(tool) is None:
+        pytest.skip(f"{tool} is not installed; ./armhil test installs it")
+    result = subprocess.run(
+        [sys.executable, *arguments], cwd=repository, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, f"\n{result.stdout}{result.stderr}"
