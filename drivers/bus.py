@@ -52,6 +52,11 @@ def open_bus(
         filters = [{"can_id": i, "can_mask": 0x7FF, "extended": False} for i in sorted(set(receive))]
     try:
         return _open(channel, filters, bitrate)
+    except (NameError, AttributeError, TypeError) as error:
+        # How python-can's interfaces fail where the maker's library is not installed.
+        raise BusError(
+            f"cannot open {channel}: the driver of interface {channel.interface} is missing"
+        ) from error
     except (OSError, can.CanError, ImportError, ValueError) as error:
         raise BusError(f"cannot open {channel}: {_reason(channel, error)}") from error
 

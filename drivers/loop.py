@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 import can
 import numpy as np
 
-from drivers.cia402.states import LEVEL, Goal, has_torque, next_controlword, refusal, state_of
+from drivers.cia402.states import LEVEL, Command, Goal, has_torque, next_controlword, refusal, state_of
 from drivers.exchange import Exchange
 from drivers.job import Job
 from drivers.pacemaker import Pacemaker
@@ -25,6 +25,8 @@ RECEIVE_SHARE = 0.6
 """Share of the period for TPDOs; the rest is for the RPDOs to get out before the next SYNC."""
 LEAST_RECEIVE_SHARE = 0.1
 DISABLE_SECONDS = 1.0
+BLIND_CYCLES = 5
+"""How often the last "disable voltage" goes to drives that do not confirm."""
 STANDSTILL_CYCLES = 5
 STANDSTILL_SHARE = 0.005
 """An arm is at rest when each joint is slower than this share of its velocity limit."""
@@ -108,18 +110,29 @@ class Loop:
         now = self.clock()
         period = self.job.cycle_time
         self._publish()
+        # A drive that is lost is not waited for.
+        lost = any(self.watch.lost(axis) for axis in range(len(self.goals)))
         until = max(
             self.pace.deadline + RECEIVE_SHARE * period,
             now + LEAST_RECEIVE_SHARE * period,
-            now + self.job.budgets.receive_seconds,
+            now if lost else now + self.job.budgets.receive_seconds,
         )
         self.exchange.receive(until)
         self.watch.check(self.latched_before, self.goals)
 
-    def _command(self, targets: Sequence[int]) -> None:
-        """Send controlwords towards the goals, and the targets in counts."""
+    def _command(self, targets: Sequence[int], blindly: bool = False) -> None:
+        """Send controlwords towards the goals, and the targets in counts.
+
+        Args:
+            targets: counts, one per axis.
+            blindly: switch drives off in one step, whatever they say.
+        """
         words = self.exchange.statusword
         controlwords = [next_controlword(word, goal) for word, goal in zip(words, self.goals, strict=True)]
+        for axis, goal in enumerate(self.goals):
+            # A drive that does not say where it is cannot be led down step by step.
+            if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.lost(axis)):
+                controlwords[axis] = Command.DISABLE_VOLTAGE
         self.exchange.send(controlwords, targets)
         self.sent = targets
         self.commanded = True
@@ -275,6 +288,9 @@ class Loop:
             self._sync()
             if not any(self._is_up(word) for word in self.exchange.statusword):
                 return
+        for _ in range(BLIND_CYCLES):
+            self._command(self._hold(), blindly=True)
+            self._sync()
         up = [
             d for d, word in zip(self.job.drives, self.exchange.statusword, strict=True) if self._is_up(word)
         ]

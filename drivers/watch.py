@@ -85,6 +85,10 @@ class Watch:
                 self._check_following(axis, set_points[axis])
         self._check_surroundings()
 
+    def lost(self, axis: int) -> bool:
+        """Whether a drive has left more SYNCs unanswered than it may: what it said last is out of date."""
+        return self._unanswered[axis] > self._job.budgets.incomplete_in_a_row
+
     def _check_answer(self, axis: int) -> None:
         if self._exchange.complete[axis]:
             self._unanswered[axis] = 0
@@ -92,7 +96,7 @@ class Watch:
             return
         self._unanswered[axis] += 1
         # Before the first answer a drive has a longer time, which the loop itself watches.
-        if self._answered[axis] and self._unanswered[axis] > self._job.budgets.incomplete_in_a_row:
+        if self._answered[axis] and self.lost(axis):
             self.abort(f"no TPDO from {self._job.drives[axis]} in {self._unanswered[axis]} SYNCs")
 
     def _check_state(self, axis: int, goals: list[Goal]) -> None:

@@ -62,7 +62,10 @@ def test_a_feasible_reference_passes(tx40: Robot) -> None:
     ("spoil", "message"),
     [
         (lambda q: q.__setitem__((250, 2), 99.0), "joint_3 leaves its position limit at cycle 250"),
-        (lambda q: q.__setitem__((slice(250, None), 0), q[250:, 0] + 0.1), "joint_1 leaves its velocity limit"),
+        (
+            lambda q: q.__setitem__((slice(250, None), 0), q[250:, 0] + 0.1),
+            "joint_1 leaves its velocity limit",
+        ),
         (lambda q: q.__setitem__((300, 4), q[300, 4] + 0.001), "joint_5 leaves its acceleration limit"),
         (lambda q: q.__setitem__((10, 1), np.nan), "joint_2 is not finite at cycle 10"),
         (lambda q: q.__setitem__((0, 3), q[0, 3] + 0.01), "joint_4 does not begin at rest"),
