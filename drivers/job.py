@@ -39,10 +39,12 @@ class Budgets:
     def on(cls, channel: Channel) -> Self:
         """What fits a channel.
 
-        Behind ``udp_multicast`` there are only simulated drives: ordinary processes of this machine, which a
-        busy processor delays, and whose time goes by SYNCs. Waiting for them costs nothing but punctuality.
+        Behind ``udp_multicast`` and ``vcan`` devices there are only simulated drives: ordinary processes of
+        this machine, which a busy processor delays, and whose time goes by SYNCs. Waiting for them costs
+        nothing but punctuality.
         """
-        if channel.interface == "udp_multicast":
+        virtual_device = channel.interface == "socketcan" and channel.name.startswith(("vcan", "vxcan"))
+        if channel.interface == "udp_multicast" or virtual_device:
             return cls(receive_seconds=0.03, missed_in_a_row=50)
         return cls()
 

@@ -40,6 +40,20 @@ class Samples:
         return len(self.cycle)
 
     @classmethod
+    def empty(cls, n: int) -> Self:
+        """No rows of n axes: what a stream brings that was refused before its first row."""
+        return cls(
+            cycle=np.zeros(0, dtype=np.int64),
+            time=np.zeros(0),
+            reference=np.zeros((0, n)),
+            position=np.zeros((0, n)),
+            control_signal=np.zeros((0, n)),
+            statusword=np.zeros((0, n), dtype=np.uint16),
+            complete=np.zeros((0, n), dtype=np.bool_),
+            lateness=np.zeros(0),
+        )
+
+    @classmethod
     def concatenate(cls, batches: Sequence[Samples]) -> Self:
         """One batch out of several, in the given order.
 
