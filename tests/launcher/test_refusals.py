@@ -70,6 +70,22 @@ def test_no_network(clone: Clone) -> None:
     assert "PIP_INDEX_URL" in line
 
 
+def test_the_cause_is_not_read_from_an_earlier_command(ready_clone: Clone) -> None:
+    (ready_clone.venv / "set-up.log").write_text(NO_NETWORK)
+    ready_clone.pip_says("ERROR: another cause\n")
+    result = ready_clone.run("test")
+    assert result.stderr.endswith(
+        f"the last lines of {ready_clone.venv}/set-up.log:\n  ERROR: another cause\n"
+    )
+
+
+def test_a_package_that_is_not_the_pinned_one(clone: Clone) -> None:
+    clone.pip_says(NO_NETWORK + "ERROR: THESE PACKAGES DO NOT MATCH THE HASHES FROM THE REQUIREMENTS FILE.\n")
+    result = clone.run("demo")
+    assert result.returncode == 2
+    assert "a downloaded package is not the pinned one" in result.stderr
+
+
 def test_no_space(clone: Clone) -> None:
     clone.pip_says("ERROR: Could not install packages: [Errno 28] No space left on device\n")
     assert "no space left" in clone.refusal("test")
