@@ -22,12 +22,17 @@ def prepare() -> tuple[str, ...]:
     Returns:
         One line for each thing that the system refused.
     """
-    gc.collect()
-    gc.freeze()
+    freeze_heap()
     gc.disable()
     refused = [line for line in (take_priority(MASTER_PRIORITY), _lock_memory()) if line]
     _sharpen_timers()
     return tuple(refused)
+
+
+def freeze_heap() -> None:
+    """Take what exists now out of garbage collection: later collections then look at little and are short."""
+    gc.collect()
+    gc.freeze()
 
 
 def take_priority(priority: int) -> str | None:

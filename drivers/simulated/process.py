@@ -19,6 +19,7 @@ from typing import Any
 
 import can
 
+from drivers import realtime
 from drivers.bus import BusLock, listen_for_traffic, open_bus
 from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
@@ -68,6 +69,9 @@ def main() -> int:
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
                 group = DriveGroup(robot, truth, frame_sender(bus), Faults.from_dict(order["faults"]))
                 group.boot(time.monotonic())
+                # Answers in time even where ordinary processes keep the processors busy.
+                realtime.freeze_heap()
+                realtime.take_priority(realtime.DRIVES_PRIORITY)
                 _say({"truth": truth.as_dict()})
                 serve(group, bus, lifeline.holds)
     except (BusError, DriveError, RobotFileError, can.CanError) as error:
