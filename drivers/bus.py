@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Self
+from typing import Self
 
 import can
 
@@ -114,26 +114,37 @@ class BusLock:
     def __init__(self, channel: Channel, role: str = "master") -> None:
         name = re.sub(r"[^A-Za-z0-9.]+", "-", f"armhil-{role}-{channel}")
         self.path = Path(tempfile.gettempdir()) / f"{name}.lock"
-        self._file: IO[bytes] | None = self._acquire(channel, role)
+        self._descriptor: int | None = self._acquire(channel, role)
 
-    def _acquire(self, channel: Channel, role: str) -> IO[bytes]:
+    def _acquire(self, channel: Channel, role: str) -> int:
+        while True:
+            try:
+                descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            except OSError as error:
+                raise BusError(f"cannot lock {channel}: {self.path}: {error.strerror}") from error
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                os.close(descriptor)
+                raise BusError(f"{channel} is occupied: another armhil run holds it as {role}") from None
+            if self._is_named(descriptor):
+                return descriptor
+            os.close(descriptor)
+
+    def _is_named(self, descriptor: int) -> bool:
+        """Whether the locked file is still the one of that name: its last holder removes it."""
         try:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        except OSError as error:
-            raise BusError(f"cannot lock {channel}: {self.path}: {error.strerror}") from error
-        file = os.fdopen(descriptor, "r+b")
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.close()
-            raise BusError(f"{channel} is occupied: another armhil run holds it as {role}") from None
-        return file
+            return os.path.samestat(os.fstat(descriptor), self.path.stat())
+        except FileNotFoundError:
+            return False
 
     def release(self) -> None:
-        # The file stays: removing it would let two processes lock two files of one name.
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        """Give the lease back."""
+        if self._descriptor is not None:
+            # Removed while it is held: who opened it before will find that it has no name any more.
+            self.path.unlink(missing_ok=True)
+            os.close(self._descriptor)
+            self._descriptor = None
 
     def __enter__(self) -> Self:
         return self

@@ -146,8 +146,9 @@ def test_a_lock_is_held_once_and_dies_with_its_process(
             pass
         holder.kill()
         holder.wait()
-    with BusLock(channel):
-        pass
+    with BusLock(channel) as lock:
+        assert lock.path.exists()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_traffic_of_others_is_heard(new_channel: NewChannel) -> None:
