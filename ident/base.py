@@ -131,7 +131,7 @@ def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, presen
 
 
 def _expression(factors: FloatArray, names: tuple[str, ...]) -> str:
-    terms = []
+    terms: list[str] = []
     for column in np.argsort(factors == 0.0, kind="stable"):
         factor = float(factors[column])
         if factor == 0.0:

@@ -118,7 +118,8 @@ def _fast_enough(robot: Robot, velocity: FloatArray) -> BoolArray:
     limits = share * robot.velocity_limits
     joints = np.abs(velocity) > limits
     drives = np.abs(velocity @ transmission.T) > limits
-    return joints & ~(~drives @ (transmission != 0.0))
+    slow_drive = ~drives @ (transmission != 0.0)
+    return np.asarray(joints & ~slow_drive)
 
 
 def _decimated_time(time: FloatArray, factor: int) -> FloatArray:

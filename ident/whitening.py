@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
 from scipy.stats import chi2
 
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -115,9 +114,10 @@ def _unbroken(used: BoolArray, order: int) -> BoolArray:
 
 def _best_ar(target: FloatArray, lagged: FloatArray) -> FloatArray:
     """AR coefficients of the order with the smallest BIC, all orders compared on the same samples."""
-    best, smallest = np.empty(0), target.size * np.log(np.mean(target**2))
+    best: FloatArray = np.empty(0)
+    smallest = target.size * np.log(np.mean(target**2))
     for order in range(1, lagged.shape[1] + 1):
-        a = np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0]
+        a = np.asarray(np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0], dtype=np.float64)
         error = target - lagged[:, :order] @ a
         bic = target.size * np.log(np.mean(error**2)) + order * np.log(target.size)
         if bic < smallest and _is_stable(a):

@@ -63,8 +63,8 @@ class DirectDynamics:
         Raises:
             IdentificationError: not positive definite; says at which posture and for which joint.
         """
-        upper = pinocchio.crba(self._pin, self._data, position)
-        mass = np.triu(upper) + np.triu(upper, 1).T + self.drive_inertia
+        upper: FloatArray = pinocchio.crba(self._pin, self._data, position)
+        mass = np.asarray(np.triu(upper) + np.triu(upper, 1).T + self.drive_inertia)
         try:
             np.linalg.cholesky(mass)
         except np.linalg.LinAlgError as error:
@@ -149,7 +149,7 @@ def _sharpened(effect: Effect) -> Effect:
 
 
 def _probe(effect: Effect, robot: Robot) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """How an effect's columns enter: through q̈ (n, n, p), linearly through q̇ (n, n, p), constant (n, p), other (p,)."""
+    """How columns enter: through q̈ (n, n, p), linearly through q̇ (n, n, p), constant (n, p), else (p,)."""
     n = robot.n
     zero = np.zeros((n, n))
     unit = np.eye(n)

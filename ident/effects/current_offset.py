@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.effects.effect import State
-
 from ident.effects.per_joint import diagonal_columns, joint_units
 from robots.arrays import FloatArray
 from robots.description import Robot

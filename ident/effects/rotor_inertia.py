@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ident.effects.effect import State
-
 from ident.effects.per_joint import diagonal_columns, joint_units
 from robots.arrays import FloatArray
 from robots.description import Robot

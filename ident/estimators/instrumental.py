@@ -23,7 +23,7 @@ def instrumental_variables(stacked: Stacked, z: FloatArray, sigma: FloatArray) -
     x = stacked.x * weights[:, np.newaxis]
     instruments = z * weights[:, np.newaxis]
     cross = instruments.T @ x
-    beta = np.linalg.solve(cross, instruments.T @ (stacked.y * weights))
+    beta = np.asarray(np.linalg.solve(cross, instruments.T @ (stacked.y * weights)), dtype=np.float64)
     lost = stacked.x.shape[1] / stacked.joints
     residuals = stacked.split(stacked.y - stacked.x @ beta)
     fresh = np.array([np.sqrt(e @ e / (e.size - lost)) for e in residuals])

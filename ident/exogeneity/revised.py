@@ -13,7 +13,7 @@ from scipy.stats import f as f_distribution
 
 from ident.exogeneity.textbook import WhiteRows, trailing_diagonal, wald_f
 from ident.results import ColumnCheck, Gate, RevisedTest
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 
 _BIAS_THAT_MATTERS = 0.1
 """Gate 2's noise floor: a column of V̂ that cannot shift any parameter by this many σ is null."""
@@ -122,7 +122,7 @@ def instruments_gate(rows: WhiteRows, names: tuple[str, ...], settings: GateSett
     return Gate("instruments", _INSTRUMENTS, passed, statistic, "χ²", (df,), p, detail, checks)
 
 
-def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, FloatArray]:
+def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, IntArray]:
     """Gate 2: QR of [X V̂]; returns the columns of V̂ above the noise floor of the data.
 
     |R_kk| is what is new in V̂_k. By Cauchy-Schwarz it can shift parameter k by at most
@@ -149,9 +149,7 @@ def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, FloatArray
     return gate, kept
 
 
-def exogeneity_gate(
-    rows: WhiteRows, names: tuple[str, ...], kept: FloatArray, settings: GateSettings
-) -> Gate:
+def exogeneity_gate(rows: WhiteRows, names: tuple[str, ...], kept: IntArray, settings: GateSettings) -> Gate:
     """Gate 3: F-test of γ = 0 on the remaining columns, together and one by one (Holm)."""
     _, v = rows.first_stage()
     statistic, df, p = wald_f(rows.y, rows.x, v[:, kept])
@@ -185,7 +183,7 @@ def _holm_limits(p_values: FloatArray, level: float) -> FloatArray:
 def _joint_departure(
     departure: FloatArray, v: FloatArray, chosen: FloatArray, freedom: int
 ) -> tuple[float, float]:
-    """Wald statistic of Π = I over all columns with the covariance of V̂ between them; χ² degrees of freedom."""
+    """Wald statistic of Π = I over all columns, given how V̂ varies between them; and its χ² freedom."""
     if not chosen.any():
         return 0.0, 0.0
     scale = np.linalg.norm(v[:, chosen], axis=0)
@@ -209,22 +207,33 @@ def _not_reached(name: str, null: str) -> Gate:
 def _say_invalid(gate: Gate) -> str:
     failed = sorted((c for c in gate.columns if not c.passed), key=lambda c: -c.size)
     if not failed:
-        return "Do not trust this model: the simulated motion does not span the measured one; search for what is missing."
+        return (
+            "Do not trust this model: the simulated motion does not span the measured one."
+            " Search for what is missing."
+        )
     named = ", ".join(f"{check.column} ({100 * check.size:.2g} %)" for check in failed[:3])
     return (
-        f"Do not trust this model yet: the simulated arm does not move as the real one in {len(failed)} regressors,"
-        f" most of all {named}. Model or controller is wrong; search for the missing effect."
+        f"Do not trust this model yet: the simulated arm does not move as the real one in {len(failed)}"
+        f" regressors, most of all {named}. Model or controller is wrong; search for the missing effect."
     )
 
 
 def _say_exogenous(reason: str) -> str:
-    return f"Use the least-squares model: its regressors are exogenous ({reason}), so it is unbiased and efficient."
+    return (
+        f"Use the least-squares model: its regressors are exogenous ({reason}),"
+        " so it is unbiased and efficient."
+    )
 
 
 def _say_endogenous(names: tuple[str, ...], shift: FloatArray) -> str:
     order = np.argsort(-np.abs(shift))[:3]
-    worst = ", ".join(f"{names[k]} {shift[k]:+.1f} σ" for k in order)
+    worst = ", ".join(f"{names[k]} by {abs(shift[k]):.1f} σ" for k in order)
+    if np.abs(shift).max() < 1.0:
+        return (
+            "Use the instrumental-variable model. The regressors are correlated with the errors, but hardly:"
+            f" least squares shifts no parameter by more than its own σ (most of all {worst})."
+        )
     return (
-        "Use the instrumental-variable model, or filter better: the regressors are correlated with the errors,"
-        f" which shifts least squares by up to {worst}."
+        "Use the instrumental-variable model, or filter better: the regressors are correlated with the"
+        f" errors, which shifts least squares, most of all {worst}."
     )

@@ -25,7 +25,7 @@ class WhiteRows:
 
     def first_stage(self) -> tuple[FloatArray, FloatArray]:
         """Π̂ (m, b) and V̂ = X − ZΠ̂ (r, b)."""
-        projection = np.linalg.lstsq(self.z, self.x, rcond=None)[0]
+        projection = np.asarray(np.linalg.lstsq(self.z, self.x, rcond=None)[0], dtype=np.float64)
         return projection, self.x - self.z @ projection
 
 
