@@ -1,0 +1,34 @@
+"""What a request for a motion can break: one line that names the constraint, the joint and the time."""
+
+from __future__ import annotations
+
+
+class TrajectoryError(ValueError):
+    """A motion breaks a constraint, or a request for one cannot be met.
+
+    Attributes:
+        constraint: what is broken, e.g. ``velocity`` or ``floor``.
+        joint: name of the joint, or empty where it is not one joint's matter.
+        time: where in the motion, s; None for a request that never became a motion.
+    """
+
+    def __init__(
+        self, problem: str, *, constraint: str = "", joint: str = "", time: float | None = None
+    ) -> None:
+        self.constraint = constraint
+        self.joint = joint
+        self.time = time
+        where = f" at t = {time:.3f} s" if time is not None else ""
+        who = f"{joint}: " if joint else ""
+        super().__init__(f"{who}{problem}{where}")
+
+
+class PlanError(TrajectoryError):
+    """No exciting trajectory meets the request."""
+
+    @classmethod
+    def of(cls, error: TrajectoryError) -> PlanError:
+        """The same problem as the planner's."""
+        plan_error = cls(str(error))
+        plan_error.constraint, plan_error.joint, plan_error.time = error.constraint, error.joint, error.time
+        return plan_error

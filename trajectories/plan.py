@@ -1,0 +1,262 @@
+"""Plan an exciting trajectory: the motion that makes the base parameters of an arm visible."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import ArrayLike
+
+from ident.base import BaseParameters, base_parameters
+from ident.effects import State
+from ident.regressor import RegressorModel
+from robots.arrays import FloatArray
+from robots.description import Robot
+from trajectories.approach import straight_move
+from trajectories.errors import PlanError, TrajectoryError
+from trajectories.information import NONE, ROW_RATE, Information, Objective
+from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
+from trajectories.motion import Motion, MotionState
+from trajectories.optimise import ExcitationProblem, WaypointSearch
+from trajectories.segments import SegmentPlanner, Waypoint, hold, join
+from trajectories.torque import TorqueCheck
+from trajectories.trajectory import Detail, Trajectory
+
+Progress = Callable[[float, float], None]
+"""Called with the share that is done, in [0, 1], and the best score so far."""
+
+ROUND = 250
+"""Trials between two looks at progress and stop."""
+
+SEARCH_TORQUE_SHARE = 0.97
+"""The search samples torque more coarsely than the last check, so it keeps a little more away."""
+
+DEFAULT_NOISE = 0.01
+"""Torque noise per joint as a share of the torque limit, where nothing better is known."""
+
+
+@dataclass(frozen=True)
+class BaseRegressor:
+    """The base regressor of an arm's usual model, as the search wants it."""
+
+    base: BaseParameters
+
+    def __call__(self, state: MotionState) -> FloatArray:
+        """samples × joints × b."""
+        return self.base.columns(State(state.position, state.velocity, state.acceleration))
+
+
+def plan(
+    robot: Robot,
+    *,
+    cycle_time: float,
+    duration: float,
+    seed: int,
+    start: ArrayLike | None = None,
+    sigma: ArrayLike | None = None,
+    margins: Margins | None = None,
+    objective: Objective | None = None,
+    evaluations: int = 12_000,
+    searches: int = 1,
+    workers: int = 1,
+    periods: int = 1,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> Trajectory:
+    """Plan a motion that starts at rest at ``start``, ends at rest at home and excites the arm.
+
+    The result depends on the arguments alone, not on time or on the number of workers, unless stopped.
+
+    Args:
+        robot: the arm.
+        cycle_time: of the samples, s.
+        duration: of the motion (of one period), s.
+        seed: fixes the search.
+        start: posture (n,), rad (or m); home where not given.
+        sigma: torque noise of each joint (n,), N·m (or N); 1 % of the torque limits where not given.
+        margins: what is kept free of the limits.
+        objective: what is minimised; −log det of the information with the condition number ≤ 150.
+        evaluations: trials of each search.
+        searches: independent searches; the best result counts.
+        workers: processes for them.
+        periods: how often the motion is repeated; more than one needs start at home.
+        progress: told how far it is, and the best score.
+        stop: asked now and then; the best motion so far is returned once it says so.
+
+    Raises:
+        PlanError: when no motion meets the request; names the constraint, the joint and where.
+    """
+    try:
+        margins = margins or Margins()
+        base = base_parameters(RegressorModel.of(robot))
+        problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective())
+        best, done = _search(problem, seed, evaluations, searches, workers, progress, stop)
+        if best.best_score >= NONE:
+            raise PlanError(
+                f"{duration:g} s of motion leave some of the {len(base.independent)} base parameters unseen; "
+                "allowed: a longer duration, more evaluations or wider position limits",
+                constraint="information",
+            )
+        motion = _filled(best, problem)
+        trajectory = _judged(robot, motion, problem, base, margins, cycle_time, seed, done)
+        return trajectory if periods == 1 else trajectory.repeated(periods)
+    except PlanError:
+        raise
+    except TrajectoryError as error:
+        raise PlanError.of(error) from error
+
+
+def _problem(
+    robot: Robot,
+    base: BaseParameters,
+    duration: float,
+    start: ArrayLike | None,
+    sigma: ArrayLike | None,
+    margins: Margins,
+    objective: Objective,
+) -> ExcitationProblem:
+    home = np.array(robot.home)
+    first = home if start is None else np.asarray(start, dtype=np.float64)
+    require_posture(first, Limits.of(robot, Margins(position=0.0)), "start")
+    limits = Limits.of(robot, margins).widened(first)
+    _require_duration(duration, first, home, limits)
+    torque = TorqueCheck.of(robot, limits.with_torque_share(SEARCH_TORQUE_SHARE))
+    return ExcitationProblem(
+        regressor=BaseRegressor(base),
+        sigma=_noise(robot, sigma),
+        prior=base.regroup(base.model.prior()),
+        limits=limits,
+        duration=duration,
+        start=Waypoint.at_rest(first),
+        goal=Waypoint.at_rest(home),
+        objective=objective,
+        checks=(torque.within,),
+    )
+
+
+def _noise(robot: Robot, sigma: ArrayLike | None) -> FloatArray:
+    if sigma is None:
+        return DEFAULT_NOISE * robot.torque_limits
+    noise = np.asarray(sigma, dtype=np.float64)
+    if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).all():
+        raise PlanError(
+            f"sigma is {noise.tolist()}; allowed: {robot.n} positive numbers, one per joint",
+            constraint="sigma",
+        )
+    return noise
+
+
+def _require_duration(duration: float, start: FloatArray, goal: FloatArray, limits: Limits) -> None:
+    if not 0.0 < duration < float("inf"):
+        raise PlanError(f"duration is {duration} s; allowed: above 0", constraint="duration")
+    needed = straight_move(start, goal, limits).duration
+    if needed > duration:
+        slowest = int(np.argmax(np.abs(goal - start) / limits.velocity))
+        raise PlanError(
+            f"the way from start to home alone takes {needed:.3f} s; the duration is {duration:g} s",
+            constraint="duration",
+            joint=limits.names[slowest],
+        )
+
+
+def _search(
+    problem: ExcitationProblem,
+    seed: int,
+    evaluations: int,
+    searches: int,
+    workers: int,
+    progress: Progress | None,
+    stop: Callable[[], bool] | None,
+) -> tuple[WaypointSearch, int]:
+    """The best of several searches, advanced in turns so that they can be watched and stopped."""
+    for name, value in (("evaluations", evaluations), ("searches", searches), ("workers", workers)):
+        if value < 1:
+            raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
+    seeds = np.random.SeedSequence(seed).generate_state(searches)
+    running = [WaypointSearch(problem, int(s), evaluations) for s in seeds]
+    while True:
+        if progress is not None:
+            share = sum(s.done for s in running) / (evaluations * searches)
+            progress(share, min(s.best_score for s in running))
+        stopped = stop is not None and stop()
+        if stopped or all(s.done >= evaluations for s in running):
+            break
+        running = _advanced(running, workers)
+    best = min(running, key=lambda s: s.best_score)
+    return best, sum(s.done for s in running)
+
+
+def _advanced(running: list[WaypointSearch], workers: int) -> list[WaypointSearch]:
+    if workers == 1:
+        return [_advance(search, ROUND) for search in running]
+    # A round that crosses processes carries the search there and back, so it is made worth the way.
+    jobs = (delayed(_advance)(search, 4 * ROUND) for search in running)
+    return list(Parallel(n_jobs=workers)(jobs))
+
+
+def _advance(search: WaypointSearch, trials: int) -> WaypointSearch:
+    search.advance(trials)
+    return search
+
+
+def _filled(search: WaypointSearch, problem: ExcitationProblem) -> Motion:
+    """The best motion with its last segment slowed down, or a pause added, so that it lasts the duration."""
+    parts = search.best_segments
+    missing = problem.duration - sum(part.duration for part in parts)
+    if missing < 1e-6 or problem.goal is None:
+        return join(parts)
+    last = parts[-1]
+    slower = SegmentPlanner(problem.limits).connect(
+        search.best_waypoints[-2], problem.goal, last.duration + missing
+    )
+    if slower is not None and all(check(slower) for check in problem.checks):
+        return join([*parts[:-1], slower])
+    return join([*parts, hold(problem.goal.position, missing)])
+
+
+def _judged(
+    robot: Robot,
+    motion: Motion,
+    problem: ExcitationProblem,
+    base: BaseParameters,
+    margins: Margins,
+    cycle_time: float,
+    seed: int,
+    evaluations: int,
+) -> Trajectory:
+    """The last check, finer than the search's, and the figures that go with the trajectory."""
+    limits = problem.limits
+    uses = kinematic_use(motion, limits) + TorqueCheck.of(robot, limits).use(motion)
+    require_within(uses, limits.names)
+    information = information_of(motion, problem)
+    identified_rate = 1.0 / (cycle_time * robot.identification.decimation)
+    sigma = information.sigma(identified_rate)
+    with np.errstate(divide="ignore"):
+        percent = 100.0 * sigma / np.abs(problem.prior)
+    return Trajectory.sampled(
+        motion,
+        cycle_time,
+        family="ruckig",
+        seed=seed,
+        score=problem.objective.score(information.matrix),
+        detail=Detail(
+            condition=information.condition,
+            log_det=information.log_det,
+            trace=information.trace,
+            evaluations=evaluations,
+            uses=uses,
+            parameters=base.names,
+            percent_sigma=tuple(percent.tolist()),
+        ),
+    )
+
+
+def information_of(motion: Motion, problem: ExcitationProblem) -> Information:
+    """The information of a motion from rows at 100 Hz."""
+    rows = max(1, round(motion.duration * ROW_RATE))
+    time = (np.arange(rows) + 0.5) * (motion.duration / rows)
+    columns = problem.regressor(motion.at(time)) / problem.sigma[:, np.newaxis]
+    flat = columns.reshape(-1, columns.shape[2])
+    return Information(flat.T @ flat * (motion.duration / rows * ROW_RATE))
