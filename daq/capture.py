@@ -1,0 +1,122 @@
+"""What a capture is once it has been read: the samples, what was recorded with them, what is missing."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from drivers.samples import Samples
+
+PROFILE = "armhil"
+FORMAT = "1"
+
+DESCRIPTION = "armhil.description"
+RUN = "armhil.run"
+TRAJECTORY = "armhil.trajectory"
+OUTCOME = "armhil.outcome"
+CHECKSUM_KEY = "sha256"
+
+Facts = Mapping[str, str]
+
+
+class CaptureError(ValueError):
+    """A capture or a recording that cannot be read or written; the text is one line for the user."""
+
+
+def facts_checksum(facts: Facts) -> str:
+    """Checksum of one metadata record. MCAP itself protects chunks but not metadata."""
+    rest = {key: value for key, value in facts.items() if key != CHECKSUM_KEY}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
+def file_sha256(path: Path) -> str:
+    """Checksum of a whole file, the name under which results refer to a capture."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Cycles ``first`` to ``last`` (both included) that were streamed and are not in the file."""
+
+    first: int
+    last: int
+
+    @property
+    def cycles(self) -> int:
+        return self.last - self.first + 1
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What could not be read back from a capture. A capture without damage is whole."""
+
+    gaps: tuple[Gap, ...] = ()
+    unreadable_bytes: int = 0
+    closed: bool = True
+    """False where the recorder never got to close the file: killed, or cut off afterwards."""
+    lost_records: tuple[str, ...] = ()
+    """Metadata records that are missing or do not match their checksum."""
+
+    def __bool__(self) -> bool:
+        return bool(self.gaps or self.unreadable_bytes or not self.closed or self.lost_records)
+
+    def sentences(self, period: float) -> tuple[str, ...]:
+        """What is missing, in words; ``period`` is the SYNC period in s."""
+        parts = [
+            f"cycles {gap.first} to {gap.last} are missing ({gap.cycles * period:.3f} s)" for gap in self.gaps
+        ]
+        if self.unreadable_bytes:
+            parts.append(f"{self.unreadable_bytes} bytes are damaged and were skipped")
+        if not self.closed:
+            parts.append("the recording was not closed: what followed the last cycle is not known")
+        parts.extend(f"record {name} is missing or damaged" for name in self.lost_records)
+        return tuple(parts)
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One run of one arm, as read from its file."""
+
+    path: Path
+    sha256: str
+    robot_name: str
+    robot_text: str
+    """The whole ``robot.toml`` that the run was made with."""
+    urdf_text: str
+    joints: tuple[str, ...]
+    period: float
+    """SYNC period, s."""
+    samples: Samples
+    run: Facts
+    trajectory: Facts
+    outcome: Facts | None
+    """None where the recorder did not get to write it."""
+    damage: Damage = field(default_factory=Damage)
+
+    def segments(self) -> tuple[Samples, ...]:
+        """Pieces without a gap, in which every drive answered every cycle: a gap is never data."""
+        good = np.asarray(self.samples.complete).all(axis=1)
+        cycles = np.asarray(self.samples.cycle)[good]
+        cuts = np.flatnonzero(np.diff(cycles) != 1) + 1
+        rows = np.split(np.flatnonzero(good), cuts)
+        return tuple(select(self.samples, piece) for piece in rows if piece.size)
+
+
+def select(samples: Samples, rows: np.ndarray[tuple[int], np.dtype[np.intp]] | slice) -> Samples:
+    """The given rows of some samples."""
+    return Samples(
+        cycle=samples.cycle[rows],
+        time=samples.time[rows],
+        reference=samples.reference[rows],
+        position=samples.position[rows],
+        control_signal=samples.control_signal[rows],
+        statusword=samples.statusword[rows],
+        complete=samples.complete[rows],
+        lateness=samples.lateness[rows],
+    )
