@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from ident.base import BaseParameters
 from ident.effects import State
@@ -104,14 +105,20 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     moved = motion(recording.time, recording.position, settings)
     regressor = _columns(base, moved, settings)
     time = _decimated_time(recording.time[keep], settings.decimation)
-    velocity = moved.velocity[decimate_index(moved.time.shape[0], settings.decimation)]
+    used = _fast_enough(robot, moved, recording.sample_time)
+    used = used[decimate_index(moved.time.shape[0], settings.decimation)]
     segment = np.full(time.shape[0], index, dtype=np.int64)
-    return Rows(time, segment, torque, regressor, _fast_enough(robot, velocity))
+    return Rows(time, segment, torque, regressor, used)
 
 
-def _fast_enough(robot: Robot, velocity: FloatArray) -> BoolArray:
-    """Samples × joints: the joint and every drive that moves with it are above the minimum speed."""
+def _fast_enough(robot: Robot, moved: Motion, sample_time: float) -> BoolArray:
+    """Samples × joints: the joint and every drive that moves with it are above the minimum speed.
+
+    The decimation filter spreads a reversal over its neighbours, so those within the standstill margin
+    are left out with it.
+    """
     share = robot.identification.minimum_speed
+    velocity = moved.velocity
     if share == 0.0:
         return np.ones(velocity.shape, dtype=np.bool_)
     transmission = robot.transmission_matrix
@@ -119,7 +126,9 @@ def _fast_enough(robot: Robot, velocity: FloatArray) -> BoolArray:
     joints = np.abs(velocity) > limits
     drives = np.abs(velocity @ transmission.T) > limits
     slow_drive = ~drives @ (transmission != 0.0)
-    return np.asarray(joints & ~slow_drive)
+    reach = round(robot.identification.standstill_margin / sample_time)
+    slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1)))
+    return np.asarray(~slow)
 
 
 def _decimated_time(time: FloatArray, factor: int) -> FloatArray:

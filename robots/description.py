@@ -161,6 +161,10 @@ class Identification(_Frozen):
         default=0.0,
         description="share of a joint's velocity limit; rows in which it moves slower are left out",
     )
+    standstill_margin: NonNegative = Field(
+        default=0.0,
+        description="s; rows this near in time to one below minimum_speed are left out too",
+    )
     offset: bool = Field(default=True, description="one torque offset per joint")
     covariance: Literal["block", "ar"] = Field(
         default="ar",
