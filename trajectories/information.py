@@ -105,7 +105,7 @@ class Objective:
 
     def _eigen(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         if self.chosen is None:
-            return np.linalg.eigvalsh(matrix), None
+            return np.asarray(np.linalg.eigvalsh(matrix), dtype=np.float64), None
         eigenvalues, vectors = np.linalg.eigh(matrix)
         return eigenvalues, vectors[list(self.chosen)]
 

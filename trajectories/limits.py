@@ -45,7 +45,7 @@ class Margins:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one arm, arrays (n,), SI. ``torque`` is at the joints, ``drive_torque`` at the drive outputs."""
+    """Limits of one arm, arrays (n,), SI; ``torque`` is at the joints, ``drive_torque`` at drive outputs."""
 
     names: tuple[str, ...]
     lower: FloatArray
@@ -58,7 +58,7 @@ class Limits:
 
     @classmethod
     def of(cls, robot: Robot, margins: Margins | None = None) -> Limits:
-        """The robot's limits less the margins; home stays allowed even where it is within the position margin."""
+        """The robot's limits less the margins; home stays allowed even inside the position margin."""
         margins = margins or Margins()
         room = margins.position * (robot.upper - robot.lower)
         home = np.array(robot.home)
@@ -81,9 +81,7 @@ class Limits:
 
     def widened(self, posture: FloatArray) -> Limits:
         """The same limits, with the positions widened to reach a posture (n,)."""
-        return replace(
-            self, lower=np.minimum(self.lower, posture), upper=np.maximum(self.upper, posture)
-        )
+        return replace(self, lower=np.minimum(self.lower, posture), upper=np.maximum(self.upper, posture))
 
     def with_torque_share(self, share: float) -> Limits:
         """The same limits with a share of the torques."""

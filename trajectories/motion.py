@@ -118,3 +118,8 @@ def merge_extremes(extremes: Sequence[Extremes], starts: FloatArray) -> Extremes
         merged[name] = values[which, joint]
         merged[f"{name}_time"] = times[which, joint]
     return Extremes(**merged)
+
+
+def midpoints(duration: float, count: int) -> FloatArray:
+    """The middles of ``count`` equal parts of a duration, s, (count,)."""
+    return np.asarray((np.arange(count) + 0.5) * (duration / count), dtype=np.float64)

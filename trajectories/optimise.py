@@ -7,6 +7,7 @@ simulated annealing (Kirkpatrick et al. 1983). Trials are counted, not timed, so
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -16,7 +17,7 @@ from robots.arrays import FloatArray
 from trajectories.errors import PlanError
 from trajectories.information import NONE, ROW_RATE, Objective
 from trajectories.limits import Limits
-from trajectories.motion import MotionState
+from trajectories.motion import MotionState, midpoints
 from trajectories.segments import PiecewiseJerk, SegmentPlanner, Waypoint
 
 Regressor = Callable[[MotionState], FloatArray]
@@ -208,9 +209,10 @@ class WaypointSearch:
         return Waypoint(position, velocity, np.zeros(limits.n))
 
     def _rebuilt(self, index: int, instead: list[Waypoint]) -> _Chain | None:
-        """The chain with waypoint ``index`` replaced by none, one or several; None where it cannot be driven."""
+        """The chain with another way through ``index``: no, one or two waypoints; None if not feasible."""
         chain = self._chain
-        through = chain.waypoints[max(index - 1, 0) : index] + instead + chain.waypoints[index + 1 : index + 2]
+        before, after = chain.waypoints[max(index - 1, 0) : index], chain.waypoints[index + 1 : index + 2]
+        through = before + instead + after
         if len(through) < 2:
             return None
         fresh = self._pieces(through)
@@ -226,7 +228,7 @@ class WaypointSearch:
     def _pieces(self, waypoints: list[Waypoint]) -> list[_Piece] | None:
         """Segments through waypoints with their information, in one call of the regressor."""
         motions = []
-        for before, after in zip(waypoints[:-1], waypoints[1:], strict=True):
+        for before, after in itertools.pairwise(waypoints):
             motion = self._planner.connect(before, after)
             if motion is None:
                 return None
@@ -236,7 +238,7 @@ class WaypointSearch:
     def _with_information(self, motions: list[PiecewiseJerk]) -> list[_Piece] | None:
         problem = self.problem
         counts = [max(1, int(np.ceil(m.duration * SEARCH_ROW_RATE))) for m in motions]
-        states = [m.at((np.arange(k) + 0.5) * (m.duration / k)) for m, k in zip(motions, counts, strict=True)]
+        states = [m.at(midpoints(m.duration, k)) for m, k in zip(motions, counts, strict=True)]
         columns = problem.regressor(_stack(states))
         if (np.abs(columns @ problem.prior) > problem.limits.torque).any():
             return None

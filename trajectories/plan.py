@@ -18,7 +18,7 @@ from trajectories.approach import straight_move
 from trajectories.errors import PlanError, TrajectoryError
 from trajectories.information import NONE, ROW_RATE, Information, Objective
 from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
-from trajectories.motion import Motion, MotionState
+from trajectories.motion import Motion, MotionState, midpoints
 from trajectories.optimise import ExcitationProblem, WaypointSearch
 from trajectories.segments import SegmentPlanner, Waypoint, hold, join
 from trajectories.torque import TorqueCheck
@@ -256,7 +256,6 @@ def _judged(
 def information_of(motion: Motion, problem: ExcitationProblem) -> Information:
     """The information of a motion from rows at 100 Hz."""
     rows = max(1, round(motion.duration * ROW_RATE))
-    time = (np.arange(rows) + 0.5) * (motion.duration / rows)
-    columns = problem.regressor(motion.at(time)) / problem.sigma[:, np.newaxis]
+    columns = problem.regressor(motion.at(midpoints(motion.duration, rows))) / problem.sigma[:, np.newaxis]
     flat = columns.reshape(-1, columns.shape[2])
     return Information(flat.T @ flat * (motion.duration / rows * ROW_RATE))

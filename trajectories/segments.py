@@ -45,9 +45,9 @@ class PiecewiseJerk:
         """The exact state at each time, (N,) s; times outside [0, duration] give the first or last state."""
         clipped = np.clip(np.atleast_1d(np.asarray(time, dtype=np.float64)), 0.0, self.duration)
         phase = np.empty((clipped.size, self.joints), dtype=np.int64)
-        for joint, start in enumerate(self.start):
-            phase[:, joint] = np.searchsorted(start, clipped, side="right") - 1
         joint = np.arange(self.joints)
+        for k, start in enumerate(self.start):
+            phase[:, k] = np.searchsorted(start, clipped, side="right") - 1
         t = clipped[:, np.newaxis] - self.start[joint, phase]
         p, v = self.position[joint, phase], self.velocity[joint, phase]
         a, j = self.acceleration[joint, phase], self.jerk[joint, phase]
@@ -56,14 +56,27 @@ class PiecewiseJerk:
     def breaks(self) -> FloatArray:
         return np.unique(np.append(self.start, [0.0, self.duration]))
 
+    def travel(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest position of each joint (n,), exact; the quick part of :meth:`extremes`."""
+        length = np.diff(self.start, axis=1, append=self.duration)
+        p, v, a, j = self.position, self.velocity, self.acceleration, self.jerk
+        values = [p]
+        for time in _standstills(v, a, j):
+            t = np.clip(time, 0.0, length)
+            values.append(p + t * (v + t * (a / 2 + t * j / 6)))
+        t = length[:, -1]
+        end = p[:, -1] + t * (v[:, -1] + t * (a[:, -1] / 2 + t * j[:, -1] / 6))
+        every = np.concatenate([*values, end[:, np.newaxis]], axis=1)
+        return every.min(axis=1), every.max(axis=1)
+
     def extremes(self) -> Extremes:
         """Exact: the ends of the phases and the turning points inside them."""
         length = np.diff(self.start, axis=1, append=self.duration)
-        slow, turn_a, turn_b = _turning_points(self.velocity, self.acceleration, self.jerk)
-        times = np.stack(
-            [np.zeros_like(length), length] + [np.clip(t, 0.0, length) for t in (slow, turn_a, turn_b)]
-        )
         p, v, a, j = self.position, self.velocity, self.acceleration, self.jerk
+        zero = np.zeros_like(length)
+        fastest = np.divide(-a, j, out=zero.copy(), where=j != 0.0)
+        turning = (fastest, *_standstills(v, a, j))
+        times = np.stack([zero, length, *(np.clip(t, 0.0, length) for t in turning)])
         position = p + times * (v + times * (a / 2 + times * j / 6))
         velocity = np.abs(v + times * (a + times * j / 2))
         acceleration = np.abs(a + times * j)
@@ -72,13 +85,13 @@ class PiecewiseJerk:
         when = self.start + times
         lowest, lowest_time = _largest(-position, when)
         highest, highest_time = _largest(position, when)
-        fastest, velocity_time = _largest(velocity, when)
+        quickest, velocity_time = _largest(velocity, when)
         strongest, acceleration_time = _largest(acceleration, when)
         jerkiest, jerk_time = _largest(jerk, when)
         return Extremes(
             -lowest,
             highest,
-            fastest,
+            quickest,
             strongest,
             jerkiest,
             lowest_time,
@@ -89,18 +102,13 @@ class PiecewiseJerk:
         )
 
 
-def _turning_points(
-    v: FloatArray, a: FloatArray, j: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time from the beginning of a phase to q̈ = 0 and to the two q̇ = 0; 0 where there is none."""
-    zero = np.zeros_like(v)
-    slow = np.divide(-a, j, out=zero.copy(), where=j != 0.0)
-    root = np.sqrt(np.maximum(a * a - 2.0 * j * v, 0.0))
-    # The stable form of the two roots of v + a t + j t²/2: neither subtracts nearly equal numbers.
-    half = -(a + np.copysign(root, a))
-    first = np.divide(half, j, out=zero.copy(), where=j != 0.0)
-    second = np.divide(2.0 * v, half, out=zero.copy(), where=half != 0.0)
-    return slow, first, second
+def _standstills(v: FloatArray, a: FloatArray, j: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The two times from the beginning of a phase to q̇ = v + a t + j t²/2 = 0; 0 where there is none."""
+    # The stable form of the roots: neither subtracts nearly equal numbers.
+    half = -(a + np.copysign(np.sqrt(np.maximum(a * a - 2.0 * j * v, 0.0)), a))
+    first = np.divide(half, j, out=np.zeros_like(v), where=j != 0.0)
+    second = np.divide(2.0 * v, half, out=np.zeros_like(v), where=half != 0.0)
+    return first, second
 
 
 def _largest(values: FloatArray, when: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -161,8 +169,8 @@ class SegmentPlanner:
     ) -> PiecewiseJerk | None:
         """The segment between two states, or None where there is none within the limits.
 
-        ruckig holds velocity, acceleration and jerk; the position on the way is checked here, first by
-        ruckig's own extrema, which are quick but leave some turning points out, then exactly.
+        ruckig holds velocity, acceleration and jerk. The position on the way is checked here, from the
+        phases: ruckig's extrema leave out turning points of joints slowed down to arrive together.
         """
         given = self._input
         given.current_position, given.target_position = start.position, goal.position
@@ -176,19 +184,12 @@ class SegmentPlanner:
             return None
         if outcome not in (ruckig.Result.Working, ruckig.Result.Finished) or result.duration < SHORTEST:
             return None
-        for extremes, low, high in zip(
-            result.position_extrema, self.limits.lower, self.limits.upper, strict=True
-        ):
-            if extremes.min < low or extremes.max > high:
-                return None
         segment = _from_profiles(result)
         return segment if segment is not None and self._stays_inside(segment) else None
 
     def _stays_inside(self, segment: PiecewiseJerk) -> bool:
-        extremes = segment.extremes()
-        return bool(
-            (extremes.lowest >= self.limits.lower).all() and (extremes.highest <= self.limits.upper).all()
-        )
+        lowest, highest = segment.travel()
+        return bool((lowest >= self.limits.lower).all() and (highest <= self.limits.upper).all())
 
 
 def _from_profiles(result: ruckig.Trajectory) -> PiecewiseJerk | None:

@@ -19,7 +19,7 @@ from trajectories.limits import Limits, Use
 from trajectories.motion import Motion, MotionState
 
 FINE = 0.001
-COARSE = 0.005
+COARSE = 0.01
 
 
 @dataclass(frozen=True)
@@ -54,39 +54,34 @@ class TorqueCheck:
             step: longest interval, s. The bounds are exact to first order in it: at 1 ms what is left
                 is of the order of 1e-4 of the torque.
         """
-        breaks = motion.breaks()
-        edges = np.union1d(breaks, np.arange(0.0, motion.duration, step))
-        edges = edges[np.append(np.diff(edges) > 1e-9, True)]
+        edges = np.union1d(motion.breaks(), np.arange(0.0, motion.duration, step))
+        return self._use(motion, edges[np.append(np.diff(edges) > 1e-9, True)])
+
+    def within(self, motion: Motion, step: float = COARSE) -> bool:
+        """Whether both stay within their limits, on a grid without the jerk's jumps: for the search."""
+        edges = np.linspace(0.0, motion.duration, 1 + int(np.ceil(motion.duration / step)))
+        return all(bool((use.share <= 1.0).all()) for use in self._use(motion, edges))
+
+    def _use(self, motion: Motion, edges: FloatArray) -> tuple[Use, Use]:
+        """Torque in the middle of each interval, plus slope times half its length, plus dry friction."""
         half = np.diff(edges)[:, np.newaxis] / 2
         middle = edges[:-1] + half[:, 0]
         state = motion.at(middle)
-        low, high = self._drive_bounds(state, half)
-        joint_low, joint_high = self._joint_bounds(state, half)
+        links, links_slope = self._links(state)
+        drives, drives_slope, sign_low, sign_high = self._drives(state, half)
+        matrix, inverse = self.transmission, np.linalg.inv(self.transmission)
+        joint, joint_swing = links + drives @ matrix, np.abs(links_slope + drives_slope @ matrix) * half
+        drive, drive_swing = links @ inverse + drives, np.abs(links_slope @ inverse + drives_slope) * half
+        # Each drive's dry friction reaches every joint that it moves with.
+        dry = np.stack([(sign * self.coulomb)[:, :, np.newaxis] * matrix for sign in (sign_low, sign_high)])
+        joint_low = joint - joint_swing + dry.min(axis=0).sum(axis=1)
+        joint_high = joint + joint_swing + dry.max(axis=0).sum(axis=1)
+        drive_low = drive - drive_swing + sign_low * self.coulomb
+        drive_high = drive + drive_swing + sign_high * self.coulomb
         return (
-            _use("torque", joint_low, joint_high, middle, self.limits.torque),
-            _use("drive torque", low, high, middle, self.limits.drive_torque),
+            _largest("torque", joint_low, joint_high, middle, self.limits.torque),
+            _largest("drive torque", drive_low, drive_high, middle, self.limits.drive_torque),
         )
-
-    def within(self, motion: Motion, step: float = COARSE) -> bool:
-        """Whether both stay within their limits."""
-        return all(bool((use.share <= 1.0).all()) for use in self.use(motion, step))
-
-    def _joint_bounds(self, state: MotionState, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        value, slope = self._links(state)
-        drive, drive_slope, sign_low, sign_high = self._drives(state, half)
-        middle = value + drive @ self.transmission
-        swing = np.abs(slope + drive_slope @ self.transmission) * half
-        ends = [sign * self.coulomb for sign in (sign_low, sign_high)]
-        parts = np.stack([end[:, :, np.newaxis] * self.transmission for end in ends])
-        return middle - swing + parts.min(axis=0).sum(axis=1), middle + swing + parts.max(axis=0).sum(axis=1)
-
-    def _drive_bounds(self, state: MotionState, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        value, slope = self._links(state)
-        drive, drive_slope, sign_low, sign_high = self._drives(state, half)
-        inverse = np.linalg.inv(self.transmission)
-        middle = value @ inverse + drive
-        swing = np.abs(slope @ inverse + drive_slope) * half
-        return middle - swing + sign_low * self.coulomb, middle + swing + sign_high * self.coulomb
 
     def _links(self, state: MotionState) -> tuple[FloatArray, FloatArray]:
         """Torque of the links and its time derivative, samples × joints."""
@@ -113,7 +108,7 @@ class TorqueCheck:
         return value, slope, np.where(speed > reach, 1.0, -1.0), np.where(speed < -reach, -1.0, 1.0)
 
 
-def _use(name: str, low: FloatArray, high: FloatArray, time: FloatArray, limit: FloatArray) -> Use:
+def _largest(name: str, low: FloatArray, high: FloatArray, time: FloatArray, limit: FloatArray) -> Use:
     largest = np.maximum(np.abs(low), np.abs(high))
     which = largest.argmax(axis=0)
     value = largest.max(axis=0)

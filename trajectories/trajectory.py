@@ -10,7 +10,7 @@ import numpy as np
 from robots.arrays import FloatArray
 from trajectories.errors import TrajectoryError
 from trajectories.limits import Use
-from trajectories.motion import Motion, MotionState, MotionSequence
+from trajectories.motion import Motion, MotionSequence, MotionState
 
 Family = Literal["ruckig", "fourier", "move"]
 
@@ -81,7 +81,7 @@ class Trajectory:
         if not 0.0 < cycle_time < float("inf"):
             raise TrajectoryError(f"cycle time is {cycle_time} s; allowed: above 0", constraint="cycle time")
         cycles = int(np.ceil(motion.duration / cycle_time - 1e-6))
-        time = np.arange(cycles + 1) * cycle_time
+        time = np.asarray(np.arange(cycles + 1) * cycle_time, dtype=np.float64)
         state = motion.at(time)
         return cls(
             time,
