@@ -127,7 +127,7 @@ def _fast_enough(robot: Robot, moved: Motion, sample_time: float) -> BoolArray:
     drives = np.abs(velocity @ transmission.T) > limits
     slow_drive = ~drives @ (transmission != 0.0)
     reach = round(robot.identification.standstill_margin / sample_time)
-    slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1)))
+    slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1), dtype=np.bool_))
     return np.asarray(~slow)
 
 

@@ -1,0 +1,245 @@
+"""The command line: it parses, calls and prints; the work is done elsewhere.
+
+Modules that take long to import are imported inside the commands, so that help is quick.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import logging
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import click
+import typer
+
+app = typer.Typer(
+    name="armhil",
+    help="Identify the dynamic model of a robot arm over CAN, and say whether the model can be trusted.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+OK, FAILED, INTERRUPTED = 0, 2, 130
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout; text goes to stderr.")]
+RobotName = Annotated[
+    str, typer.Option("--robot", help="A shipped arm (see `armhil robots`) or a robot.toml.")
+]
+Out = Annotated[
+    Path | None, typer.Option("--out", help="Folder for the results.", show_default="runs/<time>-<robot>")
+]
+
+
+def main() -> None:
+    """Run the command line; a user's mistake ends in one line and exit code 2, never in a traceback."""
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        # Many small solves run faster on one thread. Before anything imports numpy.
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    debug = os.environ.get("ARMHIL_DEBUG", "") not in ("", "0")
+    try:
+        code = app(standalone_mode=False)
+    except click.exceptions.Abort:
+        sys.exit(INTERRUPTED)
+    except KeyboardInterrupt:
+        _say("interrupted")
+        sys.exit(INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of a pipe has left; nobody is there to be told.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(OK)
+    except click.ClickException as error:
+        _say(error.format_message())
+        sys.exit(FAILED)
+    except _interruptions() as error:
+        _say(str(error))
+        sys.exit(INTERRUPTED)
+    except _user_errors() as error:
+        if debug:
+            raise
+        _say(" ".join(str(error).split()))
+        sys.exit(FAILED)
+    sys.exit(code if isinstance(code, int) else OK)
+
+
+def _interruptions() -> tuple[type[Exception], ...]:
+    """A stop on request. Imported only once there is an exception to compare with."""
+    from daq.demo import RunInterrupted
+
+    return (RunInterrupted,)
+
+
+def _user_errors() -> tuple[type[Exception], ...]:
+    """What a user can cause; each says in one line what is wrong and what is allowed."""
+    from daq.capture import CaptureError
+    from daq.demo import RunFailed
+    from daq.model_file import ModelFileError
+    from daq.report import ReportError
+    from daq.run_folder import OutputError
+    from daq.testing import NoTests
+    from drivers import BusError, DriveError
+    from ident import IdentificationError
+    from robots import RobotFileError
+    from trajectories import PlanError, TrajectoryError
+
+    return (
+        BusError,
+        CaptureError,
+        DriveError,
+        IdentificationError,
+        ModelFileError,
+        NoTests,
+        OSError,
+        OutputError,
+        PlanError,
+        ReportError,
+        RobotFileError,
+        RunFailed,
+        TrajectoryError,
+    )
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"armhil: {text}\n")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"armhil {importlib.metadata.version('armhil')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log what is done to stderr.")] = False,
+) -> None:
+    """Options of every command."""
+    logging.basicConfig(
+        level=logging.INFO if verbose else logging.ERROR,
+        format="%(levelname)s %(name)s: %(message)s",
+        stream=sys.stderr,
+    )
+
+
+@app.command()
+def demo(
+    robot: RobotName = "tx40",
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm, its noise and the trajectory.")] = 0,
+    out: Out = None,
+    duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
+    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
+    evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    as_json: Json = False,
+) -> None:
+    """Run the whole chain on simulated drives: plan, stream, record, identify, test, report.
+
+    Example: [bold]armhil demo --robot tx40 --seed 3 --out runs/first[/]
+    """
+    import robots
+    from daq.demo import DemoRequest, run_demo
+    from daq.identification_json import identification_json
+    from daq.run_folder import make_run_folder
+    from daq.terminal import TerminalSteps, print_identification
+    from drivers import Channel
+
+    arm = robots.load(robot)
+    bus = Channel(interface or arm.bus.interface, channel or arm.bus.channel)
+    folder = make_run_folder(out, arm.name)
+    request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations)
+    console = _console(as_json)
+    result = run_demo(request, TerminalSteps(console))
+    if as_json:
+        _print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
+    print_identification(console, result.fitted.result, result.truth)
+    console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+
+
+@app.command()
+def identify(
+    paths: Annotated[
+        list[Path], typer.Argument(help="Captures (.mcap), or logs that a column map describes.")
+    ],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
+    ] = None,
+    cutoff: Annotated[
+        float | None, typer.Option(help="Low-pass cut-off for q, Hz.", show_default="settings")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Identify an arm from recordings and say whether the model can be trusted.
+
+    Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
+    """
+    from daq.identification_json import identification_json
+    from daq.identify import IdentifyRequest, run_identify
+    from daq.terminal import TerminalSteps, print_identification
+
+    console = _console(as_json)
+    request = IdentifyRequest(tuple(paths), robot, columns, cutoff, rate, out)
+    result = run_identify(request, TerminalSteps(console))
+    if as_json:
+        _print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
+    print_identification(console, result.fitted.result)
+    for warning in result.warnings:
+        console.print(f"[yellow]warning:[/] {warning}", highlight=False)
+    if result.report is not None:
+        console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+
+
+@app.command()
+def robots() -> None:
+    """List the arms that ship.
+
+    Example: [bold]armhil robots[/]
+    """
+    import robots as shipped_robots
+
+    for name in shipped_robots.shipped():
+        arm = shipped_robots.load(name)
+        typer.echo(f"{name:8} {arm.n} joints  {arm.description}")
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+)
+def test(context: typer.Context) -> int:
+    """Run the tests of a clone with pytest; what follows goes to pytest.
+
+    Example: [bold]armhil test -k emps -x[/]
+    """
+    from daq.testing import run_tests
+
+    return run_tests(Path.cwd(), context.args)
+
+
+def _console(as_json: bool) -> Any:
+    """Where a person reads: stdout, or stderr when stdout carries JSON."""
+    from rich.console import Console
+
+    return Console(stderr=as_json)
+
+
+def _print_json(content: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.flush()

@@ -1,0 +1,178 @@
+"""``armhil demo``: the whole chain on simulated drives, from an exciting trajectory to a verdict."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from daq.capture import Capture
+from daq.identification_json import identification_json
+from daq.importing import capture_recordings
+from daq.model_file import write_model
+from daq.progress import Steps
+from daq.reader import read_capture
+from daq.recorder import Recorder
+from daq.report import ReportContent, write_report
+from daq.run_facts import outcome_facts, report_facts, run_facts
+from drivers import ArmSession, Channel, Samples
+from drivers.simulated import PlantTruth, SimulatedArm
+from ident import BaseParameters, Fitted, drive_parameters, identify
+from robots import Robot
+from trajectories import Trajectory, plan
+
+
+class RunInterrupted(Exception):
+    """The run was stopped on request; the arm is at rest and the capture so far is readable."""
+
+
+class RunFailed(Exception):
+    """The arm ended the run itself; the capture so far is readable."""
+
+
+@dataclass(frozen=True)
+class DemoRequest:
+    """What to run.
+
+    Attributes:
+        robot: the arm.
+        robot_source: its name or path, for the process of the simulated drives.
+        channel: the bus.
+        seed: of the simulated arm, its noise, and the search for a trajectory.
+        folder: where results go; exists and is writable.
+        duration: of one period of the exciting trajectory, s.
+        periods: how often it is repeated.
+        evaluations: trials of the trajectory search.
+    """
+
+    robot: Robot
+    robot_source: str
+    channel: Channel
+    seed: int
+    folder: Path
+    duration: float
+    periods: int
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class DemoResult:
+    """What came out."""
+
+    fitted: Fitted
+    truth: dict[str, float]
+    capture: Capture
+    report: Path
+
+
+def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
+    """Simulate an arm, plan, stream, record, identify, test, compare with the truth, report.
+
+    Raises:
+        BusError, DriveError: the bus is occupied, or a drive refuses.
+        PlanError: no trajectory meets the request.
+        CaptureError: the recording cannot be written.
+        IdentificationError: the recording cannot be identified.
+        RunInterrupted: stopped on request.
+        RunFailed: the arm ended the run itself.
+    """
+    robot = request.robot
+    with steps.step("Start simulated drives"):
+        arm = SimulatedArm(request.robot_source, request.channel, request.seed)
+    with arm:
+        with steps.step("Configure drives"):
+            session = ArmSession(robot, request.channel)
+            session.open()
+        try:
+            trajectory = _plan(request, session, steps)
+            path = _stream(request, session, trajectory, steps)
+        finally:
+            session.close()
+        plant = arm.truth()
+    capture = read_capture(path)
+    with steps.step("Identify") as update:
+        fitted = identify(robot, tuple(capture_recordings(capture)), lambda step, share: update(share, step))
+    truth = true_base_parameters(fitted.base, plant)
+    report = _write_results(request, capture, fitted, plant, truth)
+    return DemoResult(fitted, truth, capture, report)
+
+
+def true_base_parameters(base: BaseParameters, plant: PlantTruth) -> dict[str, float]:
+    """The simulated arm's base parameters by name, SI: what the estimates are compared with."""
+    drives = drive_parameters(
+        base.model.robot, plant.per_drive("Ia"), plant.per_drive("Fv"), plant.per_drive("Fc")
+    )
+    values = base.regroup({**plant.parameters, **drives})
+    return dict(zip(base.names, values.tolist(), strict=True))
+
+
+def _plan(request: DemoRequest, session: ArmSession, steps: Steps) -> Trajectory:
+    with steps.step("Plan exciting trajectory") as update:
+        return plan(
+            request.robot,
+            cycle_time=request.robot.bus.cycle_time,
+            duration=request.duration,
+            seed=request.seed,
+            start=None if request.periods > 1 else session.actual_position(),
+            evaluations=request.evaluations,
+            periods=request.periods,
+            progress=lambda share, score: update(share, f"score {score:.2f}"),
+        )
+
+
+def _stream(request: DemoRequest, session: ArmSession, trajectory: Trajectory, steps: Steps) -> Path:
+    """Stream and record; returns the capture's path."""
+    path = request.folder / "capture.mcap"
+    total = trajectory.time.shape[0]
+    run = {
+        "channel": str(request.channel),
+        "kind": "simulated",
+        "seed": str(request.seed),
+        "periods": str(request.periods),
+    }
+    facts = run_facts(request.robot, run, trajectory, session.drives)
+    with steps.step("Stream and record") as update, Recorder(path, request.robot, facts) as recorder:
+
+        def keep(samples: Samples) -> None:
+            recorder.write(samples)
+            if len(samples.cycle):
+                cycle = int(samples.cycle[-1])
+                missing = int((~samples.complete).sum())
+                update(cycle / total, f"cycle {cycle}, {missing} late TPDOs" if missing else f"cycle {cycle}")
+
+        result = session.stream(trajectory.position, keep)
+        recorder.finish(outcome_facts(result))
+    if result.outcome == "stopped":
+        raise RunInterrupted(
+            f"stopped ({result.reason}): axes at rest and disabled, {result.cycles} cycles kept in {path}"
+        )
+    if result.outcome != "completed":
+        raise RunFailed(f"the run ended early: {result.reason}; {result.cycles} cycles kept in {path}")
+    return path
+
+
+def _write_results(
+    request: DemoRequest, capture: Capture, fitted: Fitted, plant: PlantTruth, truth: Mapping[str, float]
+) -> Path:
+    folder = request.folder
+    captures = [str(capture.path)]
+    result = identification_json(fitted.result, captures, truth)
+    (folder / "result.json").write_text(
+        json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
+    (folder / "truth.json").write_text(json.dumps(plant.as_dict(), indent=2) + "\n", encoding="utf-8")
+    write_model(folder / f"{request.robot.name}.model.toml", fitted, [capture.path], request.robot)
+    report = folder / "report.html"
+    write_report(
+        report,
+        ReportContent(
+            title=f"{request.robot.name}: demonstration on simulated drives",
+            robot=request.robot,
+            identification=fitted.result,
+            joint_names=capture.joints,
+            truth=truth,
+            facts=report_facts(capture),
+        ),
+    )
+    return report

@@ -1,0 +1,144 @@
+"""What a person sees on the terminal: progress bars, tables, one clear line for an error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from daq.progress import Update
+from daq.report_numbers import percent, probability, significant, with_sigma
+from ident import Estimate, Identification
+
+HEADLINES = {
+    "exogenous": "TRUST THE LEAST-SQUARES MODEL",
+    "endogenous": "USE THE INSTRUMENTAL-VARIABLE MODEL",
+    "instruments_invalid": "DO NOT TRUST THIS MODEL YET",
+    "not_testable": "UNTESTED",
+}
+_COLOURS = {
+    "exogenous": "green",
+    "endogenous": "yellow",
+    "instruments_invalid": "red",
+    "not_testable": "yellow",
+}
+
+
+class TerminalSteps:
+    """Progress bars with time left on the given console; plain lines where it is no terminal."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    @contextmanager
+    def step(self, title: str) -> Iterator[Update]:
+        """Show a bar until the block ends."""
+        if not self._console.is_terminal:
+            self._console.print(f"{title} …")
+            yield _nothing
+            return
+        columns = (
+            SpinnerColumn(),
+            TextColumn("{task.description:<28}"),
+            BarColumn(bar_width=30),
+            TextColumn("{task.percentage:>4.0f} %"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[word]}"),
+        )
+        with Progress(*columns, console=self._console) as progress:
+            task = progress.add_task(title, total=1.0, word="")
+            yield lambda share, word: progress.update(task, completed=share, word=word)
+            progress.update(task, completed=1.0, word="")
+
+
+def _nothing(share: float, word: str) -> None:
+    """A pipe needs no bar."""
+
+
+def print_identification(
+    console: Console, result: Identification, truth: Mapping[str, float] | None = None
+) -> None:
+    """Parameters, gates and verdict, the verdict last, where the eye is."""
+    trusted = recommended(result)
+    console.print(_parameter_table(trusted, truth))
+    console.print(_gate_table(result))
+    console.print(_verdict(result, trusted))
+    console.print(result.test.recommendation, highlight=False)
+    for warning in result.warnings:
+        console.print(f"[yellow]warning:[/] {warning}", highlight=False)
+
+
+def recommended(result: Identification) -> Estimate:
+    """The estimate that the verdict says to use."""
+    if result.test.verdict == "endogenous" and result.instrumental is not None:
+        return result.instrumental
+    return result.least_squares
+
+
+def _verdict(result: Identification, trusted: Estimate) -> str:
+    error = percent(trusted.relative_error_percent)
+    worst = int(np.argmax(trusted.relative_error_percent_per_joint))
+    worst_error = percent(float(trusted.relative_error_percent_per_joint[worst]))
+    colour = _COLOURS[result.test.verdict]
+    return (
+        f"\n[bold {colour}]{HEADLINES[result.test.verdict]}[/]   relative torque error {error},"
+        f" largest on joint {worst + 1}: {worst_error}"
+    )
+
+
+def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> Table:
+    method = {"ls": "least squares", "iv": "instrumental variables"}[estimate.method]
+    table = Table(title=f"Base parameters by {method}", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
+    for heading in ("parameter", "unit"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("value", "σ", "% σ"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    if truth is not None:
+        for heading in ("truth", "off by"):
+            table.add_column(heading, justify="right", no_wrap=True)
+    for parameter in estimate.parameters:
+        true = None if truth is None else truth[parameter.name]
+        value, sigma, *rest = with_sigma(parameter.value, parameter.sigma, *([] if true is None else [true]))
+        cells = [parameter.name, parameter.unit, value, sigma, percent(parameter.percent_sigma)]
+        if true is not None:
+            away = (parameter.value - true) / parameter.sigma
+            cells += [*rest, f"{away:+.1f} σ".replace("-", "−")]
+        table.add_row(*cells)
+    return table
+
+
+def _gate_table(result: Identification) -> Table:
+    table = Table(
+        title="Revised Durbin-Wu-Hausman test", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1)
+    )
+    table.add_column("gate", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("statistic", no_wrap=True, justify="right")
+    table.add_column("detail")
+    words = {
+        ("instruments", True): "valid",
+        ("instruments", False): "not valid",
+        ("rank", True): "nothing to test",
+        ("rank", False): "columns to test",
+        ("exogeneity", True): "exogenous",
+        ("exogeneity", False): "endogenous",
+    }
+    for gate in result.test.gates:
+        word = "not reached" if gate.passed is None else words[gate.name, gate.passed]
+        p = "" if gate.p_value is None else f"\n{probability(gate.p_value)}"
+        statistic = "" if gate.statistic is None else f"{significant(gate.statistic)}{p}"
+        table.add_row(gate.name, word, statistic, gate.detail)
+    return table
