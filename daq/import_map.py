@@ -1,18 +1,20 @@
 """The column map that says what the columns of somebody else's recording mean: ``import.toml``.
 
-docs/reference/cli.md shows one. Every quantity names its columns in the order of the joints (or
+docs/reference/import-toml.md holds every key. Every quantity names its columns in the order of the joints (or
 drives), its unit, and where it was measured: at the motor, at the drive output, or at the joint.
 """
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.capture import CaptureError
+from daq.toml_file import read_toml, validation_line
+from robots import Robot
+from robots.description import Identification
 
 Side = Literal["motor", "drive", "joint"]
 PositionUnit = Literal["rad", "deg", "m", "mm"]
@@ -24,7 +26,7 @@ Names = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_len
 
 
 class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
 class _Quantity(_Frozen):
@@ -90,6 +92,10 @@ class ImportMap(_Frozen):
     reference: Position | None = None
     torque: Torque | None = None
     control_signal: ControlSignal | None = None
+    identification: dict[str, Any] = Field(
+        default_factory=dict,
+        description="settings for such logs in place of the robot's; same keys as in robot.toml",
+    )
 
     @model_validator(mode="after")
     def _one_effort(self) -> Self:
@@ -102,22 +108,25 @@ def load_import_map(path: Path) -> ImportMap:
     """Read a column map.
 
     Raises:
+        CaptureError: one line with the file, the line, the key and what is allowed.
+    """
+    kind = "a column map (import.toml), which a recording that armhil did not make needs"
+    return read_toml(path, ImportMap, CaptureError, kind=kind)
+
+
+def settings_of(columns: ImportMap, robot: Robot, path: Path) -> Identification:
+    """The robot's identification settings with those of the column map in their place.
+
+    Args:
+        columns: the column map.
+        robot: the arm.
+        path: of the column map, for errors.
+
+    Raises:
         CaptureError: one line with the file, the key and what is allowed.
     """
+    merged = robot.identification.model_dump() | columns.identification
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise CaptureError(
-            f"{path}: no such file; a recording that armhil did not make needs a column map (import.toml)"
-        ) from None
-    except OSError as error:
-        raise CaptureError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CaptureError(f"{path}: is not a TOML file: {error}") from error
-    try:
-        return ImportMap.model_validate(content)
+        return Identification.model_validate(merged)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"]) or "file"
-        message = first["msg"].removeprefix("Value error, ")
-        raise CaptureError(f"{path}: {key}: {message}") from error
+        raise CaptureError(validation_line(path, error, Identification, under=("identification",))) from None

@@ -2,34 +2,153 @@
 
 from __future__ import annotations
 
+import logging
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from daq.capture import Capture, CaptureError
 from daq.columns import Table, read_table
-from daq.import_map import ImportMap, Position, Torque
+from daq.import_map import ImportMap, Position, Torque, load_import_map, settings_of
+from daq.reader import read_capture
 from ident import Recording
-from robots import Robot
+from robots import Identification, Robot
 from robots.arrays import FloatArray
+
+log = logging.getLogger(__name__)
+
+CAPTURE_SUFFIX = ".mcap"
+MAP_NAME = "import.toml"
+SHORTEST_PIECE = 2.0
+"""s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
 
 POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
 TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
-def load_recording(path: Path, robot: Robot, columns: ImportMap) -> Recording:
-    """Read a recording that armhil did not make.
+@dataclass(frozen=True)
+class LoadedRecordings:
+    """What one path holds, ready to identify from.
+
+    Attributes:
+        path: the capture, log or folder.
+        recordings: the uninterrupted pieces.
+        settings: how rows are made of them: the robot's, or what the column map puts in their place.
+        capture: what was recorded with the samples; None for a log of somebody else.
+        warnings: what is missing or was left out, one sentence each, for the user to read.
+    """
+
+    path: Path
+    recordings: tuple[Recording, ...]
+    settings: Identification
+    capture: Capture | None
+    warnings: tuple[str, ...] = ()
+
+
+def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+    """Read a capture, or a log that a column map describes.
 
     Args:
-        path: a .mat file, a .csv file, or a folder with one .csv file per quantity.
-        robot: the arm; its transmission, gains and joint kinds complete the conversion.
-        columns: what the columns mean.
+        path: a capture (.mcap), a .mat file, a .csv file, or a folder with .csv files.
+        robot: the arm.
+        columns: the column map of a log; ``import.toml`` beside the robot's description where None.
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
         ident.IdentificationError: the time is not uniform.
     """
+    if path.suffix.lower() == CAPTURE_SUFFIX:
+        return load_capture(path, robot)
+    return load_log(path, robot, columns)
+
+
+def load_capture(path: Path, robot: Robot) -> LoadedRecordings:
+    """Read a capture for the given arm.
+
+    Raises:
+        CaptureError: not readable, of an arm with other joints, or without a piece that is long enough.
+    """
+    capture = read_capture(path)
+    joints = tuple(joint.name for joint in robot.joint)
+    if capture.joints != joints:
+        raise CaptureError(
+            f"{path}: recorded of {capture.robot_name} with the joints {', '.join(capture.joints)};"
+            f" {robot.name} has {', '.join(joints)}"
+        )
+    recordings, dropped = _pieces(capture)
+    warnings = [f"{path}: {sentence}" for sentence in capture.damage.sentences(capture.period)]
+    return LoadedRecordings(
+        path, recordings, robot.identification, capture, tuple(warnings + [dropped] * bool(dropped))
+    )
+
+
+def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
+    """The uninterrupted pieces of a capture. Gaps are not filled: each piece is a recording of its own.
+
+    Pieces shorter than ``SHORTEST_PIECE`` are left out, and the log says so.
+
+    Raises:
+        CaptureError: no piece is long enough.
+    """
+    recordings, dropped = _pieces(capture)
+    if dropped:
+        log.warning(dropped)
+    return recordings
+
+
+def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
+    """The pieces that are long enough, and a sentence on those that are not (empty where all are)."""
+    segments = capture.segments()
+    seconds = [len(segment) * capture.period for segment in segments]
+    long = [segment for segment, length in zip(segments, seconds, strict=True) if length >= SHORTEST_PIECE]
+    if not long:
+        longest = f"{max(seconds):.3g} s long" if seconds else "0 s long: some drive never answered"
+        raise CaptureError(
+            f"{capture.path}: its longest piece without a gap is {longest};"
+            f" allowed: pieces of at least {SHORTEST_PIECE:g} s"
+        )
+    recordings = tuple(
+        Recording(
+            name=capture.path.name if len(long) == 1 else f"{capture.path.name}, piece {number}",
+            time=segment.time,
+            reference=segment.reference,
+            position=segment.position,
+            control_signal=segment.control_signal,
+        )
+        for number, segment in enumerate(long, start=1)
+    )
+    left_out = [length for length in seconds if length < SHORTEST_PIECE]
+    if not left_out:
+        return recordings, ""
+    return recordings, (
+        f"{capture.path}: pieces between gaps shorter than {SHORTEST_PIECE:g} s were left out:"
+        f" {len(left_out)} of {len(seconds)}, {sum(left_out):.3g} of {sum(seconds):.3g} s"
+    )
+
+
+def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+    """Read a recording that armhil did not make.
+
+    Args:
+        path: a .mat file, a .csv file, or a folder with one .csv file per quantity.
+        robot: the arm; its transmission, gains and joint kinds complete the conversion.
+        columns: the column map; ``import.toml`` beside the robot's description where None.
+
+    Raises:
+        CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
+        ident.IdentificationError: the time is not uniform.
+    """
+    if not path.exists():
+        raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), .mat, .csv, a folder of .csv")
+    map_path = columns if columns is not None else robot.folder / MAP_NAME
+    meaning = load_import_map(map_path)
+    settings = settings_of(meaning, robot, map_path)
+    return LoadedRecordings(path, (_log_recording(path, robot, meaning),), settings, None)
+
+
+def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> Recording:
     source = _Source(path)
     position = _position(source, columns.position, robot)
     reference = None if columns.reference is None else _position(source, columns.reference, robot)
@@ -44,23 +163,6 @@ def load_recording(path: Path, robot: Robot, columns: ImportMap) -> Recording:
     return Recording(
         name=path.name, time=time, reference=reference, position=position, control_signal=control_signal
     )
-
-
-def capture_recordings(capture: Capture) -> list[Recording]:
-    """The uninterrupted pieces of a capture. Gaps are not filled: each piece is a recording of its own."""
-    segments = capture.segments()
-    if not segments:
-        raise CaptureError(f"{capture.path}: there is no cycle in which every drive answered")
-    return [
-        Recording(
-            name=capture.path.name if len(segments) == 1 else f"{capture.path.name}, piece {number}",
-            time=segment.time,
-            reference=segment.reference,
-            position=segment.position,
-            control_signal=segment.control_signal,
-        )
-        for number, segment in enumerate(segments, start=1)
-    ]
 
 
 class _Source:

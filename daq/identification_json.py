@@ -1,0 +1,107 @@
+"""The JSON object that ``identify --json`` and ``demo --json`` print; docs/reference/json.md documents it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest
+
+
+def identification_json(
+    result: Identification, captures: Sequence[str], truth: Mapping[str, float] | None = None
+) -> dict[str, Any]:
+    """The result as a JSON object. A number that is not finite has no JSON form and becomes null.
+
+    Args:
+        result: of the identification.
+        captures: where the recordings came from, as the user named them.
+        truth: base parameters of a simulated arm by name, SI; None for a real one.
+    """
+    parameters = result.least_squares.parameters
+    return {
+        "armhil": version("armhil"),
+        "robot": result.robot,
+        "captures": list(captures),
+        "rows": result.rows,
+        "base_parameters": [parameter.name for parameter in parameters],
+        "units": {parameter.name: parameter.unit for parameter in parameters},
+        "expressions": {parameter.name: parameter.expression for parameter in parameters},
+        "estimates": {
+            "ls": _estimate(result.least_squares),
+            "iv": None if result.instrumental is None else _estimate(result.instrumental),
+        },
+        "instrumental_reason": result.instrumental_reason or None,
+        "test": _test(result.test),
+        "textbook": None if result.textbook is None else _gate(result.textbook),
+        "truth": None if truth is None else {name: _number(value) for name, value in truth.items()},
+        "warnings": list(result.warnings),
+    }
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {
+        "parameters": [_parameter(parameter) for parameter in estimate.parameters],
+        "covariance": estimate.covariance_kind,
+        "condition": _number(estimate.condition),
+        "relative_error_percent": {
+            "total": _number(estimate.relative_error_percent),
+            "per_joint": _numbers(estimate.relative_error_percent_per_joint),
+        },
+        "torque_rms": _numbers(estimate.torque_rms),
+        "lag1_autocorrelation": _numbers(estimate.lag1_autocorrelation),
+        "iterations": estimate.iterations,
+        "converged": bool(estimate.converged),
+    }
+
+
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "value": _number(parameter.value),
+        "sigma": _number(parameter.sigma),
+        "percent_sigma": _number(parameter.percent_sigma),
+        "unit": parameter.unit,
+    }
+
+
+def _test(test: RevisedTest) -> dict[str, Any]:
+    return {
+        "verdict": test.verdict,
+        "recommendation": test.recommendation,
+        "covariance": test.covariance,
+        "gates": [_gate(gate) for gate in test.gates],
+    }
+
+
+def _gate(gate: Gate) -> dict[str, Any]:
+    return {
+        "name": gate.name,
+        "null": gate.null,
+        "passed": None if gate.passed is None else bool(gate.passed),
+        "statistic": _number(gate.statistic),
+        "distribution": gate.distribution,
+        "df": None if gate.df is None else _numbers(gate.df),
+        "p_value": _number(gate.p_value),
+        "detail": gate.detail,
+        "columns": [
+            {
+                "column": check.column,
+                "size": _number(check.size),
+                "limit": _number(check.limit),
+                "p_value": _number(check.p_value),
+                "passed": bool(check.passed),
+            }
+            for check in gate.columns
+        ],
+    }
+
+
+def _number(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [_number(value) for value in values]
