@@ -13,13 +13,12 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import click
 import typer
+from typer.exceptions import TyperException
 
 app = typer.Typer(
     name="armhil",
     help="Identify the dynamic model of a robot arm over CAN, and say whether the model can be trusted.",
-    no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -43,8 +42,8 @@ def main() -> None:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     debug = os.environ.get("ARMHIL_DEBUG", "") not in ("", "0")
     try:
-        code = app(standalone_mode=False)
-    except click.exceptions.Abort:
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+    except typer.Abort:
         sys.exit(INTERRUPTED)
     except KeyboardInterrupt:
         _say("interrupted")
@@ -53,7 +52,7 @@ def main() -> None:
         # The reader of a pipe has left; nobody is there to be told.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(OK)
-    except click.ClickException as error:
+    except TyperException as error:
         _say(error.format_message())
         sys.exit(FAILED)
     except _interruptions() as error:
