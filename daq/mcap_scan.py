@@ -103,9 +103,9 @@ def _check_used(stream: ReadDataStream, body: bytes) -> None:
 
 
 def _read_chunk(chunk: Chunk, result: Scan) -> None:
-    if chunk.compression not in ("", "zstd", "lz4"):
-        raise ValueError("unknown compression")
-    if chunk.compression == "zstd" and not 0 <= zstandard.frame_content_size(chunk.data) <= _LARGEST_CHUNK:
+    if chunk.compression != "zstd":
+        raise ValueError("a compression that captures do not have")
+    if not 0 <= zstandard.frame_content_size(chunk.data) <= _LARGEST_CHUNK:
         raise ValueError("a chunk of implausible size")
     if chunk.uncompressed_crc == 0:
         raise ValueError("a chunk without a checksum cannot be trusted")

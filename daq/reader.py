@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -45,19 +46,27 @@ def read_capture(path: Path) -> Capture:
     if DESCRIPTION not in facts or RUN not in facts:
         lost = DESCRIPTION if DESCRIPTION not in facts else RUN
         raise CaptureError(f"{path}: its record {lost} is missing or damaged, so its samples have no meaning")
+    try:
+        return _capture(path, hashlib.sha256(data).hexdigest(), found, facts, damaged)
+    except KeyError as error:
+        raise CaptureError(f"{path}: its records lack the key {error}; {ALLOWED}") from error
+
+
+def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], damaged: set[str]) -> Capture:
     description, run = facts[DESCRIPTION], facts[RUN]
     joints = tuple(description["joints"].split("\n"))
-    period = float(run["period"])
+    period = _number(path, RUN, "period", run["period"])
     samples, undecodable = _samples(found, joints, period)
     if not len(samples.cycle):
         raise CaptureError(f"{path}: no sample in it can be read")
     outcome = facts.get(OUTCOME)
+    cycles = None if outcome is None else int(_number(path, OUTCOME, "cycles", outcome["cycles"]))
     lost_records = [name for name in (TRAJECTORY, OUTCOME) if name not in facts and name in damaged]
     if outcome is None and found.ended:
         lost_records.append(OUTCOME)
     return Capture(
         path=path,
-        sha256=hashlib.sha256(data).hexdigest(),
+        sha256=sha256,
         robot_name=description["name"],
         robot_text=description["robot.toml"],
         urdf_text=description["urdf"],
@@ -68,9 +77,9 @@ def read_capture(path: Path) -> Capture:
         trajectory=facts.get(TRAJECTORY, {}),
         outcome=outcome,
         damage=Damage(
-            gaps=_gaps(samples.cycle, outcome),
+            gaps=_gaps(samples.cycle, cycles),
             unreadable_bytes=found.unreadable_bytes + undecodable,
-            closed=found.ended,
+            closed=found.ended or outcome is not None,
             lost_records=tuple(dict.fromkeys(lost_records)),
         ),
     )
@@ -115,9 +124,19 @@ def _checked_facts(found: Scan) -> tuple[dict[str, Facts], set[str]]:
     return facts, damaged
 
 
-def _gaps(cycles: NDArray[np.int64], outcome: Mapping[str, str] | None) -> tuple[Gap, ...]:
-    """Missing cycle numbers between 0 and the last one that the outcome names."""
-    following = int(outcome["cycles"]) if outcome is not None else int(cycles[-1]) + 1
+def _number(path: Path, record: str, key: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < 2**53:
+        raise CaptureError(f"{path}: {record}: {key}: {text!r}; allowed: a number, at least 0")
+    return value
+
+
+def _gaps(cycles: NDArray[np.int64], streamed: int | None) -> tuple[Gap, ...]:
+    """Missing cycle numbers between 0 and the last one that was streamed (the last one read where None)."""
+    following = int(cycles[-1]) + 1 if streamed is None else streamed
     edges = np.concatenate(([-1], cycles, [following]))
     before = np.flatnonzero(np.diff(edges) > 1)
     return tuple(Gap(int(edges[k]) + 1, int(edges[k + 1]) - 1) for k in before)

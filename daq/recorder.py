@@ -99,7 +99,9 @@ class Recorder:
             raise CaptureError(f"{self.path}: cannot be written: {error.strerror}") from error
 
     def _add_facts(self, name: str, record: Facts) -> None:
-        self._writer.add_metadata(name, {**record, CHECKSUM_KEY: facts_checksum(record)})
+        """Write a record twice: without it samples have no meaning, and one bad sector takes one copy."""
+        for _ in range(2):
+            self._writer.add_metadata(name, {**record, CHECKSUM_KEY: facts_checksum(record)})
 
     def write(self, samples: Samples) -> None:
         """Append samples; joint torques are derived from the control signals (eq. 5).

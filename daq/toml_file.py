@@ -86,30 +86,26 @@ def validation_line(
     # A misspelt key is both an unknown one and a missing one: the unknown one says more.
     found = problem.errors(include_url=False)
     first, *others = sorted(found, key=lambda entry: entry["type"] == "missing")
-    key: tuple[str | int, ...] = tuple(first["loc"])
+    key, words, allowed = _finding(first, model)
     place = f"{path}:{lines.line_of((*under, *key))}" if lines is not None else str(path)
     more = f" (and {len(others)} more)" if others else ""
-    by_rule = first["type"] == "value_error"  # says itself what is allowed
-    allowed = "" if by_rule else _allowed(model, key)
-    full = key_text((*under, *key))
-    parts = [place, full, _words(first) + more] if full else [place, _words(first) + more]
+    parts = [part for part in (place, key_text((*under, *key)), words + more) if part]
     return one_line(": ".join(parts) + (f"; allowed: {allowed}" if allowed else ""))
 
 
-def _words(entry: Any) -> str:
-    if entry["type"] == "missing":
-        return "missing"
-    if entry["type"] == "extra_forbidden":
-        return f"{shown(entry['input'])} is given to a key that does not exist"
+def _finding(entry: Any, model: type[BaseModel]) -> tuple[tuple[str | int, ...], str, str]:
+    """The key, what is wrong with it, and what is allowed (empty where the words say it)."""
+    key: tuple[str | int, ...] = tuple(entry["loc"])
     cause = entry.get("ctx", {}).get("error")
     if isinstance(cause, ValueNotAllowed):
-        return f"{'.'.join(map(str, cause.path))} {cause.problem}; allowed: {cause.allowed}"
+        value = "" if cause.path else f"{shown(entry['input'])} "
+        key = (*key, *cause.path)
+        return key, value + cause.problem, cause.allowed or allowed_at(model, key)
     if entry["type"] == "value_error":
-        return str(entry["msg"].removeprefix("Value error, "))
-    return f"{shown(entry['input'])} is not allowed"
-
-
-def _allowed(model: type[BaseModel], key: tuple[str | int, ...]) -> str:
-    """What may stand there; for a key that does not exist, the keys that do."""
-    words = allowed_at(model, key)
-    return words or allowed_at(model, key[:-1]).removeprefix("a table with ")
+        return key, entry["msg"].removeprefix("Value error, "), ""
+    if entry["type"] == "missing":
+        return key, "missing", allowed_at(model, key)
+    if entry["type"] == "extra_forbidden":
+        keys = allowed_at(model, key[:-1]).removeprefix("a table with ")
+        return key, f"{shown(entry['input'])} is given to a key that does not exist", keys
+    return key, f"{shown(entry['input'])} is not allowed", allowed_at(model, key)
