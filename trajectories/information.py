@@ -20,6 +20,9 @@ ROW_RATE = 100.0
 NONE = 1e9
 """Score of a motion that leaves some combination of parameters unseen."""
 
+_SINGULAR = 1e-14
+"""Smallest over largest eigenvalue of G below which what is left is rounding."""
+
 Criterion = Literal["determinant", "trace", "condition"]
 
 
@@ -33,7 +36,7 @@ class Information:
     def condition(self) -> float:
         """Condition number of the weighted regressor W (the square root of that of G)."""
         eigenvalues = np.linalg.eigvalsh(self.matrix)
-        if eigenvalues[0] <= 0.0:
+        if eigenvalues[0] <= _SINGULAR * eigenvalues[-1]:
             return float("inf")
         return float(np.sqrt(eigenvalues[-1] / eigenvalues[0]))
 
@@ -83,7 +86,7 @@ class Objective:
         if quick > unless_above:
             return quick
         eigenvalues, vectors = self._eigen(matrix)
-        if eigenvalues[0] <= 1e-14 * eigenvalues[-1]:
+        if eigenvalues[0] <= _SINGULAR * eigenvalues[-1]:
             return NONE
         log_condition = 0.5 * float(np.log(eigenvalues[-1] / eigenvalues[0]))
         excess = 0.0

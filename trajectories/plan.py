@@ -90,6 +90,8 @@ def plan(
     """
     try:
         margins = margins or Margins()
+        _require_positive("cycle time", cycle_time)
+        _require_periods(robot, periods, start)
         base = base_parameters(RegressorModel.of(robot))
         problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective())
         best, done = _search(problem, seed, evaluations, searches, workers, progress, stop)
@@ -121,8 +123,10 @@ def _problem(
     first = home if start is None else np.asarray(start, dtype=np.float64)
     require_posture(first, Limits.of(robot, Margins(position=0.0)), "start")
     limits = Limits.of(robot, margins).widened(first)
-    _require_duration(duration, first, home, limits)
     torque = TorqueCheck.of(robot, limits.with_torque_share(SEARCH_TORQUE_SHARE))
+    for posture in (first, home):
+        require_within(torque.use(hold(posture, 1e-3)), limits.names)
+    _require_duration(duration, first, home, limits)
     return ExcitationProblem(
         regressor=BaseRegressor(base),
         sigma=_noise(robot, sigma),
@@ -134,6 +138,23 @@ def _problem(
         objective=objective,
         checks=(torque.within,),
     )
+
+
+def _require_positive(name: str, seconds: float) -> None:
+    if not 0.0 < seconds < float("inf"):
+        raise PlanError(f"{name} is {seconds} s; allowed: above 0", constraint=name)
+
+
+def _require_periods(robot: Robot, periods: int, start: ArrayLike | None) -> None:
+    if periods < 1:
+        raise PlanError(f"periods is {periods}; allowed: 1 or more", constraint="periods")
+    away = 0.0 if start is None else np.abs(np.asarray(start) - robot.home)
+    if periods > 1 and np.max(away) > 1e-9:
+        raise PlanError(
+            f"a motion of {periods} periods starts at home; the start is elsewhere",
+            constraint="periods",
+            joint=robot.joint[int(np.argmax(away))].name,
+        )
 
 
 def _noise(robot: Robot, sigma: ArrayLike | None) -> FloatArray:
@@ -149,8 +170,7 @@ def _noise(robot: Robot, sigma: ArrayLike | None) -> FloatArray:
 
 
 def _require_duration(duration: float, start: FloatArray, goal: FloatArray, limits: Limits) -> None:
-    if not 0.0 < duration < float("inf"):
-        raise PlanError(f"duration is {duration} s; allowed: above 0", constraint="duration")
+    _require_positive("duration", duration)
     needed = straight_move(start, goal, limits).duration
     if needed > duration:
         slowest = int(np.argmax(np.abs(goal - start) / limits.velocity))

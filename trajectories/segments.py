@@ -19,6 +19,8 @@ from trajectories.motion import Extremes, MotionState
 SHORTEST = 1e-4
 """s; a segment shorter than this goes nowhere."""
 
+_NEARLY = 1.0 - 1e-4
+
 
 @dataclass(frozen=True)
 class PiecewiseJerk:
@@ -161,7 +163,6 @@ class SegmentPlanner:
         self._ruckig = ruckig.Ruckig(limits.n)
         self._input = ruckig.InputParameter(limits.n)
         self._input.max_velocity = limits.velocity
-        self._input.max_acceleration = limits.acceleration
         self._input.max_jerk = limits.jerk
 
     def connect(
@@ -177,15 +178,27 @@ class SegmentPlanner:
         given.current_velocity, given.target_velocity = start.velocity, goal.velocity
         given.current_acceleration, given.target_acceleration = start.acceleration, goal.acceleration
         given.minimum_duration = minimum_duration
-        result = ruckig.Trajectory(self.limits.n)
-        try:
-            outcome = self._ruckig.calculate(given, result)
-        except ruckig.RuckigError:
-            return None
-        if outcome not in (ruckig.Result.Working, ruckig.Result.Finished) or result.duration < SHORTEST:
+        result = self._calculated()
+        if result is None or result.duration < SHORTEST:
             return None
         segment = _from_profiles(result)
         return segment if segment is not None and self._stays_inside(segment) else None
+
+    def _calculated(self) -> ruckig.Trajectory | None:
+        """ruckig's answer; asked again with a little less where the distance is on the edge of two cases.
+
+        A distance of exactly 2 a³/j², say, is refused with a numerical error.
+        """
+        for share in (1.0, _NEARLY):
+            self._input.max_acceleration = self.limits.acceleration * share
+            result = ruckig.Trajectory(self.limits.n)
+            try:
+                outcome = self._ruckig.calculate(self._input, result)
+            except ruckig.RuckigError:
+                continue
+            if outcome in (ruckig.Result.Working, ruckig.Result.Finished):
+                return result
+        return None
 
     def _stays_inside(self, segment: PiecewiseJerk) -> bool:
         lowest, highest = segment.travel()
