@@ -1,0 +1,70 @@
+"""Captures for the tests: samples with known numbers, recorded in chunks of known length."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq import recorder
+from daq.capture import DESCRIPTION, RUN, TRAJECTORY, Facts
+from daq.recorder import Recorder
+from drivers import Samples
+from robots import Robot
+
+PERIOD = 0.001
+BATCH = 50
+"""Cycles of one chunk."""
+
+
+def samples(first: int, count: int, joints: int = 6, period: float = PERIOD) -> Samples:
+    """Cycles ``first`` and following; the numbers of a cycle depend on nothing but its number."""
+    cycle = np.arange(first, first + count, dtype=np.int64)
+    phase = cycle[:, np.newaxis] + np.linspace(0.1, 0.9, joints)
+    return Samples(
+        cycle=cycle,
+        time=cycle * period,
+        reference=np.sin(phase / 100),
+        position=np.sin(phase / 100 - 0.01),
+        control_signal=np.cos(phase / 50),
+        statusword=(0x1237 + cycle[:, np.newaxis] % 7 + np.arange(joints)).astype(np.uint16),
+        complete=np.ones((count, joints), dtype=np.bool_),
+        lateness=np.sin(cycle) * 1e-5,
+    )
+
+
+def facts(robot: Robot, period: float = PERIOD) -> dict[str, Facts]:
+    """What is known before the first sample."""
+    return {
+        DESCRIPTION: {
+            "name": robot.name,
+            "robot.toml": robot.source_text,
+            "urdf": robot.urdf_path.read_text(encoding="utf-8"),
+            "joints": "\n".join(joint.name for joint in robot.joint),
+        },
+        RUN: {"period": repr(period), "channel": "test"},
+        TRAJECTORY: {"family": "test", "seed": "0"},
+    }
+
+
+def outcome(cycles: int) -> Facts:
+    return {"outcome": "completed", "reason": "", "cycles": str(cycles)}
+
+
+def record(
+    path: Path, robot: Robot, batches: list[Samples], monkeypatch: pytest.MonkeyPatch, period: float = PERIOD
+) -> Path:
+    """Record the batches as a chunk each, closed with an outcome."""
+    monkeypatch.setattr(recorder, "FLUSH_INTERVAL", 0.0)
+    with Recorder(path, robot, facts(robot, period), start_ns=1_700_000_000_000_000_000) as file:
+        for batch in batches:
+            file.write(batch)
+        file.finish(outcome(int(batches[-1].cycle[-1]) + 1))
+    return path
+
+
+def record_cycles(path: Path, robot: Robot, cycles: int, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Record cycles 0 to ``cycles`` − 1 in chunks of ``BATCH``."""
+    batches = [samples(at, min(BATCH, cycles - at), robot.n) for at in range(0, cycles, BATCH)]
+    return record(path, robot, batches, monkeypatch)
