@@ -16,10 +16,11 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.approach import straight_move
 from trajectories.errors import PlanError, TrajectoryError
-from trajectories.information import NONE, ROW_RATE, Information, Objective
+from trajectories.information import NONE, Objective
 from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
-from trajectories.motion import Motion, MotionState, midpoints
-from trajectories.optimise import ExcitationProblem, WaypointSearch
+from trajectories.motion import Motion, MotionState
+from trajectories.optimise import WaypointSearch
+from trajectories.problem import ExcitationProblem, information_of
 from trajectories.segments import SegmentPlanner, Waypoint, hold, join
 from trajectories.torque import TorqueCheck
 from trajectories.trajectory import Detail, Trajectory
@@ -271,11 +272,3 @@ def _judged(
             percent_sigma=tuple(percent.tolist()),
         ),
     )
-
-
-def information_of(motion: Motion, problem: ExcitationProblem) -> Information:
-    """The information of a motion from rows at 100 Hz."""
-    rows = max(1, round(motion.duration * ROW_RATE))
-    columns = problem.regressor(motion.at(midpoints(motion.duration, rows))) / problem.sigma[:, np.newaxis]
-    flat = columns.reshape(-1, columns.shape[2])
-    return Information(flat.T @ flat * (motion.duration / rows * ROW_RATE))

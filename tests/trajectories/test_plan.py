@@ -85,11 +85,7 @@ def test_every_joint_has_slow_and_fast_passes_both_ways(planned: Trajectory) -> 
 @settings(max_examples=12, deadline=None)
 def test_no_limit_is_exceeded_for_random_arms_and_cycles(seed: int, cycle_time: float) -> None:
     robot = scaled(load("tx40" if seed % 3 == 0 else "emps"), seed)
-    try:
-        trajectory = small_plan(robot, seed=seed, cycle_time=cycle_time, duration=8.0)
-    except PlanError as error:
-        assert error.constraint in ("torque", "drive torque", "duration", "information")
-        return
+    trajectory = small_plan(robot, seed=seed, cycle_time=cycle_time, duration=8.0)
     limits = Limits.of(robot)
     dense = trajectory.at(np.arange(0.0, trajectory.duration, cycle_time / 20))
     room = 1e-6 * (limits.upper - limits.lower)
@@ -132,7 +128,7 @@ def test_a_stopped_search_hands_over_what_it_has() -> None:
 
 def test_it_starts_where_the_arm_is() -> None:
     robot = load("tx40")
-    start = np.array(robot.home) + [0.3, -0.2, 0.1, 0.5, -0.4, 1.0]
+    start = np.add(robot.home, (0.3, -0.2, 0.1, 0.5, -0.4, 1.0))
     trajectory = small_plan(robot, start=start)
     np.testing.assert_allclose(trajectory.position[0], start, atol=1e-9)
     np.testing.assert_allclose(trajectory.position[-1], robot.home, atol=1e-9)

@@ -18,7 +18,8 @@ from trajectories.torque import TorqueCheck
 def random_motion(limits: Limits, seed: int) -> PiecewiseJerk:
     generator = np.random.default_rng(seed)
     planner = SegmentPlanner(limits)
-    waypoint, parts = Waypoint.at_rest(np.zeros(limits.n)), []
+    waypoint = Waypoint.at_rest(np.zeros(limits.n))
+    parts: list[PiecewiseJerk] = []
     while len(parts) < 3:
         goal = Waypoint(
             0.7 * generator.uniform(limits.lower, limits.upper),
