@@ -1,6 +1,6 @@
 """Real data: the Stäubli TX40 log and what was published of it.
 
-The published base parameters are in ``published_by_figaroh/TX40_bp_5.csv``: expression, OLS, its %σ, WLS, its %σ.
+The published parameters are in ``published_by_figaroh/TX40_bp_5.csv``: expression, OLS, its %σ, WLS, its %σ.
 """
 
 from __future__ import annotations
