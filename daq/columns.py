@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import csv
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 
 from daq.capture import CaptureError
 from robots.arrays import FloatArray
+from robots.errors import one_line
+
+# What SciPy raises on a damaged file, besides its own MatReadError.
+_MAT_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    NotImplementedError,
+    UnboundLocalError,
+    OverflowError,
+    MemoryError,
+    zlib.error,
+)
 
 
 @dataclass(frozen=True)
@@ -61,7 +76,7 @@ def _read_mat(path: Path) -> dict[str, FloatArray]:
 
     try:
         content = loadmat(path)
-    except (ValueError, TypeError, MatReadError, NotImplementedError) as error:
+    except (*_MAT_ERRORS, MatReadError) as error:
         reason = "MATLAB 7.3 files are not supported: save with -v7"
         if not isinstance(error, NotImplementedError):
             reason = "is not a MATLAB file of version 4 to 7"
@@ -82,18 +97,25 @@ def _read_mat(path: Path) -> dict[str, FloatArray]:
 
 
 def _read_csv(path: Path) -> dict[str, FloatArray]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            header = [name.strip() for name in next(csv.reader(file), [])]
-            values = np.loadtxt(file, delimiter=",", ndmin=2, dtype=np.float64)
-    except UnicodeDecodeError as error:
-        raise CaptureError(f"{path}: is not a text file; allowed: comma-separated values") from error
-    except ValueError as error:
-        raise CaptureError(f"{path}: is not a table of numbers under one header line: {error}") from error
-    if not header or not values.size:
+    header, body = _header_and_body(path)
+    if not header or not body.strip():
         raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
+    try:
+        values = np.loadtxt(StringIO(body), delimiter=",", ndmin=2, dtype=np.float64, comments=None)
+    except ValueError as error:
+        reason = one_line(str(error))
+        raise CaptureError(f"{path}: is not a table of numbers under one header line: {reason}") from error
     if len(set(header)) != len(header):
         raise CaptureError(f"{path}: two columns of the header have the same name")
     if values.shape[1] != len(header):
         raise CaptureError(f"{path}: {values.shape[1]} columns under {len(header)} names in the header line")
     return {name: values[:, k] for k, name in enumerate(header)}
+
+
+def _header_and_body(path: Path) -> tuple[list[str], str]:
+    """The names of the first line, and all that follows it."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            return [name.strip() for name in next(csv.reader(file), [])], file.read()
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise CaptureError(f"{path}: is not a text file; allowed: comma-separated values") from error
