@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.effects import (
+    AsymmetricFriction,
     CoulombFriction,
     CurrentOffset,
     Effect,
@@ -40,12 +41,11 @@ class RegressorModel:
         """The usual model: links, rotors, viscous and Coulomb friction, coupled drives, offsets."""
         settings = robot.identification
         sign = FrictionSign(settings.friction_sign, settings.friction_width)
-        effects: list[Effect] = [
-            RigidBody(robot),
-            RotorInertia(robot),
-            ViscousFriction(robot),
-            CoulombFriction(robot, sign),
-        ]
+        effects: list[Effect] = [RigidBody(robot), RotorInertia(robot)]
+        if settings.friction == "asymmetric":
+            effects.append(AsymmetricFriction(robot, sign))
+        else:
+            effects += [ViscousFriction(robot), CoulombFriction(robot, sign)]
         if settings.offset:
             effects.append(CurrentOffset(robot))
         if coupled_drives(robot):
@@ -105,6 +105,9 @@ def drive_parameters(
         own = [abs(row[joint]) for k, row in enumerate(robot.transmission_matrix) if k not in coupled]
         own_drives = [k for k in range(robot.n) if k not in coupled]
         values[f"Fc{joint + 1}"] = float(np.dot(own, coulomb[own_drives]))
+        for direction in ("p", "n"):
+            values[f"Fv{direction}{joint + 1}"] = values[f"Fv{joint + 1}"]
+            values[f"Fc{direction}{joint + 1}"] = values[f"Fc{joint + 1}"]
     for drive in coupled:
         values[f"Iam{drive + 1}"] = float(inertia[drive])
         values[f"Fvm{drive + 1}"] = float(viscous[drive])

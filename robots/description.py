@@ -153,6 +153,9 @@ class Identification(_Frozen):
         default=0.0,
         description="s from the reading of v_τ to its torque; half a controller sample for a held output",
     )
+    friction: Literal["symmetric", "asymmetric"] = Field(
+        default="symmetric", description="one Fv and Fc per joint, or one of each per direction"
+    )
     friction_sign: Literal["sign", "tanh"] = "tanh"
     friction_width: NonNegative = Field(
         default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"

@@ -13,7 +13,15 @@ import numpy as np
 import pinocchio
 
 from ident.base import random_states
-from ident.effects import CoulombFriction, Effect, FrictionSign, RigidBody, State, WristCoupling
+from ident.effects import (
+    AsymmetricFriction,
+    CoulombFriction,
+    Effect,
+    FrictionSign,
+    RigidBody,
+    State,
+    WristCoupling,
+)
 from ident.errors import IdentificationError
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
@@ -142,7 +150,10 @@ def _loaded_links(model: RegressorModel, parameters: list[tuple[Effect, FloatArr
 
 def _sharpened(effect: Effect) -> Effect:
     """An exact friction sign becomes a very steep smooth one, which a solver can pass through."""
-    if isinstance(effect, CoulombFriction | WristCoupling) and effect.sign.kind == "sign":
+    if (
+        isinstance(effect, AsymmetricFriction | CoulombFriction | WristCoupling)
+        and effect.sign.kind == "sign"
+    ):
         width = _SHARP * float(effect.robot.velocity_limits.min())
         return replace(effect, sign=FrictionSign("tanh", width))
     return effect

@@ -5,6 +5,7 @@ An effect is one object whose ``columns`` serve the regressor and, times its par
 
 from __future__ import annotations
 
+from ident.effects.asymmetric_friction import AsymmetricFriction
 from ident.effects.coulomb_friction import CoulombFriction
 from ident.effects.current_offset import CurrentOffset
 from ident.effects.effect import Effect, State
@@ -15,6 +16,7 @@ from ident.effects.viscous_friction import ViscousFriction
 from ident.effects.wrist_coupling import WristCoupling
 
 __all__ = [
+    "AsymmetricFriction",
     "CoulombFriction",
     "CurrentOffset",
     "Effect",

@@ -13,10 +13,14 @@ from ident import Fitted, Recording, identify
 
 
 @pytest.fixture(scope="module")
-def emps(shared_data: Path) -> Fitted:
+def recording(shared_data: Path) -> Recording:
     log = loadmat(shared_data / "emps" / "DATA_EMPS.mat")
     time, reference, position, signal = (log[key].astype(np.float64) for key in ("t", "qg", "qm", "vir"))
-    recording = Recording("DATA_EMPS.mat", time.ravel(), reference, position, signal)
+    return Recording("DATA_EMPS.mat", time.ravel(), reference, position, signal)
+
+
+@pytest.fixture(scope="module")
+def emps(recording: Recording) -> Fitted:
     return identify(robots.load("emps"), (recording,))
 
 
@@ -56,3 +60,21 @@ def test_the_verdict_rests_on_three_gates(emps: Fitted) -> None:
     # The offset's column is the same in simulation and measurement, so gate 2 takes it out.
     assert next(c for c in rank.columns if c.column == "off1").passed
     assert "off1" not in [c.column for c in exogeneity.columns]
+
+
+def test_asymmetric_friction_gives_every_published_digit(recording: Recording) -> None:
+    robot = robots.load("emps")
+    settings = robot.identification.model_copy(update={"friction": "asymmetric"})
+    fitted = identify(robot.model_copy(update={"identification": settings}), (recording,))
+    estimate = fitted.result.least_squares
+    found = {p.name: round(p.value, 4) for p in estimate.parameters}
+    assert found == {
+        "M1R": 95.1540,
+        "Fvp1": 166.7061,
+        "Fcp1R": 20.1440,
+        "Fvn1": 240.4236,
+        "Fcn1R": 20.6277,
+    }
+    assert round(estimate.relative_error_percent, 4) == 3.1117
+    assert [p.expression for p in estimate.parameters][2::2] == ["Fcp1 + off1", "Fcn1 − off1"]
+    assert fitted.result.instrumental is not None
