@@ -11,10 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.capture import file_sha256
-from daq.toml_file import read_toml
+from daq.toml_file import read_toml, validation_line
 from daq.toml_text import TomlTextError, toml_text
 from ident import Estimate, Fitted
 from ident.results import Verdict
@@ -126,8 +126,8 @@ def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFil
     }
     try:
         return ModelFile.model_validate(values)
-    except ValueError as error:
-        raise ModelFileError(f"{robot.name}: the estimate is not a model: {error}") from error
+    except ValidationError as error:
+        raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
 
 
 def _chosen(fitted: Fitted) -> Estimate:

@@ -68,7 +68,7 @@ def _text(path: Path, error: type[Exception], kind: str) -> str:
 
 
 def validation_line(
-    path: Path,
+    path: Path | str,
     problem: ValidationError,
     model: type[BaseModel],
     lines: TomlLines | None = None,
@@ -77,7 +77,7 @@ def validation_line(
     """One line on the first thing that pydantic found wrong.
 
     Args:
-        path: the file.
+        path: the file, or what else was checked.
         problem: what pydantic says.
         model: the model it was checked against.
         lines: of the file, where there is a place to name.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,16 +11,18 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pydantic import BaseModel
 from scipy.io import savemat
 
 import robots
 from daq.capture import CaptureError
-from daq.import_map import load_import_map
+from daq.import_map import ControlSignal, ImportMap, Position, Time, Torque, load_import_map
 from daq.importing import LoadedRecordings, capture_recordings, load_recording
 from daq.reader import read_capture
 from daq.toml_text import toml_text
 from ident import Fitted, identify
 from robots import Robot
+from robots.allowed import keys_of
 from tests.daq.captures import record, samples
 
 Map = dict[str, Any]
@@ -331,6 +334,25 @@ def test_a_capture_of_another_arm_is_refused(
         CaptureError, match=r"recorded of tx40 with the joints joint_1, .*; emps has carriage"
     ):
         load_recording(path, emps)
+
+
+# The reference
+
+
+@pytest.mark.parametrize(
+    ("heading", "model"),
+    [
+        ("## Top level", ImportMap),
+        ("## [time]", Time),
+        ("## [position]", Position),
+        ("## [torque]", Torque),
+        ("## [control_signal]", ControlSignal),
+    ],
+)
+def test_the_reference_has_every_key(heading: str, model: type[BaseModel], repository: Path) -> None:
+    text = (repository / "docs" / "reference" / "import-toml.md").read_text(encoding="utf-8")
+    section = re.split(r"\n## ", text[text.index(f"\n{heading}\n") + 1 :])[0]
+    assert sorted(re.findall(r"^\| `(\w+)`", section, re.MULTILINE)) == sorted(keys_of(model))
 
 
 # TOML text

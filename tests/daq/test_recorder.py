@@ -17,8 +17,9 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from daq.capture import OUTCOME, Capture, CaptureError, Gap
+from daq.messages import CYCLE_STATUS_DEFINITION
 from daq.reader import read_capture
-from daq.recorder import MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC, Recorder
+from daq.recorder import CHANNELS, MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC, Recorder
 from drivers import Samples
 from robots import Robot
 from tests.daq.captures import BATCH, PERIOD, facts, outcome, record, record_cycles, samples
@@ -169,6 +170,18 @@ def test_a_full_disk_keeps_what_was_recorded(tmp_path: Path) -> None:
     assert kept * PERIOD >= int(counts[-1]) * PERIOD - LARGEST_LOSS
     assert_same(capture.samples, samples(0, kept))
     assert not capture.damage.closed
+
+
+def test_the_reference_has_every_channel_and_record(repository: Path, tx40: Robot) -> None:
+    text = (repository / "docs" / "reference" / "capture-format.md").read_text(encoding="utf-8")
+    for number, topic in CHANNELS.items():
+        assert f"| {number} | `{topic}` |" in text
+    for name in [*facts(tx40), OUTCOME]:
+        assert f"| `{name}` |" in text
+    fields_of_status = CYCLE_STATUS_DEFINITION.split("=" * 80)[0]
+    named = [line.split() for line in fields_of_status.splitlines() if not line.startswith("#")]
+    for kind, name in named:
+        assert f"| `{name}` | `{kind}` |" in text
 
 
 def test_every_record_is_there_twice(tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,180 @@
+"""The JSON of an identification: its schema, which others script against, and no number JSON cannot hold."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from daq.identification_json import identification_json
+from ident import Fitted
+from ident.results import ColumnCheck, Gate, Identification, RevisedTest
+from robots import Robot
+from tests.daq.models import carriage, endogenous
+
+NUMBER = {"type": ["number", "null"]}
+NUMBERS = {"type": "array", "items": NUMBER}
+TEXT = {"type": "string"}
+TEXTS = {"type": "array", "items": TEXT}
+
+
+def closed(properties: dict[str, Any], optional: frozenset[str] = frozenset()) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": sorted(properties.keys() - optional),
+        "additionalProperties": False,
+    }
+
+
+PARAMETER = closed({"name": TEXT, "value": NUMBER, "sigma": NUMBER, "percent_sigma": NUMBER, "unit": TEXT})
+ESTIMATE = closed(
+    {
+        "parameters": {"type": "array", "items": PARAMETER, "minItems": 1},
+        "condition": NUMBER,
+        "relative_error_percent": closed({"total": NUMBER, "per_joint": NUMBERS}),
+        "torque_rms": NUMBERS,
+        "lag1_autocorrelation": NUMBERS,
+        "iterations": {"type": "integer", "minimum": 0},
+        "covariance": TEXT,
+        "converged": {"type": "boolean"},
+    }
+)
+COLUMN = closed(
+    {"column": TEXT, "size": NUMBER, "limit": NUMBER, "p_value": NUMBER, "passed": {"type": "boolean"}}
+)
+GATE = closed(
+    {
+        "name": {"enum": ["instruments", "rank", "exogeneity"]},
+        "passed": {"type": ["boolean", "null"]},
+        "statistic": NUMBER,
+        "df": {"anyOf": [NUMBERS, {"type": "null"}]},
+        "p_value": {"type": ["number", "null"], "minimum": 0, "maximum": 1},
+        "detail": TEXT,
+        "null": TEXT,
+        "distribution": TEXT,
+        "columns": {"type": "array", "items": COLUMN},
+    }
+)
+TEST = closed(
+    {
+        "verdict": {"enum": ["exogenous", "endogenous", "instruments_invalid", "not_testable"]},
+        "recommendation": TEXT,
+        "covariance": TEXT,
+        "gates": {"type": "array", "items": GATE},
+    }
+)
+OPTIONAL_ESTIMATE = {"anyOf": [ESTIMATE, {"type": "null"}]}
+BY_NAME = {"type": "object", "additionalProperties": TEXT}
+SCHEMA = closed(
+    {
+        "armhil": TEXT,
+        "robot": TEXT,
+        "captures": TEXTS,
+        "rows": {"type": "integer", "minimum": 1},
+        "base_parameters": TEXTS,
+        "estimates": closed({"ls": ESTIMATE, "iv": OPTIONAL_ESTIMATE}),
+        "test": TEST,
+        "units": BY_NAME,
+        "expressions": BY_NAME,
+        "instrumental_reason": {"type": ["string", "null"]},
+        "textbook": {"anyOf": [GATE, {"type": "null"}]},
+        "truth": {"anyOf": [{"type": "object", "additionalProperties": NUMBER}, {"type": "null"}]},
+        "warnings": TEXTS,
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def fitted(emps: Robot) -> Fitted:
+    return carriage(emps)
+
+
+@pytest.fixture(scope="module")
+def result(fitted: Fitted) -> Identification:
+    return fitted.result
+
+
+def printed(result: Identification, truth: dict[str, float] | None = None) -> dict[str, Any]:
+    """As another program reads it; fails where the schema does not hold."""
+    content = identification_json(result, ["runs/first/capture.mcap"], truth)
+    read = json.loads(json.dumps(content, allow_nan=False))
+    Draft202012Validator.check_schema(SCHEMA)
+    Draft202012Validator(SCHEMA).validate(read)
+    return read
+
+
+def test_least_squares_alone(result: Identification) -> None:
+    content = printed(result)
+    assert content["armhil"] == version("armhil")
+    assert content["robot"] == "emps"
+    assert content["captures"] == ["runs/first/capture.mcap"]
+    assert content["rows"] == result.rows
+    assert content["base_parameters"] == [p.name for p in result.least_squares.parameters]
+    assert content["estimates"]["iv"] is None
+    assert content["test"]["verdict"] == "not_testable"
+    assert content["instrumental_reason"] == result.instrumental_reason
+    assert content["textbook"] is None
+    assert content["truth"] is None
+
+
+def test_every_digit_of_an_estimate(result: Identification) -> None:
+    estimate = result.least_squares
+    content = printed(result)["estimates"]["ls"]
+    assert [(p["value"], p["sigma"], p["percent_sigma"], p["unit"]) for p in content["parameters"]] == [
+        (p.value, p.sigma, p.percent_sigma, p.unit) for p in estimate.parameters
+    ]
+    assert content["relative_error_percent"]["total"] == estimate.relative_error_percent
+    assert content["relative_error_percent"]["per_joint"] == list(estimate.relative_error_percent_per_joint)
+    assert content["torque_rms"] == list(estimate.torque_rms)
+    assert content["lag1_autocorrelation"] == list(estimate.lag1_autocorrelation)
+    assert content["condition"] == estimate.condition
+
+
+def test_both_estimates_gates_and_truth(fitted: Fitted) -> None:
+    check = ColumnCheck("Fv1", 0.01, 0.05, None, np.bool_(True))
+    gates = (
+        Gate(
+            "instruments", "Z = X", np.bool_(True), np.float64(0.01), "F", (3.0, np.inf), None, "", (check,)
+        ),
+        Gate("rank", "", False, 2.5, "χ²", (4.0,), 0.6, "words"),
+        Gate("exogeneity", "", None, None, "", None, None, "not reached"),
+    )
+    result = endogenous(fitted).result
+    test = RevisedTest("endogenous", "Use them.", "AR", gates)
+    content = printed(replace(result, test=test, textbook=gates[1]), {"Fv1": 203.5, "Fc1": float("nan")})
+    assert content["estimates"]["iv"]["iterations"] == 3
+    assert content["instrumental_reason"] is None
+    assert [gate["passed"] for gate in content["test"]["gates"]] == [True, False, None]
+    assert content["test"]["gates"][0]["df"] == [3.0, None]
+    assert content["test"]["gates"][0]["columns"][0]["passed"] is True
+    assert content["textbook"]["statistic"] == 2.5
+    assert content["truth"] == {"Fv1": 203.5, "Fc1": None}
+
+
+def test_numbers_that_are_not_finite_become_null(result: Identification) -> None:
+    estimate = result.least_squares
+    zero = replace(estimate.parameters[0], value=0.0, sigma=float("inf"))
+    broken = replace(
+        estimate,
+        parameters=(zero, *estimate.parameters[1:]),
+        condition=float("inf"),
+        torque_rms=np.array([np.nan]),
+        lag1_autocorrelation=np.array([-np.inf]),
+    )
+    content = printed(replace(result, least_squares=broken))["estimates"]["ls"]
+    assert content["parameters"][0] == {
+        "name": zero.name,
+        "value": 0.0,
+        "sigma": None,
+        "percent_sigma": None,
+        "unit": zero.unit,
+    }
+    assert content["condition"] is None
+    assert content["torque_rms"] == [None]
+    assert content["lag1_autocorrelation"] == [None]
