@@ -13,8 +13,9 @@ import numpy as np
 
 from trajectories.chain import Chain, ChainBuilder
 from trajectories.information import NONE
+from trajectories.motion import Motion
 from trajectories.problem import ExcitationProblem
-from trajectories.segments import PiecewiseJerk, Waypoint
+from trajectories.segments import SegmentPlanner, hold, join
 
 START_TEMPERATURE = 0.005
 SMALLEST_STEP, LARGEST_STEP = 0.005, 1.0
@@ -52,15 +53,18 @@ class WaypointSearch:
         self._chain = self._best = self._builder.first_chain()
         self._score = self.best_score = self._score_of(self._chain, NONE)
 
-    @property
-    def best_segments(self) -> list[PiecewiseJerk]:
-        """The best motion so far, segment by segment."""
-        return [piece.motion for piece in self._best.pieces]
-
-    @property
-    def best_waypoints(self) -> list[Waypoint]:
-        """Where the best motion's segments begin and end."""
-        return list(self._best.waypoints)
+    def finished(self) -> Motion:
+        """The best motion with its last segment slowed down, or a pause added, to last the duration."""
+        parts = [piece.motion for piece in self._best.pieces]
+        missing = self.problem.duration - sum(part.duration for part in parts)
+        if missing < 1e-6 or self.problem.goal is None:
+            return join(parts)
+        slower = SegmentPlanner(self.problem.limits).connect(
+            self._best.waypoints[-2], self.problem.goal, parts[-1].duration + missing
+        )
+        if slower is not None and self.problem.allows(slower):
+            return join([*parts[:-1], slower])
+        return join([*parts, hold(self.problem.goal.position, missing)])
 
     def advance(self, trials: int) -> None:
         """Do some more trials, as many as are left of ``evaluations`` at most."""

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import ArrayLike
 
 from ident.base import BaseParameters, base_parameters
@@ -16,20 +15,16 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.approach import straight_move
 from trajectories.errors import PlanError, TrajectoryError
+from trajectories.fourier_search import FourierSearch
 from trajectories.information import NONE, Objective
 from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
 from trajectories.motion import Motion, MotionState
+from trajectories.multi_start import Progress, best_of
 from trajectories.optimise import WaypointSearch
 from trajectories.problem import ExcitationProblem, information_of
-from trajectories.segments import SegmentPlanner, Waypoint, hold, join
+from trajectories.segments import Waypoint, hold
 from trajectories.torque import TorqueCheck
-from trajectories.trajectory import Detail, Trajectory
-
-Progress = Callable[[float, float], None]
-"""Called with the share that is done, in [0, 1], and the best score so far."""
-
-ROUND = 250
-"""Trials between two looks at progress and stop."""
+from trajectories.trajectory import Detail, ExcitingFamily, Trajectory
 
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""
@@ -55,6 +50,7 @@ def plan(
     cycle_time: float,
     duration: float,
     seed: int,
+    family: ExcitingFamily = "ruckig",
     start: ArrayLike | None = None,
     sigma: ArrayLike | None = None,
     margins: Margins | None = None,
@@ -75,6 +71,7 @@ def plan(
         cycle_time: of the samples, s.
         duration: of the motion (of one period), s.
         seed: fixes the search.
+        family: ``ruckig`` (waypoints) or ``fourier`` (periodic, with lead-in and lead-out).
         start: posture (n,), rad (or m); home where not given.
         sigma: torque noise of each joint (n,), N·m (or N); 1 % of the torque limits where not given.
         margins: what is kept free of the limits.
@@ -82,7 +79,8 @@ def plan(
         evaluations: trials of each search.
         searches: independent searches; the best result counts.
         workers: processes for them.
-        periods: how often the motion is repeated; more than one needs start at home.
+        periods: how often the motion is repeated; more than one needs start at home. In the Fourier family
+            the period between lead-in and lead-out is repeated; ``duration`` is that of one with both.
         progress: told how far it is, and the best score.
         stop: asked now and then; the best motion so far is returned once it says so.
 
@@ -95,16 +93,19 @@ def plan(
         _require_periods(robot, periods, start)
         base = base_parameters(RegressorModel.of(robot))
         problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective())
-        best, done = _search(problem, seed, evaluations, searches, workers, progress, stop)
+        for name, value in (("evaluations", evaluations), ("searches", searches), ("workers", workers)):
+            _require_count(name, value)
+        best, done = best_of(
+            _searches(problem, family, seed, evaluations, searches, periods), workers, progress, stop
+        )
         if best.best_score >= NONE:
             raise PlanError(
                 f"{duration:g} s of motion leave some of the {len(base.independent)} base parameters unseen; "
                 "allowed: a longer duration, more evaluations or wider position limits",
                 constraint="information",
             )
-        motion = _filled(best, problem)
-        trajectory = _judged(robot, motion, problem, base, margins, cycle_time, seed, done)
-        return trajectory if periods == 1 else trajectory.repeated(periods)
+        trajectory = _judged(robot, best.finished(), problem, base, family, cycle_time, seed, done)
+        return trajectory if periods == 1 or family == "fourier" else trajectory.repeated(periods)
     except PlanError:
         raise
     except TrajectoryError as error:
@@ -146,9 +147,13 @@ def _require_positive(name: str, seconds: float) -> None:
         raise PlanError(f"{name} is {seconds} s; allowed: above 0", constraint=name)
 
 
+def _require_count(name: str, value: int) -> None:
+    if value < 1:
+        raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
+
+
 def _require_periods(robot: Robot, periods: int, start: ArrayLike | None) -> None:
-    if periods < 1:
-        raise PlanError(f"periods is {periods}; allowed: 1 or more", constraint="periods")
+    _require_count("periods", periods)
     away = 0.0 if start is None else np.abs(np.asarray(start) - robot.home)
     if periods > 1 and np.max(away) > 1e-9:
         raise PlanError(
@@ -182,59 +187,18 @@ def _require_duration(duration: float, start: FloatArray, goal: FloatArray, limi
         )
 
 
-def _search(
+def _searches(
     problem: ExcitationProblem,
+    family: ExcitingFamily,
     seed: int,
     evaluations: int,
     searches: int,
-    workers: int,
-    progress: Progress | None,
-    stop: Callable[[], bool] | None,
-) -> tuple[WaypointSearch, int]:
-    """The best of several searches, advanced in turns so that they can be watched and stopped."""
-    for name, value in (("evaluations", evaluations), ("searches", searches), ("workers", workers)):
-        if value < 1:
-            raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
-    seeds = np.random.SeedSequence(seed).generate_state(searches)
-    running = [WaypointSearch(problem, int(s), evaluations) for s in seeds]
-    while True:
-        if progress is not None:
-            share = sum(s.done for s in running) / (evaluations * searches)
-            progress(share, min(s.best_score for s in running))
-        stopped = stop is not None and stop()
-        if stopped or all(s.done >= evaluations for s in running):
-            break
-        running = _advanced(running, workers)
-    best = min(running, key=lambda s: s.best_score)
-    return best, sum(s.done for s in running)
-
-
-def _advanced(running: list[WaypointSearch], workers: int) -> list[WaypointSearch]:
-    if workers == 1:
-        return [_advance(search, ROUND) for search in running]
-    # A round that crosses processes carries the search there and back, so it is made worth the way.
-    jobs = (delayed(_advance)(search, 4 * ROUND) for search in running)
-    return list(Parallel(n_jobs=workers)(jobs))
-
-
-def _advance(search: WaypointSearch, trials: int) -> WaypointSearch:
-    search.advance(trials)
-    return search
-
-
-def _filled(search: WaypointSearch, problem: ExcitationProblem) -> Motion:
-    """The best motion with its last segment slowed down, or a pause added, so that it lasts the duration."""
-    parts = search.best_segments
-    missing = problem.duration - sum(part.duration for part in parts)
-    if missing < 1e-6 or problem.goal is None:
-        return join(parts)
-    last = parts[-1]
-    slower = SegmentPlanner(problem.limits).connect(
-        search.best_waypoints[-2], problem.goal, last.duration + missing
-    )
-    if slower is not None and all(check(slower) for check in problem.checks):
-        return join([*parts[:-1], slower])
-    return join([*parts, hold(problem.goal.position, missing)])
+    periods: int,
+) -> list[WaypointSearch] | list[FourierSearch]:
+    seeds = [int(s) for s in np.random.SeedSequence(seed).generate_state(searches)]
+    if family == "fourier":
+        return [FourierSearch(problem, s, evaluations, periods) for s in seeds]
+    return [WaypointSearch(problem, s, evaluations) for s in seeds]
 
 
 def _judged(
@@ -242,7 +206,7 @@ def _judged(
     motion: Motion,
     problem: ExcitationProblem,
     base: BaseParameters,
-    margins: Margins,
+    family: ExcitingFamily,
     cycle_time: float,
     seed: int,
     evaluations: int,
@@ -259,7 +223,7 @@ def _judged(
     return Trajectory.sampled(
         motion,
         cycle_time,
-        family="ruckig",
+        family=family,
         seed=seed,
         score=problem.objective.score(information.matrix),
         detail=Detail(

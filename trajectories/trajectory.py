@@ -12,7 +12,8 @@ from trajectories.errors import TrajectoryError
 from trajectories.limits import Use
 from trajectories.motion import Motion, MotionSequence, MotionState
 
-Family = Literal["ruckig", "fourier", "move"]
+ExcitingFamily = Literal["ruckig", "fourier"]
+Family = ExcitingFamily | Literal["move"]
 
 
 @dataclass(frozen=True)
