@@ -19,6 +19,7 @@ from typer.exceptions import TyperException
 app = typer.Typer(
     name="armhil",
     help="Identify the dynamic model of a robot arm over CAN, and say whether the model can be trusted.",
+    epilog="Example: [bold]armhil demo[/]",
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -43,15 +44,12 @@ def main() -> None:
     debug = os.environ.get("ARMHIL_DEBUG", "") not in ("", "0")
     try:
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
-    except typer.Abort:
-        sys.exit(INTERRUPTED)
-    except KeyboardInterrupt:
-        _say("interrupted")
-        sys.exit(INTERRUPTED)
-    except BrokenPipeError:
-        # The reader of a pipe has left; nobody is there to be told.
+    except SystemExit:
+        # So Typer leaves where the reader of a pipe has gone; nobody is there to be told.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(OK)
+    except typer.Abort:
+        code = INTERRUPTED
     except TyperException as error:
         _say(error.format_message())
         sys.exit(FAILED)
@@ -63,6 +61,8 @@ def main() -> None:
             raise
         _say(" ".join(str(error).split()))
         sys.exit(FAILED)
+    if code == INTERRUPTED:
+        _say("interrupted")  # Typer makes this code of a KeyboardInterrupt
     sys.exit(code if isinstance(code, int) else OK)
 
 
@@ -126,6 +126,10 @@ def options(
         format="%(levelname)s %(name)s: %(message)s",
         stream=sys.stderr,
     )
+    if not verbose:
+        # What goes wrong on the bus is told by the exception that comes of it, in one line.
+        for library in ("can", "canopen"):
+            logging.getLogger(library).setLevel(logging.CRITICAL)
 
 
 @app.command()
@@ -154,7 +158,9 @@ def demo(
     from drivers import Channel
 
     arm = robots.load(robot)
-    bus = Channel(interface or arm.bus.interface, channel or arm.bus.channel)
+    bus = Channel(
+        arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
+    )
     folder = make_run_folder(out, arm.name)
     request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations)
     console = _console(as_json)

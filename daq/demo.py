@@ -16,7 +16,7 @@ from daq.reader import read_capture
 from daq.recorder import Recorder
 from daq.report import ReportContent, write_report
 from daq.run_facts import outcome_facts, report_facts, run_facts
-from drivers import ArmSession, Channel, Samples
+from drivers import ArmSession, BusError, Channel, Samples
 from drivers.simulated import PlantTruth, SimulatedArm
 from ident import BaseParameters, Fitted, drive_parameters, identify
 from robots import Robot
@@ -78,6 +78,8 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
         RunFailed: the arm ended the run itself.
     """
     robot = request.robot
+    if request.channel.interface == "virtual":
+        raise BusError(f"{request.channel} lives inside one process; the simulated drives have their own")
     with steps.step("Start simulated drives"):
         arm = SimulatedArm(request.robot_source, request.channel, request.seed)
     with arm:
