@@ -162,8 +162,8 @@ def test_the_canopen_profile_of_an_independent_library_drives_a_node(
             assert [v.index for v in node.tpdo[1].map] == [0x6041, 0x6064, 0x6077]
             assert node.sdo[0x6061].raw == 8
             wanted = [0x21, 0x23, 0x27, 0x40]
-            # The library sends SYNC from a thread of Python. Where the machine stalls it for 50 ms the drive goes
-            # to fault, as it should; then the walk begins anew.
+            # The library sends SYNC from a thread of Python. Where the machine stalls it for 50 ms the drive
+            # goes to fault, as it should; then the walk begins anew.
             for _ in range(10):
                 states = [walk(node, word) for word in (0x06, 0x07, 0x0F, 0x00)]
                 if 0x08 not in states:
