@@ -15,7 +15,6 @@ from trajectories.motion import MotionState, midpoints
 from trajectories.problem import ExcitationProblem
 from trajectories.segments import PiecewiseJerk, SegmentPlanner, Waypoint
 
-SEARCH_ROW_RATE = 50.0
 FIRST_STEP = 0.3
 """Step of a new waypoint, as a share of half the travel and of the velocity limit."""
 
@@ -119,7 +118,7 @@ class ChainBuilder:
             if motion is None:
                 return None
             motions.append(motion)
-        counts = [max(1, int(np.ceil(motion.duration * SEARCH_ROW_RATE))) for motion in motions]
+        counts = [max(1, int(np.ceil(motion.duration * self.problem.search_rate))) for motion in motions]
         states = [m.at(midpoints(m.duration, count)) for m, count in zip(motions, counts, strict=True)]
         columns = self.problem.weighted(_stack(states))
         if columns is None:

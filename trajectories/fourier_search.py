@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import cma
 
 HARMONICS = 5
-SEARCH_ROW_RATE = 50.0
 FIRST_SIGMA = 0.3
 REFUSED = 1e3
 """Score of a motion that a check refuses: worse than any that is driven."""
@@ -125,7 +124,7 @@ class FourierSearch:
 
     def _evaluated(self, candidate: FloatArray) -> float:
         motion = self._motion(candidate)
-        rows = max(1, int(np.ceil(self._period * SEARCH_ROW_RATE)))
+        rows = max(1, int(np.ceil(self._period * self.problem.search_rate)))
         columns = self.problem.weighted(motion.at(midpoints(self._period, rows)))
         if columns is None:
             return REFUSED

@@ -33,6 +33,8 @@ class ExcitationProblem:
         start, goal: fixed ends; None for an end that may be anywhere, in motion.
         objective: what is minimised.
         checks: further conditions on each segment, the dear ones last.
+        search_rate: rows per second at which the search looks. A coarse look is quick but flatters: the
+            search finds motions whose friction changes sign between the rows.
     """
 
     regressor: Regressor
@@ -44,6 +46,7 @@ class ExcitationProblem:
     goal: Waypoint | None
     objective: Objective
     checks: tuple[Check, ...] = ()
+    search_rate: float = 50.0
 
     def weighted(self, state: MotionState) -> FloatArray | None:
         """Base regressor over σ, samples × joints × b; None where the prior torque breaks its limit."""
