@@ -1,0 +1,61 @@
+"""The demonstration over SocketCAN: strict in the virtual time of a user-mode kernel, or on an own device."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq.capture import Capture
+from daq.reader import read_capture
+from tests.drivers.test_vcan import ROOT, TOOL, needs_device, needs_tool, own_device
+
+
+def demo(out: Path, device: str, *before: str) -> Capture:
+    """The capture of a short demonstration, run directly or behind a command."""
+    options = ["--duration", "4", "--periods", "1", "--evaluations", "100", "--seed", "6"]
+    command = [sys.executable, "-m", "daq", "demo", "--interface", "socketcan", "--channel", device]
+    done = subprocess.run(
+        [*before, *command, "--out", str(out), *options],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=280,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    assert result["estimates"]["iv"] is not None, result["instrumental_reason"]
+    assert result["test"]["verdict"] != "not_testable"
+    assert (out / "report.html").stat().st_size > 0
+    capture = read_capture(out / "capture.mcap")
+    assert not capture.damage
+    assert capture.outcome is not None and capture.outcome["outcome"] == "completed"
+    assert capture.run["channel"] == f"socketcan:{device}"
+    return capture
+
+
+@needs_tool
+@pytest.mark.timeout(600)
+def test_in_virtual_time_no_cycle_is_lost_and_every_run_is_the_same(tmp_path: Path) -> None:
+    before = (str(TOOL), "-v", "-t", "250", "--")
+    first, second = (demo(tmp_path / name, "vcan0", *before) for name in ("first", "second"))
+    for capture in (first, second):
+        assert capture.outcome is not None
+        counted = {key: capture.outcome[key] for key in capture.outcome if key.endswith("_cycles")}
+        assert counted == {"missed_cycles": "0", "late_cycles": "0", "incomplete_cycles": "0"}
+        assert np.abs(capture.samples.lateness).max() < 0.0001
+    for column in ("cycle", "reference", "position", "control_signal", "statusword", "complete"):
+        np.testing.assert_array_equal(getattr(first.samples, column), getattr(second.samples, column), column)
+
+
+@needs_device
+def test_on_a_device_of_this_machine(tmp_path: Path) -> None:
+    capture = demo(tmp_path, str(own_device()))
+    assert capture.outcome is not None
+    assert int(capture.outcome["missed_cycles"]) + int(capture.outcome["incomplete_cycles"]) <= 50
