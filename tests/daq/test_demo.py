@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -29,16 +30,20 @@ SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "100"]
 VERDICTS = {"exogenous", "endogenous", "instruments_invalid", "not_testable"}
 
 
-def sockets_on(port: int) -> list[str]:
-    """Lines of the system's list of UDP sockets that are bound to a port."""
+def sockets_on(group: str, port: int) -> list[str]:
+    """Lines of the system's list of UDP sockets that are bound to a group and port.
+
+    The port alone is not enough: the workers of one run of the suite share it, each with groups of its own.
+    """
+    address = int.from_bytes(socket.inet_aton(group), sys.byteorder)
     table = Path("/proc/net/udp").read_text().splitlines()[1:]
-    return [line for line in table if line.split()[1].endswith(f":{port:04X}")]
+    return [line for line in table if line.split()[1] == f"{address:08X}:{port:04X}"]
 
 
 def assert_nothing_left(channel: Channel) -> None:
     """No socket on the channel and no lock file of it."""
     group, port = channel.group_and_port()
-    assert not sockets_on(port)
+    assert not sockets_on(group, port)
     assert not list(Path(tempfile.gettempdir()).glob(f"armhil-*{group}*{port}*.lock"))
 
 
