@@ -206,8 +206,6 @@ def identify(
     if as_json:
         _print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
     print_identification(console, result.fitted.result)
-    for warning in result.warnings:
-        console.print(f"[yellow]warning:[/] {warning}", highlight=False)
     if result.report is not None:
         console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
 

@@ -6,7 +6,7 @@ import json
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -48,10 +48,9 @@ class IdentifyRequest:
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """What came out, and what was said of the recordings on the way."""
+    """What came out; ``report`` is None where no folder was asked for."""
 
     fitted: Fitted
-    warnings: tuple[str, ...]
     report: Path | None
 
 
@@ -70,9 +69,15 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         robot = robot.model_copy(update={"identification": settings})
         with steps.step("Identify") as update:
             fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step))
-        warnings = tuple(sentence for part in loaded for sentence in part.warnings)
+        fitted = _with_warnings(fitted, [sentence for part in loaded for sentence in part.warnings])
         report = None if folder is None else _write(folder, robot, loaded, fitted)
-    return IdentifyResult(fitted, warnings, report)
+    return IdentifyResult(fitted, report)
+
+
+def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
+    """What is missing in the recordings stands before what the estimates say, wherever results are shown."""
+    result = replace(fitted.result, warnings=(*warnings, *fitted.result.warnings))
+    return replace(fitted, result=result)
 
 
 @contextmanager
