@@ -1,0 +1,157 @@
+"""``armhil identify``: on a small capture made without a bus, and on the published recordings."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from daq import cli
+from daq.model_file import read_model
+from daq.recorder import Recorder
+from drivers import Samples
+from drivers.simulated.offline import SimulatedRun, simulate_offline
+from drivers.simulated.truth import draw_truth
+from robots import Robot
+from tests.daq.captures import facts, outcome
+
+SECONDS = 4.0
+Identify = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def identify(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Identify:
+    """Calls ``armhil identify … --json`` in this process and returns the object that it printed."""
+
+    def call(*arguments: object) -> dict[str, Any]:
+        monkeypatch.setattr(sys, "argv", ["armhil", "identify", *map(str, arguments), "--json"])
+        with pytest.raises(SystemExit) as leaving:
+            cli.main()
+        printed = capsys.readouterr()
+        assert leaving.value.code == 0, printed.err
+        result: dict[str, Any] = json.loads(printed.out)
+        return result | {"stderr": printed.err}
+
+    return call
+
+
+def back_and_forth(robot: Robot) -> np.ndarray:
+    """Three sines for the one axis, from rest to rest within its limits, N × 1."""
+    t = np.arange(0.0, SECONDS, robot.bus.cycle_time)
+    window = np.minimum(1.0, np.minimum(t, SECONDS - t)) ** 2
+    sines = sum(a * np.sin(2 * np.pi * f * t) for a, f in ((0.03, 0.5), (0.01, 1.3), (0.004, 2.9)))
+    return np.asarray(window * sines)[:, np.newaxis]
+
+
+def samples_of(run: SimulatedRun, n: int) -> Samples:
+    count = len(run.cycle)
+    return Samples(
+        cycle=run.cycle,
+        time=run.time,
+        reference=run.reference,
+        position=run.position,
+        control_signal=run.control_signal,
+        statusword=np.full((count, n), 0x1237, dtype=np.uint16),
+        complete=np.ones((count, n), dtype=np.bool_),
+        lateness=np.zeros(count),
+    )
+
+
+@pytest.fixture(scope="module")
+def capture(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A capture of the simulated one-axis arm, seed 2."""
+    path = tmp_path_factory.mktemp("offline") / "capture.mcap"
+    run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps))
+    with Recorder(path, emps, facts(emps, emps.bus.cycle_time)) as recorder:
+        recorder.write(samples_of(run, emps.n))
+        recorder.finish(outcome(len(run.cycle)))
+    return path
+
+
+def values(result: dict[str, Any], method: str = "ls", key: str = "value") -> dict[str, float]:
+    return {p["name"]: p[key] for p in result["estimates"][method]["parameters"]}
+
+
+def without_words(result: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in result.items() if key != "stderr"}
+
+
+def test_a_capture_knows_its_arm_and_gives_it_back(identify: Identify, capture: Path, emps: Robot) -> None:
+    result = identify(capture)
+    assert (result["robot"], result["captures"]) == ("emps", [str(capture)])
+    assert without_words(identify(capture, "--robot", "emps")) == without_words(result)
+
+    # What it says is true.
+    truth = draw_truth(emps, 2).parameters
+    found = values(result, "iv" if result["test"]["verdict"] == "endogenous" else "ls")
+    assert found["Fv1"] == pytest.approx(truth["Fv1"], rel=0.05)
+    assert found["Fc1"] == pytest.approx(truth["Fc1"], rel=0.05)
+    assert found["M1R"] == pytest.approx(truth["M1"] + truth["Ia1"], rel=0.05)
+    assert len(result["test"]["gates"]) == 3
+
+
+def test_settings_of_the_call_take_the_place_of_the_arms(identify: Identify, capture: Path) -> None:
+    plain, changed = identify(capture), identify(capture, "--cutoff", 40, "--rate", 50)
+    assert changed["rows"] == pytest.approx(plain["rows"] / 2, abs=3)
+    assert values(changed) != values(plain)
+    assert values(changed)["Fv1"] == pytest.approx(values(plain)["Fv1"], rel=0.05)
+
+
+def test_report_model_and_result_are_written(identify: Identify, capture: Path, tmp_path: Path) -> None:
+    out = tmp_path / "again"
+    result = identify(capture, "--cutoff", 40, "--out", out)
+    assert {path.name for path in out.iterdir()} == {"report.html", "result.json", "emps.model.toml"}
+    assert json.loads((out / "result.json").read_text(encoding="utf-8")) == without_words(result)
+    model = read_model(out / "emps.model.toml")
+    assert model.identification.cutoff_hz == 40
+    assert model.capture[0].name == "capture.mcap"
+    assert model.estimate.verdict == result["test"]["verdict"]
+    assert str(out / "report.html") in result["stderr"]
+
+
+def test_two_captures_make_one_model(identify: Identify, capture: Path) -> None:
+    one, two = identify(capture), identify(capture, capture)
+    assert two["rows"] == 2 * one["rows"]
+    assert values(two) == pytest.approx(values(one), rel=1e-6)
+
+
+def test_what_a_damaged_capture_lacks_is_said(identify: Identify, capture: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(capture.read_bytes()[:-3000])
+    result = identify(cut)
+    words = " ".join(result["stderr"].split())
+    assert "warning:" in words and "the recording was not closed" in words
+    assert any("the recording was not closed" in warning for warning in result["warnings"])
+
+
+# Published recordings
+
+
+def test_the_published_digits_of_emps(identify: Identify, shared_data: Path) -> None:
+    result = identify(shared_data / "emps" / "DATA_EMPS.mat", "--robot", "emps")
+    ls, names = result["estimates"]["ls"], result["base_parameters"]
+    assert len(names) == 4
+    assert [round(p["value"], 4) for p in ls["parameters"]] == [95.1089, 203.5034, 20.3935, -3.1648]
+    assert [round(p["sigma"], 4) for p in ls["parameters"]] == [0.1085, 1.1460, 0.1012, 0.0444]
+    assert round(ls["relative_error_percent"]["total"], 4) == 4.0834
+    iv = [p["value"] for p in result["estimates"]["iv"]["parameters"]]
+    assert iv == pytest.approx([95.18, 203.30, 20.41, -3.165], rel=1e-3)
+    test = result["test"]
+    assert test["verdict"] in {"exogenous", "endogenous", "instruments_invalid"}
+    assert test["recommendation"] and all(gate["detail"] for gate in test["gates"])
+
+
+def test_the_published_log_of_a_six_axis_arm(identify: Identify, shared_data: Path) -> None:
+    result = identify(shared_data / "tx40", "--robot", "tx40")
+    assert result["estimates"]["ls"]["relative_error_percent"]["total"] <= 7.34
+    # Its position references were not published: nothing to simulate, so nothing to test against.
+    assert result["estimates"]["iv"] is None
+    assert "reference" in result["instrumental_reason"]
+    assert result["test"]["verdict"] == "not_testable"
+    assert "reference" in result["test"]["recommendation"]
+    assert all(gate["passed"] is None for gate in result["test"]["gates"])
