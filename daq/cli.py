@@ -25,7 +25,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-OK, FAILED, INTERRUPTED = 0, 2, 130
+OK, WARNING, FAILED, INTERRUPTED = 0, 1, 2, 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout; text goes to stderr.")]
 RobotName = Annotated[
@@ -145,7 +145,7 @@ def demo(
     periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
     as_json: Json = False,
-) -> None:
+) -> int:
     """Run the whole chain on simulated drives: plan, stream, record, identify, test, report.
 
     Example: [bold]armhil demo --robot tx40 --seed 3 --out runs/first[/]
@@ -169,6 +169,7 @@ def demo(
         _print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
     print_identification(console, result.fitted.result, result.truth)
     console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    return _code_of(result.fitted.result.test.verdict)
 
 
 @app.command()
@@ -191,7 +192,7 @@ def identify(
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
     as_json: Json = False,
-) -> None:
+) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
 
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
@@ -208,6 +209,7 @@ def identify(
     print_identification(console, result.fitted.result)
     if result.report is not None:
         console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    return _code_of(result.fitted.result.test.verdict)
 
 
 @app.command()
@@ -234,6 +236,11 @@ def test(context: typer.Context) -> int:
     from daq.testing import run_tests
 
     return run_tests(Path.cwd(), context.args)
+
+
+def _code_of(verdict: str) -> int:
+    """A model that must not be trusted is a warning to whoever calls this from a script."""
+    return WARNING if verdict == "instruments_invalid" else OK
 
 
 def _console(as_json: bool) -> Any:

@@ -158,7 +158,7 @@ class Recorder:
             except OSError as error:
                 with self._lock:
                     self._failure = error
-                log.error("%s: cannot be written any further: %s", self.path, error.strerror)
+                log.info("%s: cannot be written any further: %s", self.path, error.strerror)
 
     def _raise_failure(self) -> None:
         if self._failure is not None:
@@ -193,7 +193,7 @@ class Recorder:
         try:
             self._file.close()
         except OSError as error:  # what is buffered and does not fit on a full disk
-            log.error("%s: the last samples are lost: %s", self.path, error.strerror)
+            log.info("%s: the last samples are lost: %s", self.path, error.strerror)
 
     def _stop_syncing(self) -> None:
         self._closed.set()
@@ -209,7 +209,7 @@ class Recorder:
             if self._failure is None:
                 self._writer.flush()
         except OSError as error:
-            log.error("%s: the last samples are lost: %s", self.path, error.strerror)
+            log.info("%s: the last samples are lost: %s", self.path, error.strerror)
         finally:
             self._close_file()
 
