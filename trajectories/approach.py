@@ -7,9 +7,11 @@ from numpy.typing import ArrayLike
 
 from robots.arrays import FloatArray
 from robots.description import Robot
+from trajectories.collision import CollisionCheck
 from trajectories.errors import TrajectoryError
 from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
 from trajectories.segments import SHORTEST, PiecewiseJerk, SegmentPlanner, Waypoint, hold
+from trajectories.surroundings import Surroundings
 from trajectories.torque import TorqueCheck
 from trajectories.trajectory import Detail, Trajectory
 
@@ -23,6 +25,7 @@ def approach(
     goal: ArrayLike,
     cycle_time: float,
     speed_factor: float = 0.3,
+    surroundings: Surroundings | None = None,
 ) -> Trajectory:
     """The jerk-limited move from rest at ``start`` to rest at ``goal``, all joints arriving together.
 
@@ -32,13 +35,15 @@ def approach(
         robot: the arm.
         start, goal: postures (n,), rad (or m).
         cycle_time: of the samples, s.
+        surroundings: what the arm may not touch; only itself where not given.
         speed_factor: as if time were stretched by 1/factor: velocities times factor, jerks times factor³.
 
     Raises:
         TrajectoryError: when an end is outside the position limits, or a posture on the way needs more
-            torque than the motors have; names constraint, joint and time.
+            torque than the motors have, or comes too close to something; names constraint, joint and time.
     """
     start, goal = np.asarray(start, dtype=np.float64), np.asarray(goal, dtype=np.float64)
+    collision = CollisionCheck(robot, surroundings or Surroundings())
     absolute = Limits.of(robot, Margins(position=0.0))
     require_posture(start, absolute, "start")
     require_posture(goal, absolute, "goal")
@@ -54,7 +59,10 @@ def approach(
                 raise
             factor *= SLOWER
             continue
-        return Trajectory.sampled(motion, cycle_time, family="move", detail=Detail(uses=uses))
+        nearest = collision.require_clear(motion, "the move")
+        return Trajectory.sampled(
+            motion, cycle_time, family="move", detail=Detail(uses=uses, nearest=nearest)
+        )
 
 
 def straight_move(start: FloatArray, goal: FloatArray, limits: Limits) -> PiecewiseJerk:

@@ -7,7 +7,7 @@ the sum of variances (A-optimal). Swevers et al. 1997; Gautier and Khalil 1992 f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -70,6 +70,11 @@ class Objective:
     criterion: Criterion = "determinant"
     condition_cap: float | None = 150.0
     chosen: tuple[int, ...] | None = None
+
+    def stricter(self, share: float) -> Objective:
+        """The same with a lower cap on the condition number."""
+        cap = None if self.condition_cap is None else self.condition_cap * share
+        return replace(self, condition_cap=cap)
 
     def score(self, matrix: FloatArray, unless_above: float = NONE) -> float:
         """Score of an information matrix (b × b).

@@ -14,6 +14,7 @@ from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.approach import straight_move
+from trajectories.collision import CollisionCheck
 from trajectories.errors import PlanError, TrajectoryError
 from trajectories.fourier_search import FourierSearch
 from trajectories.information import NONE, Objective
@@ -23,11 +24,15 @@ from trajectories.multi_start import Progress, best_of
 from trajectories.optimise import WaypointSearch
 from trajectories.problem import ExcitationProblem, information_of
 from trajectories.segments import Waypoint, hold
+from trajectories.surroundings import Surroundings
 from trajectories.torque import TorqueCheck
 from trajectories.trajectory import Detail, ExcitingFamily, Trajectory
 
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""
+
+SEARCH_CONDITION_SHARE = 0.95
+"""The search's rows are not those of the recording, which see a slightly other condition number."""
 
 DEFAULT_NOISE = 0.01
 """Torque noise per joint as a share of the torque limit, where nothing better is known."""
@@ -55,6 +60,7 @@ def plan(
     sigma: ArrayLike | None = None,
     margins: Margins | None = None,
     objective: Objective | None = None,
+    surroundings: Surroundings | None = None,
     evaluations: int = 12_000,
     searches: int = 1,
     workers: int = 1,
@@ -76,6 +82,7 @@ def plan(
         sigma: torque noise of each joint (n,), N·m (or N); 1 % of the torque limits where not given.
         margins: what is kept free of the limits.
         objective: what is minimised; −log det of the information with the condition number ≤ 150.
+        surroundings: what the arm may not touch; only itself where not given.
         evaluations: trials of each search.
         searches: independent searches; the best result counts.
         workers: processes for them.
@@ -92,7 +99,8 @@ def plan(
         _require_positive("cycle time", cycle_time)
         _require_periods(robot, periods, start)
         base = base_parameters(RegressorModel.of(robot))
-        problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective())
+        collision = CollisionCheck(robot, surroundings or Surroundings())
+        problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective(), collision)
         for name, value in (("evaluations", evaluations), ("searches", searches), ("workers", workers)):
             _require_count(name, value)
         best, done = best_of(
@@ -104,7 +112,7 @@ def plan(
                 "allowed: a longer duration, more evaluations or wider position limits",
                 constraint="information",
             )
-        trajectory = _judged(robot, best.finished(), problem, base, family, cycle_time, seed, done)
+        trajectory = _judged(robot, best.finished(), problem, base, collision, family, cycle_time, seed, done)
         return trajectory if periods == 1 or family == "fourier" else trajectory.repeated(periods)
     except PlanError:
         raise
@@ -120,14 +128,16 @@ def _problem(
     sigma: ArrayLike | None,
     margins: Margins,
     objective: Objective,
+    collision: CollisionCheck,
 ) -> ExcitationProblem:
     home = np.array(robot.home)
     first = home if start is None else np.asarray(start, dtype=np.float64)
     require_posture(first, Limits.of(robot, Margins(position=0.0)), "start")
     limits = Limits.of(robot, margins).widened(first)
     torque = TorqueCheck.of(robot, limits.with_torque_share(SEARCH_TORQUE_SHARE))
-    for posture in (first, home):
+    for name, posture in (("start", first), ("home", home)):
         require_within(torque.use(hold(posture, 1e-3)), limits.names)
+        collision.require_clear(hold(posture, 1e-3), name)
     _require_duration(duration, first, home, limits)
     return ExcitationProblem(
         regressor=BaseRegressor(base),
@@ -137,8 +147,8 @@ def _problem(
         duration=duration,
         start=Waypoint.at_rest(first),
         goal=Waypoint.at_rest(home),
-        objective=objective,
-        checks=(torque.within,),
+        objective=objective.stricter(SEARCH_CONDITION_SHARE),
+        checks=(torque.within, collision.allows),
     )
 
 
@@ -206,6 +216,7 @@ def _judged(
     motion: Motion,
     problem: ExcitationProblem,
     base: BaseParameters,
+    collision: CollisionCheck,
     family: ExcitingFamily,
     cycle_time: float,
     seed: int,
@@ -225,13 +236,14 @@ def _judged(
         cycle_time,
         family=family,
         seed=seed,
-        score=problem.objective.score(information.matrix),
+        score=problem.objective.stricter(1.0 / SEARCH_CONDITION_SHARE).score(information.matrix),
         detail=Detail(
             condition=information.condition,
             log_det=information.log_det,
             trace=information.trace,
             evaluations=evaluations,
             uses=uses,
+            nearest=collision.require_clear(motion, "the motion"),
             parameters=base.names,
             percent_sigma=tuple(percent.tolist()),
         ),

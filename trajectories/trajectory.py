@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from robots.arrays import FloatArray
+from trajectories.collision import Nearest
 from trajectories.errors import TrajectoryError
 from trajectories.limits import Use
 from trajectories.motion import Motion, MotionSequence, MotionState
@@ -26,6 +27,7 @@ class Detail:
         trace: tr C, the sum of the predicted variances at 100 rows per second.
         evaluations: trials of the search.
         uses: use of each limit.
+        nearest: where it comes closest to touching something; None where nothing was watched.
         parameters: names of the base parameters.
         percent_sigma: predicted 100·σ/|β| of each, with the prior as β; inf where the prior is 0.
     """
@@ -35,6 +37,7 @@ class Detail:
     trace: float = float("nan")
     evaluations: int = 0
     uses: tuple[Use, ...] = ()
+    nearest: Nearest | None = None
     parameters: tuple[str, ...] = ()
     percent_sigma: tuple[float, ...] = ()
 

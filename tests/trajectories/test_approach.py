@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -74,7 +76,7 @@ def test_nowhere_to_go_is_a_standstill() -> None:
 
 @pytest.mark.parametrize(("argument", "value"), [("speed_factor", 0.0), ("cycle_time", 0.0)])
 def test_a_speed_or_cycle_of_zero_is_refused(argument: str, value: float) -> None:
-    arguments = {"speed_factor": 0.3, "cycle_time": 0.001} | {argument: value}
+    arguments: dict[str, Any] = {"speed_factor": 0.3, "cycle_time": 0.001} | {argument: value}
     with pytest.raises(TrajectoryError, match="allowed: above 0"):
         approach(load("emps"), [0.0], [0.1], **arguments)
 

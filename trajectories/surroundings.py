@@ -1,0 +1,51 @@
+"""What stands around an arm, and how near the arm may come to it and to itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from trajectories.errors import TrajectoryError
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A box at rest in the base frame of the arm, its edges along x, y, z.
+
+    Attributes:
+        name: as reports call it.
+        centre: x, y, z, m.
+        size: length of the edges, m.
+    """
+
+    name: str
+    centre: tuple[float, float, float]
+    size: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if min(self.size) <= 0.0:
+            raise TrajectoryError(
+                f"obstacle {self.name} has size {self.size}; allowed: edges above 0 m", constraint=self.name
+            )
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What an arm may not touch.
+
+    Attributes:
+        floor: height of the floor in the base frame, m; None for no floor.
+        obstacles: boxes.
+        itself: whether its own links count.
+        clearance: smallest distance allowed, m.
+    """
+
+    floor: float | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    itself: bool = True
+    clearance: float = 0.01
+
+    def __post_init__(self) -> None:
+        if not self.clearance > 0.0:
+            raise TrajectoryError(
+                f"clearance is {self.clearance} m; allowed: above 0", constraint="clearance"
+            )
