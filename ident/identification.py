@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.base import BaseParameters, base_parameters
 from ident.closed_loop import simulate
-from ident.covariance import instrumental_covariance
+from ident.covariances import covariance_named, covariance_of, estimated_rows
 from ident.errors import IdentificationError
 from ident.estimators import (
     LinearFit,
@@ -101,17 +101,14 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
     return Fitted(base, rows, least_squares, instrumental, result)
 
 
-def _with_covariance(rows: Rows, fit: LinearFit, instruments: FloatArray, kind: str) -> LinearFit:
+def _with_covariance(rows: Rows, fit: LinearFit, instruments: FloatArray, name: str) -> LinearFit:
     """The same estimate with the covariance of the arm's settings; LS is IV with X as its own instruments."""
-    if kind == "block":
+    if name == "block":  # the estimators' own
         return fit
+    kind = covariance_named(name)
     residual = rows.torque - rows.regressor @ fit.beta
-    errors = autoregressive_whitening(residual, rows.segment, rows.used, fit.beta.size)
-    used = rows.used[:, :, np.newaxis]
-    covariance = instrumental_covariance(
-        instruments * used, rows.regressor * used, fit.sigma, errors, rows.segment
-    )
-    return replace(fit, covariance=covariance, covariance_kind=errors.describe())
+    estimated = estimated_rows(rows.regressor, instruments, residual, fit.sigma, rows.segment, rows.used)
+    return replace(fit, covariance=covariance_of(estimated, kind), covariance_kind=kind.describe(estimated))
 
 
 def _instrumental(

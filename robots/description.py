@@ -169,9 +169,9 @@ class Identification(_Frozen):
         description="s; rows this near in time to one below minimum_speed are left out too",
     )
     offset: bool = Field(default=True, description="one torque offset per joint")
-    covariance: Literal["block", "ar"] = Field(
+    covariance: Literal["iid", "block", "ar", "hc", "hac", "cluster", "bootstrap"] = Field(
         default="ar",
-        description="of the estimates: block takes rows as independent (the paper's), ar as autoregressive",
+        description="of the estimates, by name: what is assumed of the errors; block is the paper's",
     )
     error_deviation: Literal["unbiased", "sample"] = Field(
         default="unbiased",

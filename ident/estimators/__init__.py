@@ -5,12 +5,15 @@ from __future__ import annotations
 from ident.estimators.fit import LinearFit, Stacked, stack
 from ident.estimators.instrumental import instrumental_variables
 from ident.estimators.least_squares import joint_deviations, weighted_least_squares
+from ident.estimators.two_stage import TwoStageFit, two_stage_least_squares
 
 __all__ = [
     "LinearFit",
     "Stacked",
+    "TwoStageFit",
     "instrumental_variables",
     "joint_deviations",
     "stack",
+    "two_stage_least_squares",
     "weighted_least_squares",
 ]

@@ -1,0 +1,29 @@
+"""Covariance of errors that are an autoregressive process per joint, fitted to the residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.covariance import weighted_score_covariance
+from ident.covariances.problem import EstimatedRows
+from ident.whitening import Whitening, autoregressive_whitening
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Autoregressive:
+    """The same estimate, its σ wide enough for residuals that are correlated along time; the default."""
+
+    name: str = "ar"
+
+    def score_covariance(self, rows: EstimatedRows) -> FloatArray:
+        return weighted_score_covariance(rows.z, np.ones(rows.joints), _errors(rows), rows.segment)
+
+    def describe(self, rows: EstimatedRows) -> str:
+        return _errors(rows).describe()
+
+
+def _errors(rows: EstimatedRows) -> Whitening:
+    return autoregressive_whitening(rows.residual, rows.segment, rows.used, rows.parameters)
