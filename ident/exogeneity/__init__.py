@@ -1,8 +1,37 @@
-"""Are the regressors exogenous? The textbook Durbin-Wu-Hausman test and the revised one."""
+"""Are the regressors exogenous? The textbook Durbin-Wu-Hausman test, the revised one, and tests beside them."""
 
 from __future__ import annotations
 
+from ident.exogeneity.hypothesis import HypothesisTest
+from ident.exogeneity.overidentification import basmann, basmann_f, hansen_j, sargan
+from ident.exogeneity.relevance import (
+    anderson,
+    conditional_f,
+    cragg_donald,
+    cragg_donald_f,
+    kleibergen_paap,
+    partial_f,
+)
 from ident.exogeneity.revised import not_testable, revised_test
 from ident.exogeneity.textbook import WhiteRows, textbook_test
+from ident.exogeneity.wooldridge import wooldridge_regression, wooldridge_score
 
-__all__ = ["WhiteRows", "not_testable", "revised_test", "textbook_test"]
+__all__ = [
+    "HypothesisTest",
+    "WhiteRows",
+    "anderson",
+    "basmann",
+    "basmann_f",
+    "conditional_f",
+    "cragg_donald",
+    "cragg_donald_f",
+    "hansen_j",
+    "kleibergen_paap",
+    "not_testable",
+    "partial_f",
+    "revised_test",
+    "sargan",
+    "textbook_test",
+    "wooldridge_regression",
+    "wooldridge_score",
+]
