@@ -1,7 +1,8 @@
-"""Are the regressors exogenous? The textbook Durbin-Wu-Hausman test, the revised one, and tests beside them."""
+"""Are the regressors exogenous? The textbook Durbin-Wu-Hausman test, the revised one, and others."""
 
 from __future__ import annotations
 
+from ident.exogeneity.augmented import augmented_wald
 from ident.exogeneity.hypothesis import HypothesisTest
 from ident.exogeneity.overidentification import basmann, basmann_f, hansen_j, sargan
 from ident.exogeneity.relevance import (
@@ -20,6 +21,7 @@ __all__ = [
     "HypothesisTest",
     "WhiteRows",
     "anderson",
+    "augmented_wald",
     "basmann",
     "basmann_f",
     "conditional_f",

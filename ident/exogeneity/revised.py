@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
-from ident.exogeneity.textbook import WhiteRows, trailing_diagonal, wald_f
+from ident.exogeneity.textbook import WhiteRows, single_p_values, trailing_diagonal, wald_f
 from ident.results import ColumnCheck, Gate, RevisedTest
 from robots.arrays import FloatArray, IntArray
 
@@ -153,7 +153,7 @@ def exogeneity_gate(rows: WhiteRows, names: tuple[str, ...], kept: IntArray, set
     """Gate 3: F-test of γ = 0 on the remaining columns, together and one by one (Holm)."""
     _, v = rows.first_stage()
     statistic, df, p = wald_f(rows.y, rows.x, v[:, kept])
-    single = np.array([wald_f(rows.y, rows.x, v[:, [k]])[2] for k in kept])
+    single = single_p_values(rows.y, rows.x, v[:, kept])
     limits = _holm_limits(single, settings.level)
     checks = tuple(
         ColumnCheck(

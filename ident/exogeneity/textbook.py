@@ -58,6 +58,16 @@ def wald_f(y: FloatArray, x: FloatArray, extra: FloatArray) -> tuple[float, tupl
     return float(statistic), df, float(f_distribution.sf(statistic, *df))
 
 
+def single_p_values(y: FloatArray, x: FloatArray, extra: FloatArray) -> FloatArray:
+    """p-values (k,) of the F-test of each column of ``extra`` (r, k) on its own, by one factorisation."""
+    q, _ = np.linalg.qr(x)
+    rest = y - q @ (q.T @ y)
+    new = extra - q @ (q.T @ extra)
+    gain = (new.T @ rest) ** 2 / np.sum(new**2, axis=0)
+    freedom = y.size - x.shape[1] - 1
+    return np.asarray(f_distribution.sf(gain * freedom / (rest @ rest - gain), 1, freedom))
+
+
 def textbook_test(rows: WhiteRows, level: float = 0.05) -> Gate:
     """F-test of γ = 0 with errors taken as independent (Hausman 1978; Davidson and MacKinnon 1993).
 

@@ -1,0 +1,125 @@
+"""Essential parameters: leave out those that the data do not need (Gautier 1997)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from ident.estimators.fit import Stacked
+from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
+from robots.arrays import FloatArray
+
+_LARGE = 10.0
+"""%σ above which a parameter is worth a test; better seen ones are needed beyond doubt."""
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """A parameter that was left out, and what the F-test said when it was.
+
+    Attributes:
+        name: of the base parameter.
+        percent_sigma: 100·σ/|β| just before.
+        statistic: F of the fit without it and all dropped before it, against the full fit.
+        df: degrees of freedom.
+        p_value: probability of at least this F if none of them is needed.
+    """
+
+    name: str
+    percent_sigma: float
+    statistic: float
+    df: tuple[float, float]
+    p_value: float
+
+
+@dataclass(frozen=True)
+class EssentialFit:
+    """Weighted least squares on the essential parameters.
+
+    Attributes:
+        names: of those kept.
+        beta: (k,) their values.
+        covariance: (k, k), errors independent in time.
+        dropped: in the order in which they were.
+        refused: the first that the F-test did not let go, None where no parameter with large %σ is left.
+    """
+
+    names: tuple[str, ...]
+    beta: FloatArray
+    covariance: FloatArray
+    dropped: tuple[Dropped, ...]
+    refused: Dropped | None
+
+
+def essential_parameters(
+    stacked: Stacked,
+    names: tuple[str, ...],
+    level: float = 0.05,
+    percent_sigma: float = _LARGE,
+    kind: ErrorDeviation = "unbiased",
+) -> EssentialFit:
+    """Drop the parameter with the largest %σ, one at a time, while the fit is not worse.
+
+    Each step tests all that was dropped so far against the full model, so many small losses do not add up
+    unseen. Rows have to be white: filter them first where residuals are correlated.
+
+    Args:
+        stacked: rows joint by joint.
+        names: (b,) base parameter names.
+        level: of the F-test.
+        percent_sigma: parameters that are seen better than this stay without a test.
+        kind: how σ_j is estimated, see :func:`joint_deviations`.
+
+    Raises:
+        IdentificationError: the rows do not determine every parameter; the message names those.
+    """
+    weights = stacked.spread(1.0 / joint_deviations(stacked, kind))
+    x, y = stacked.x * weights[:, np.newaxis], stacked.y * weights
+    require_full_rank(x, names)
+    kept = list(range(len(names)))
+    full = _Solution.of(x, y)
+    current = full
+    dropped: list[Dropped] = []
+    refused = None
+    while len(kept) > 1:
+        with np.errstate(divide="ignore"):
+            percent = 100.0 * np.sqrt(np.diag(current.covariance)) / np.abs(current.beta)
+        worst = int(np.argmax(percent))
+        if percent[worst] < percent_sigma:
+            break
+        fewer = [k for place, k in enumerate(kept) if place != worst]
+        candidate = _Solution.of(x[:, fewer], y)
+        verdict = _compare(full, candidate, names[kept[worst]], float(percent[worst]))
+        if verdict.p_value < level:
+            refused = verdict
+            break
+        dropped.append(verdict)
+        kept, current = fewer, candidate
+    chosen = tuple(names[k] for k in kept)
+    return EssentialFit(chosen, current.beta, current.covariance, tuple(dropped), refused)
+
+
+@dataclass(frozen=True)
+class _Solution:
+    beta: FloatArray
+    covariance: FloatArray
+    residual_sum: float
+    freedom: int
+
+    @classmethod
+    def of(cls, x: FloatArray, y: FloatArray) -> _Solution:
+        q, r = np.linalg.qr(x)
+        beta = np.asarray(np.linalg.solve(r, q.T @ y), dtype=np.float64)
+        residual = y - x @ beta
+        inverse = np.linalg.inv(r)
+        freedom = int(y.size - x.shape[1])
+        covariance = inverse @ inverse.T * float(residual @ residual) / freedom
+        return cls(beta, covariance, float(residual @ residual), freedom)
+
+
+def _compare(full: _Solution, fewer: _Solution, name: str, percent: float) -> Dropped:
+    df = (float(fewer.freedom - full.freedom), float(full.freedom))
+    statistic = (fewer.residual_sum - full.residual_sum) / df[0] / (full.residual_sum / df[1])
+    return Dropped(name, percent, statistic, df, float(f_distribution.sf(statistic, *df)))
