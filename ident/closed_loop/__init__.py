@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from ident.closed_loop.simulate import SimulatedRun, simulate
+from ident.closed_loop.simulate import SimulatedRun, simulate, simulate_many
 
-__all__ = ["SimulatedRun", "simulate"]
+__all__ = ["SimulatedRun", "simulate", "simulate_many"]

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from ident.closed_loop.chain import chain_frames
 from ident.closed_loop.control_law import ControlLaw
 from ident.closed_loop.direct_dynamics import DirectDynamics
+from ident.closed_loop.set_points import set_points
+from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_RUNAWAY = 3.0
+RUNAWAY = 3.0
 """A joint beyond this many times its velocity limit says that the simulated loop is unstable."""
+
+_LONGEST_STEP = 0.00025
+"""s; of the integration, where nothing else is asked for."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +38,28 @@ class SimulatedRun:
     control_signal: FloatArray
 
 
+@dataclass(frozen=True)
+class Leading:
+    """What leads every simulation of one recording.
+
+    Attributes:
+        robot: the arm.
+        recording: whose initial state and sampling count.
+        points, speeds: (controller samples, n) set-points of the joints and their velocities.
+        per_sample: controller samples per recorded sample.
+        substeps: integration steps per controller sample.
+    """
+
+    robot: Robot
+    recording: Recording
+    points: FloatArray
+    speeds: FloatArray
+    per_sample: int
+    substeps: int
+
+
 def simulate(
-    model: RegressorModel, standard: FloatArray, recording: Recording, substeps: int = 2
+    model: RegressorModel, standard: FloatArray, recording: Recording, substeps: int | None = None
 ) -> SimulatedRun:
     """Run the direct model under the recording's references, control law and initial state.
 
@@ -38,39 +67,65 @@ def simulate(
         model: the effects.
         standard: (p,) their parameters.
         recording: gives references, sampling and the initial state.
-        substeps: integration steps per controller sample.
+        substeps: integration steps per controller sample; by default as many as keep a step within 0.25 ms.
 
     Raises:
         IdentificationError: no reference was recorded, the sampling is not a multiple of the
             controller's, the mass matrix is not positive definite, or the loop is unstable.
     """
-    robot = model.robot
+    return simulate_many(model, np.asarray(standard)[np.newaxis], recording, substeps, threads=1)[0]
+
+
+def simulate_many(
+    model: RegressorModel,
+    standards: FloatArray,
+    recording: Recording,
+    substeps: int | None = None,
+    threads: int | None = None,
+) -> tuple[SimulatedRun, ...]:
+    """The same for many parameter vectors; the results do not depend on the number of threads.
+
+    Args:
+        model: the effects.
+        standards: (replicates, p) their parameters.
+        recording: gives references, sampling and the initial state.
+        substeps: as in :func:`simulate`.
+        threads: by default one per processor.
+
+    Raises:
+        IdentificationError: as :func:`simulate`, for the first vector that cannot be simulated.
+    """
+    leading = leading_of(model.robot, recording, substeps)
+    structure = ModelStructure(model)
+    parts = [structure.parts(standard) for standard in standards]
+    frames = chain_frames(structure.rigid_body)
+    if frames is None or any(part.others for part in parts):
+        return tuple(run_in_python(structure, part, leading) for part in parts)
+    # Imported here: the compiler takes a second to load, and most commands do not simulate.
+    from ident.closed_loop.compiled import run_compiled
+
+    run = partial(run_compiled, frames, structure.rigid_body.gravity.linear, leading)
+    return tuple(_in_threads(run, parts, threads))
+
+
+def _in_threads(
+    run: partial[SimulatedRun], parts: Sequence[TorqueParts], threads: int | None
+) -> list[SimulatedRun]:
+    workers = min(len(parts), threads or os.cpu_count() or 1)
+    if workers <= 1:
+        return [run(part) for part in parts]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(run, parts))
+
+
+def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Leading:
     if recording.reference is None:
         raise IdentificationError(f"{recording.name}: no position reference was recorded")
     per_sample = _controller_samples(robot, recording)
-    dynamics = DirectDynamics(model, standard)
-    transmission = robot.transmission_matrix
-    start = recording.position[0]
-    law = ControlLaw(robot.controller, transmission @ start, recording.control_signal[0])
-    h = robot.controller.sample_time / substeps
-    position, velocity = start.copy(), np.zeros(robot.n)
-    samples = recording.time.shape[0]
-    run = SimulatedRun(recording.time, *(np.empty((samples, robot.n)) for _ in range(3)))
-    limit = _RUNAWAY * robot.velocity_limits
-    for k, set_points in enumerate(
-        _set_points(robot, recording.reference, recording.sample_time, per_sample)
-    ):
-        run.position[k], run.velocity[k] = position, velocity
-        for i, (reference, rate) in enumerate(set_points):
-            signal = law.step(transmission @ reference, transmission @ rate, transmission @ position)
-            if i == 0:
-                run.control_signal[k] = signal
-            torque = robot.joint_torque(signal)
-            for _ in range(substeps):
-                velocity = dynamics.step(position, velocity, torque, h)
-                position = position + h * velocity
-        _check_stable(velocity, limit, float(recording.time[k]))
-    return run
+    points, speeds = set_points(robot, recording.reference, recording.sample_time, per_sample)
+    if substeps is None:
+        substeps = max(1, int(np.ceil(robot.controller.sample_time / _LONGEST_STEP * (1 - 1e-9))))
+    return Leading(robot, recording, points, speeds, per_sample, substeps)
 
 
 def _controller_samples(robot: Robot, recording: Recording) -> int:
@@ -84,34 +139,42 @@ def _controller_samples(robot: Robot, recording: Recording) -> int:
     return per_sample
 
 
-def _set_points(
-    robot: Robot, reference: FloatArray, period: float, per_sample: int
-) -> Iterator[list[tuple[FloatArray, FloatArray]]]:
-    """Per recorded sample: the (set-point, its velocity) of each controller sample until the next.
+def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leading) -> SimulatedRun:
+    """One run of any model, evaluated effect by effect: slow, but it takes what the compiled code does not.
 
-    ``hold``: the target of this sample. ``linear``: the way from the previous target to this one, which
-    takes a whole period. ``spline``: the uniform quadratic B-spline over the last three targets, whose
-    velocity is continuous.
+    Raises:
+        IdentificationError: as :func:`simulate`.
     """
-    shares = [i / per_sample for i in range(per_sample)]
-    before = previous = reference[0]
-    for target in reference:
-        last, rate = (previous - before) / period, (target - previous) / period
-        if robot.controller.interpolation == "hold":
-            yield [(target, rate)] * per_sample
-        elif robot.controller.interpolation == "linear":
-            yield [(previous + s * (target - previous), rate) for s in shares]
-        else:
-            middle = 0.5 * (before + previous)
-            speeds = [last + s * (rate - last) for s in shares]
-            yield [
-                (middle + 0.5 * s * period * (last + speed), speed)
-                for s, speed in zip(shares, speeds, strict=True)
-            ]
-        before, previous = previous, target
+    robot, recording = leading.robot, leading.recording
+    dynamics = DirectDynamics(structure, parts)
+    transmission = robot.transmission_matrix
+    position, velocity = recording.position[0].copy(), np.zeros(robot.n)
+    law = ControlLaw(robot.controller, transmission @ position, recording.control_signal[0])
+    h = robot.controller.sample_time / leading.substeps
+    samples = recording.time.shape[0]
+    run = SimulatedRun(recording.time, *(np.empty((samples, robot.n)) for _ in range(3)))
+    points, speeds = leading.points @ transmission.T, leading.speeds @ transmission.T
+    for step in range(samples * leading.per_sample):
+        sample, part = divmod(step, leading.per_sample)
+        signal = law.step(points[step], speeds[step], transmission @ position)
+        if part == 0:
+            run.position[sample], run.velocity[sample] = position, velocity
+            run.control_signal[sample] = signal
+        torque = robot.joint_torque(signal)
+        for _ in range(leading.substeps):
+            velocity = dynamics.step(position, velocity, torque, h)
+            position = position + h * velocity
+        if part == leading.per_sample - 1:
+            check_stable(velocity, RUNAWAY * robot.velocity_limits, float(recording.time[sample]))
+    return run
 
 
-def _check_stable(velocity: FloatArray, limit: FloatArray, time: float) -> None:
+def check_stable(velocity: FloatArray, limit: FloatArray, time: float) -> None:
+    """Refuse a run whose joint speeds (n,) are beyond all limits, or no numbers.
+
+    Raises:
+        IdentificationError: names the joint and the time.
+    """
     fast = ~(np.abs(velocity) <= limit)
     if fast.any():
         joint = int(np.argmax(fast)) + 1

@@ -12,6 +12,7 @@ from ident.effects.effect import Effect, State
 from ident.effects.friction_sign import FrictionSign
 from ident.effects.rigid_body import RigidBody
 from ident.effects.rotor_inertia import RotorInertia
+from ident.effects.speed_term import HasSpeedTerms, SpeedTerm, speed_columns
 from ident.effects.viscous_friction import ViscousFriction
 from ident.effects.wrist_coupling import WristCoupling
 
@@ -21,9 +22,12 @@ __all__ = [
     "CurrentOffset",
     "Effect",
     "FrictionSign",
+    "HasSpeedTerms",
     "RigidBody",
     "RotorInertia",
+    "SpeedTerm",
     "State",
     "ViscousFriction",
     "WristCoupling",
+    "speed_columns",
 ]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ident.effects.effect import State
 from ident.effects.friction_sign import FrictionSign
-from ident.effects.per_joint import diagonal_columns, joint_units
+from ident.effects.per_joint import joint_units
+from ident.effects.speed_term import SpeedTerm, speed_columns
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -28,6 +31,11 @@ class CoulombFriction:
     def units(self) -> tuple[str, ...]:
         return joint_units(self.robot, "N·m", "N")
 
+    def speed_terms(self) -> tuple[SpeedTerm, ...]:
+        """One per joint."""
+        rows = np.eye(self.robot.n).tolist()
+        return tuple(SpeedTerm(joint, tuple(row), tuple(row), self.sign) for joint, row in enumerate(rows))
+
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""
-        return diagonal_columns(self.sign(state.velocity))
+        return speed_columns(self.speed_terms(), state, self.robot.n)

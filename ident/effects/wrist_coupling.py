@@ -14,6 +14,7 @@ import numpy as np
 from ident.effects.effect import State
 from ident.effects.friction_sign import FrictionSign
 from ident.effects.per_joint import joint_units
+from ident.effects.speed_term import SpeedTerm, speed_columns
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -46,20 +47,21 @@ class WristCoupling:
         drives = coupled_drives(self.robot)
         return tuple(unit for k in drives for unit in (inertia[k], viscous[k], coulomb[k]))
 
+    def speed_terms(self) -> tuple[SpeedTerm, ...]:
+        """The Coulomb friction of each coupled drive."""
+        rows = self.robot.transmission
+        return tuple(
+            SpeedTerm(3 * k + 2, rows[drive], rows[drive], self.sign)
+            for k, drive in enumerate(coupled_drives(self.robot))
+        )
+
     def columns(self, state: State) -> FloatArray:
         """samples × joints × (3 per coupled drive)."""
         matrix = self.robot.transmission_matrix
-        parts = []
-        for drive in coupled_drives(self.robot):
-            row = matrix[drive]
-            product = np.outer(row, row)
+        columns = speed_columns(self.speed_terms(), state, len(self.parameter_names))
+        for k, drive in enumerate(coupled_drives(self.robot)):
+            product = np.outer(matrix[drive], matrix[drive])
             between = product - np.diag(np.diag(product))
-            speed = state.velocity @ row
-            parts += [
-                state.acceleration @ between,
-                state.velocity @ between,
-                self.sign(speed)[:, np.newaxis] * row,
-            ]
-        if not parts:
-            return np.zeros((*state.velocity.shape, 0))
-        return np.stack(parts, axis=2)
+            columns[:, :, 3 * k] = state.acceleration @ between
+            columns[:, :, 3 * k + 1] = state.velocity @ between
+        return columns

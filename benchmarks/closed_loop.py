@@ -1,0 +1,77 @@
+"""How fast the closed loop is simulated: 20 s, six axes, 1 kHz controller, integration step 0.25 ms.
+
+Prints times and ratios to real time and to the same model in plain Python. Run it on a quiet machine:
+
+    PYTHONPATH=. python benchmarks/closed_loop.py [--replicates 64] [--seconds 20]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import robots
+from ident import Recording, RegressorModel
+from ident.closed_loop import simulate, simulate_many
+from ident.closed_loop.simulate import leading_of, run_in_python
+from ident.closed_loop.torque_parts import ModelStructure
+
+_PLAIN_SECONDS = 0.5
+
+
+def sweep(robot: robots.Robot, duration: float) -> Recording:
+    """Targets of three sines per joint about home, faded in and out, at the robot's SYNC period."""
+    generator = np.random.default_rng(1)
+    instants = np.arange(0.0, duration, robot.bus.cycle_time)
+    fade = np.clip(np.minimum(instants, duration - instants) / min(1.5, duration / 4), 0.0, 1.0)
+    fade = fade**3 * (10 - 15 * fade + 6 * fade**2)
+    reference = np.tile(np.array(robot.home), (instants.size, 1))
+    for frequency in (0.2, 0.5, 0.8):
+        hz = frequency * generator.uniform(0.8, 1.2, robot.n)
+        size = generator.uniform(0.15, 0.35, robot.n)
+        reference += fade[:, np.newaxis] * size * np.sin(2 * np.pi * instants[:, np.newaxis] * hz)
+    return Recording("sweep", instants, reference, reference.copy(), np.zeros(reference.shape))
+
+
+def shortest(work: Callable[[], object], repeats: int) -> float:
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--replicates", type=int, default=64)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    arguments = parser.parse_args()
+    robot = robots.load("tx40")
+    model = RegressorModel.of(robot)
+    prior = model.prior()
+    short, whole = sweep(robot, _PLAIN_SECONDS), sweep(robot, arguments.seconds)
+    first = shortest(lambda: simulate(model, prior, short), 1)
+    one = shortest(lambda: simulate(model, prior, whole), 7)
+    vectors = prior * np.random.default_rng(2).uniform(0.99, 1.01, (arguments.replicates, prior.size))
+    many = shortest(lambda: simulate_many(model, vectors, whole), 3) / arguments.replicates
+    structure, leading = ModelStructure(model), leading_of(robot, short, None)
+    plain = shortest(lambda: run_in_python(structure, structure.parts(prior), leading), 1)
+    plain *= arguments.seconds / _PLAIN_SECONDS
+    print(f"{arguments.seconds:g} s of {robot.name}, {leading.substeps} steps per controller sample")
+    print(f"first call (loads or compiles): {first:.2f} s")
+    print(f"{'':32}{'s per run':>12}{'× real time':>14}{'× plain Python':>16}")
+    for label, seconds in (
+        ("plain Python", plain),
+        ("compiled, one run", one),
+        (f"compiled, {arguments.replicates} replicates, {os.cpu_count()} cores", many),
+    ):
+        print(f"{label:32}{seconds:12.4f}{arguments.seconds / seconds:14.1f}{plain / seconds:16.1f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""Torque that depends on one speed through a friction law: the shape that most friction has.
+
+From the same terms come the columns of the regressor and, times the parameters, the friction of the
+closed-loop simulation, which is solved implicitly and in compiled code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.friction_sign import FrictionSign
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class SpeedTerm:
+    """Joint torque = parameter · torque_row · law(speed_row · q̇).
+
+    Attributes:
+        parameter: which of the effect's parameters, from 0.
+        speed_row: (n,) the speed as a combination of joint speeds.
+        torque_row: (n,) how the torque falls on the joints.
+        law: its course over speed.
+    """
+
+    parameter: int
+    speed_row: tuple[float, ...]
+    torque_row: tuple[float, ...]
+    law: FrictionSign
+
+
+@runtime_checkable
+class HasSpeedTerms(Protocol):
+    """An effect that is made of speed terms, wholly or in part."""
+
+    def speed_terms(self) -> tuple[SpeedTerm, ...]: ...
+
+
+def speed_columns(terms: Sequence[SpeedTerm], state: State, parameters: int) -> FloatArray:
+    """The columns of the terms, samples × joints × parameters."""
+    columns = np.zeros((*state.velocity.shape, parameters))
+    for term in terms:
+        value = term.law(state.velocity @ np.array(term.speed_row))
+        for joint, share in enumerate(term.torque_row):
+            if share:
+                columns[:, joint, term.parameter] += share * value
+    return columns
