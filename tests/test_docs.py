@@ -1,0 +1,218 @@
+"""README and docs keep their word: commands run, links lead somewhere, no address slips in.
+
+Each line that starts with ``$ `` in a ``console`` block is executed, in the order of its page, in an empty
+folder of the page's own in which ``armhil`` and ``./armhil`` are this very command line. What is not as a
+reader would have it:
+
+- ``armhil demo`` runs for real, but is made short: options that make the motion and the search for it brief
+  are put behind what the text says, and a channel of the test's own. ``.ci/run`` runs it at full length.
+- ``armhil test`` only collects one file: the tests are what is running already.
+- Files that a reader is told to bring (a log, a column map) are made here, and ``robots/`` is a copy.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robots
+from drivers import Channel
+from drivers.simulated.offline import simulate_offline
+from drivers.simulated.truth import draw_truth
+from robots import Robot
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+CONSOLE = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.MULTILINE | re.DOTALL)
+
+SHORT_DEMO = ["--duration", "3", "--periods", "1", "--evaluations", "100"]
+NO_TESTS = ["--collect-only", "-q", "-p", "no:cacheprovider", "tests/ident/test_emps.py"]
+COLUMN_MAP = """format = 1
+[time]
+column = "t"
+[position]
+columns = ["q1", "q2", "q3", "q4", "q5", "q6"]
+unit = "deg"
+[control_signal]
+columns = ["v1", "v2", "v3", "v4", "v5", "v6"]
+"""
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+def commands(page: Path) -> list[list[str]]:
+    """The words of each command that a page shows, comments left out."""
+    blocks = CONSOLE.findall(page.read_text(encoding="utf-8"))
+    lines = [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+WITH_COMMANDS = [page for page in PAGES if commands(page)]
+
+
+def test_the_pages_were_found() -> None:
+    assert {name_of(page) for page in WITH_COMMANDS} >= {"README.md", "docs/reference/cli.md"}
+    assert sum(len(commands(page)) for page in WITH_COMMANDS) > 10
+
+
+# Commands
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder as a reader has it: the command, the arms, and files of the reader's own."""
+    (tmp_path / "armhil").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m daq "$@"\n')
+    (tmp_path / "armhil").chmod(0o755)
+    shutil.copytree(ROOT / "robots", tmp_path / "robots")
+    return tmp_path
+
+
+def bring(folder: Path, words: list[str], shared_data: Callable[[], Path]) -> None:
+    """Put in place the files that a command names and that a reader would have."""
+    if "DATA_EMPS.mat" in words and not (folder / "DATA_EMPS.mat").exists():
+        shutil.copy(shared_data() / "emps" / "DATA_EMPS.mat", folder)
+    if "my-arm" in words[:-1] and words[0] != "cp" and not (folder / "my-arm").exists():
+        shutil.copytree(ROOT / "robots" / "tx40", folder / "my-arm")
+    if "my-map.toml" in words:
+        (folder / "my-map.toml").write_text(COLUMN_MAP)
+    if "my-log.csv" in words:
+        write_log(folder / "my-log.csv", robots.load("tx40"))
+
+
+def write_log(path: Path, robot: Robot) -> None:
+    """A log as somebody else might have it: time, degrees and control signals of the simulated arm."""
+    t = np.arange(0.0, 4.0, robot.bus.cycle_time)
+    window = np.minimum(1.0, np.minimum(t, t[-1] - t)) ** 2
+    home = np.array(robot.home)
+    phases = [np.sin(2 * np.pi * (0.35 + 0.13 * j) * t + j) for j in range(robot.n)]
+    run = simulate_offline(robot, draw_truth(robot, 1), home + 0.4 * (window * np.array(phases)).T)
+    table = np.column_stack([run.time, np.rad2deg(run.position), run.control_signal])
+    header = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *(f"v{j}" for j in range(1, 7))])
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.12g")
+
+
+def as_run(words: list[str], channel: Channel) -> list[str]:
+    """The command that is really executed; see the module's text."""
+    if words[0] == "cp":
+        return words
+    words = ["./armhil", *words[1:]]
+    if words[1] == "demo" and "--help" not in words:
+        return [*words, *SHORT_DEMO, "--channel", channel.name]
+    if words[1] == "test":
+        return [*words[:2], *NO_TESTS, *words[2:]]
+    return words
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
+def test_every_command_of_a_page_runs(
+    page: Path,
+    folder: Path,
+    new_channel: Callable[[], Channel],
+    request: pytest.FixtureRequest,
+    no_leftovers: None,
+) -> None:
+    for words in commands(page):
+        assert words[0] in {"armhil", "./armhil", "cp"}, (
+            f"{name_of(page)} shows {words[0]}; teach this test to run it"
+        )
+        bring(folder, words, lambda: request.getfixturevalue("shared_data"))
+        done = subprocess.run(
+            as_run(words, new_channel()),
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            timeout=200,
+            check=False,
+        )
+        # 1 is a verdict that warns: the short motion shows less than the one of the text would.
+        allowed = {0, 1} if words[1] in {"demo", "identify"} else {0}
+        assert done.returncode in allowed, f"$ {shlex.join(words)}\n{done.stdout}{done.stderr}"
+
+
+# Links
+
+
+def links() -> Iterator[tuple[str, str]]:
+    for page in PAGES:
+        text = CODE.sub("", page.read_text(encoding="utf-8"))
+        for target in LINK.findall(text):
+            if not re.match(r"[a-z]+:", target):
+                yield name_of(page), target
+
+
+@pytest.mark.parametrize(("page", "target"), sorted(set(links())))
+def test_a_link_leads_to_a_file_of_the_clone(page: str, target: str) -> None:
+    path, _, heading = target.partition("#")
+    file = (ROOT / page).parent / path if path else ROOT / page
+    assert file.resolve().is_relative_to(ROOT), "a clone has nothing outside of itself"
+    assert file.exists()
+    if heading:
+        titles = re.findall(r"^#+ +(.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+        assert heading in {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+# Environment variables
+
+
+def test_the_reference_has_every_environment_variable() -> None:
+    read = r"""(?:environ\.get\(|environ\[|getenv\()"(ARMHIL_\w+)"|\$\{?(ARMHIL_\w+)"""
+    folders = ("robots", "drivers", "trajectories", "ident", "daq", "tests")
+    sources = [ROOT / "armhil", *(path for folder in folders for path in (ROOT / folder).rglob("*.py"))]
+    found = {name for path in sources for name in re.findall(read, path.read_text(encoding="utf-8"))}
+    # What the tests mark their processes with is nobody's setting.
+    names = {python or shell for python, shell in found} - {"ARMHIL_TEST"}
+    assert names >= {"ARMHIL_DEBUG", "ARMHIL_PYTHON"}
+    text = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    assert {name for name in names if f"| `{name}` |" not in text} == set()
+
+
+# What no file may hold
+
+INDEXES = (
+    r"\bpypi\.org",
+    r"\bpythonhosted\.org",
+    r"\bregistry\.npmjs",
+    r"\bproxy\.golang",
+    r"\bconda\.anaconda",
+    r"\bindex\.crates",
+)
+MACHINES = r"(?<![\w.<>}\])~*-])/(?:work|home|root|Users)/\w"
+FORBIDDEN = re.compile("|".join([*INDEXES, MACHINES]))
+
+
+def tracked_text() -> Iterator[tuple[str, str]]:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=False)
+    if listed.returncode != 0:
+        pytest.skip("not a git clone")
+    for name in filter(None, listed.stdout.decode().split("\0")):
+        path = ROOT / name
+        if not path.is_file():
+            continue
+        data = path.read_bytes()
+        if b"\0" not in data:
+            yield name, data.decode("utf-8")
+
+
+def test_no_tracked_file_names_a_package_index_or_a_path_of_some_machine() -> None:
+    found = [
+        f"{name}:{number}: {line.strip()[:120]}"
+        for name, text in tracked_text()
+        for number, line in enumerate(text.splitlines(), start=1)
+        if FORBIDDEN.search(line)
+    ]
+    assert not found, "\n".join(found)
