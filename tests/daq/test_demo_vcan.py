@@ -28,7 +28,7 @@ def demo(out: Path, device: str, *before: str) -> Capture:
         timeout=280,
         check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode in {0, 1}, done.stdout + done.stderr  # 1: a verdict that warns
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert result["estimates"]["iv"] is not None, result["instrumental_reason"]
     assert result["test"]["verdict"] != "not_testable"
