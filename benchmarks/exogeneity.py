@@ -1,0 +1,260 @@
+"""Size and power of the tests of exogeneity, by Monte Carlo.
+
+A motion of harmonics gives the instruments Z; the measured motion deviates from it and gives X, both
+through one filter. For size the deviation is a slow random motion, as of a tracking error that the simulation
+does not know: V̂ is then correlated along time as the errors are, the hard case. For power it is encoder noise.
+
+Size: τ = Xβ + e, so that X is exogenous by construction; a test at 5 % should reject 5 %.
+Power: τ = Zβ + e, so that the encoder's noise is in the errors too, through the parameters.
+
+e is white or AR(1) on the rows, unlike from joint to joint in size. Each replicate has its own seed, in the
+range that is printed. Shares come with their 95 % interval (Wilson).
+
+    python benchmarks/exogeneity.py --arm one_axis --arm tx40 --replicates 500
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # many small solves are quicker on one thread
+
+import numpy as np
+from scipy.signal import butter, lfilter, sosfiltfilt
+
+import robots
+from ident import BaseParameters, RegressorModel, base_parameters
+from ident.covariances import covariance_named
+from ident.exogeneity import WhiteRows, augmented_wald, revised_test, textbook_test
+from ident.exogeneity.revised import GateSettings
+from ident.observation import observed_columns
+from ident.whitening import Whitening, autoregressive_whitening, block_whitening
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+LEVEL = 0.05
+SEED = 20_000
+DESIGNS = 4
+"""Draws of the deviation; each is used for a quarter of the replicates."""
+
+HARMONICS = 5
+PERIOD = 5.0
+DURATION = 10.0
+RATE = 1000.0
+ARMS = {"one_axis": "emps", "tx40": "tx40"}
+ENCODER_NOISE = (1e-8, 3e-8, 1e-7, 3e-7, 1e-6)
+"""rad or m, standard deviation; along the power curve."""
+
+TRACKING = 1e-4
+TRACKING_BAND = 3.0
+"""rad or m, and Hz: the slow deviation of the measured motion."""
+
+ERRORS = {"white": 0.0, "AR(1) 0.6": 0.6, "AR(1) 0.9": 0.9}
+NO_KIND = "none"
+KINDS = ("iid", "block", "hc", "hac", "ar", "bootstrap")
+
+
+@dataclass(frozen=True)
+class Design:
+    """Regressor and instruments, samples × joints × b, and deviations of the error per joint."""
+
+    names: tuple[str, ...]
+    x: FloatArray
+    z: FloatArray
+    sigma: FloatArray
+
+    @property
+    def segment(self) -> IntArray:
+        return np.zeros(self.x.shape[0], dtype=np.int64)
+
+    @property
+    def used(self) -> BoolArray:
+        return np.ones(self.x.shape[:2], dtype=np.bool_)
+
+
+def design(base: BaseParameters, noise: float, seed: int) -> Design:
+    """A motion within the arm's limits, its instruments, and the regressor under encoder noise (rad or m).
+
+    Without noise the measured motion deviates slowly.
+    """
+    robot = base.model.robot
+    settings = robot.identification.model_copy(
+        update={"cutoff_hz": 30.0, "decimation": 10, "trim_samples": (50, 50), "minimum_speed": 0.0}
+    )
+    time = np.arange(round(DURATION * RATE)) / RATE
+    generator = np.random.default_rng(SEED)
+    orders = np.arange(1, HARMONICS + 1)[:, np.newaxis]
+    phase = generator.uniform(0.0, 2 * np.pi, size=(HARMONICS, robot.n))
+    amplitude = generator.uniform(0.5, 1.0, size=(HARMONICS, robot.n)) / orders
+    omega = 2 * np.pi / PERIOD * orders
+    amplitude *= 0.6 * robot.velocity_limits / np.sum(omega * amplitude, axis=0)
+    angle = omega[:, np.newaxis] * time[:, np.newaxis] + phase[:, np.newaxis]
+    position = np.sum(amplitude[:, np.newaxis] * np.sin(angle), axis=0)
+    deviation = np.random.default_rng(seed).normal(size=position.shape)
+    measured = position + (noise * deviation if noise else TRACKING * slow(deviation))
+    z = observed_columns(base, time, position, settings)
+    x = observed_columns(base, time, measured, settings)
+    sigma = 0.05 * np.linalg.norm(z @ truth(base), axis=0) / np.sqrt(z.shape[0])
+    return Design(base.names, x, z, sigma)
+
+
+def slow(noise: FloatArray) -> FloatArray:
+    """Low-pass of white noise, samples × joints, scaled to unit deviation."""
+    sections = butter(2, TRACKING_BAND, fs=RATE, output="sos")
+    smooth = sosfiltfilt(sections, noise, axis=0)
+    return np.asarray(smooth / smooth.std(axis=0))
+
+
+def truth(base: BaseParameters) -> FloatArray:
+    """Parameters that the torque is made of: the arm's prior, friction included."""
+    return np.asarray(base.regroup(base.model.prior()))
+
+
+def errors(case: Design, correlation: float, generator: np.random.Generator) -> FloatArray:
+    """AR(1) errors, samples × joints, of the design's deviations."""
+    shocks = generator.normal(size=(case.x.shape[0] + 200, case.sigma.size))
+    series = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], shocks, axis=0)[200:]
+    return np.asarray(series * case.sigma)
+
+
+@dataclass(frozen=True)
+class Replicate:
+    """Rows of one replicate with the residual of its least squares."""
+
+    case: Design
+    torque: FloatArray
+
+    def residual(self) -> FloatArray:
+        """samples × joints; two steps, as the weights come from the first."""
+        x = self.case.x.reshape(-1, self.case.x.shape[2])
+        sigma = np.ones(self.case.sigma.size)
+        for _ in range(2):
+            weight = np.tile(1.0 / sigma, self.case.x.shape[0])
+            solution = np.linalg.lstsq(x * weight[:, np.newaxis], self.torque.ravel() * weight, rcond=None)[0]
+            left = self.torque - self.case.x @ solution
+            sigma = left.std(axis=0)
+        return np.asarray(left)
+
+    def white(self, whitening: Whitening) -> WhiteRows:
+        case = self.case
+        torque = whitening.apply(self.torque[:, :, np.newaxis], case.segment, case.used)[:, 0]
+        x = whitening.apply(case.x, case.segment, case.used)
+        return WhiteRows(torque, x, whitening.apply(case.z, case.segment, case.used))
+
+
+def verdicts(replicate: Replicate, kinds: tuple[str, ...]) -> dict[str, bool]:
+    """Which tests reject."""
+    case, residual = replicate.case, replicate.residual()
+    b = len(case.names)
+    block = block_whitening(residual, case.used, b)
+    rows = replicate.white(block)
+    prewhitened = replicate.white(autoregressive_whitening(residual, case.segment, case.used, b))
+    found = {"textbook (i.i.d. F)": textbook_test(rows, LEVEL).passed is False}
+    settings = GateSettings(LEVEL, 0.05, "AR prewhitening")
+    revised = revised_test(rows, prewhitened, case.names, np.zeros(b), settings)
+    found["revised (AR prewhitening)"] = revised.verdict == "endogenous"
+    found["textbook on prewhitened rows"] = textbook_test(prewhitened, LEVEL).passed is False
+    for kind in kinds:
+        test = augmented_wald(
+            replicate.torque, case.x, case.z, block.sigma, case.segment, case.used, covariance_named(kind)
+        )
+        found[f"Wald, {kind}"] = test.rejects(LEVEL)
+    return found
+
+
+def wilson(hits: int, trials: int) -> tuple[float, float]:
+    """95 % interval of a share."""
+    share, z = hits / trials, 1.96
+    centre = (share + z**2 / (2 * trials)) / (1 + z**2 / trials)
+    half = z / (1 + z**2 / trials) * np.sqrt(share * (1 - share) / trials + z**2 / (4 * trials**2))
+    return float(centre - half), float(centre + half)
+
+
+Torque = Callable[[Design, FloatArray], FloatArray]
+
+
+def exogenous(case: Design, beta: FloatArray) -> FloatArray:
+    """Torque of the measured columns themselves."""
+    return np.asarray(case.x @ beta)
+
+
+def errors_in_variables(case: Design, beta: FloatArray) -> FloatArray:
+    """Torque of the true motion."""
+    return np.asarray(case.z @ beta)
+
+
+def rejections(
+    designs: list[Design],
+    beta: FloatArray,
+    torque: Torque,
+    correlation: float,
+    replicates: int,
+    kinds: tuple[str, ...],
+) -> dict[str, int]:
+    """How often each test rejects."""
+    counts: dict[str, int] = {}
+    for index in range(replicates):
+        case = designs[index % len(designs)]
+        generator = np.random.default_rng(SEED + index)
+        replicate = Replicate(case, torque(case, beta) + errors(case, correlation, generator))
+        for name, rejected in verdicts(replicate, kinds).items():
+            counts[name] = counts.get(name, 0) + rejected
+    return counts
+
+
+def report(title: str, counts: dict[str, int], replicates: int) -> None:
+    """One block of the table."""
+    print(f"\n{title}")
+    for name, hits in counts.items():
+        low, high = wilson(hits, replicates)
+        print(
+            f"  {name:32s} {100 * hits / replicates:6.1f} %   [{100 * low:5.1f}, {100 * high:5.1f}]",
+            flush=True,
+        )
+
+
+def run(arm: str, replicates: int, kinds: tuple[str, ...], power: bool) -> dict[tuple[str, str], int]:
+    """Size, and power where it is asked for; returns the rejections by errors and test."""
+    base = base_parameters(RegressorModel.of(robots.load(ARMS[arm])))
+    beta = truth(base)
+    designs = [design(base, 0.0, SEED + k) for k in range(DESIGNS)]
+    shape = designs[0].x.shape
+    print(
+        f"\n{arm}: {shape[0]} samples, {shape[1]} joints, {shape[2]} columns; {replicates} replicates,",
+        end=" ",
+    )
+    print(f"seeds {SEED} to {SEED + replicates - 1}; nominal {100 * LEVEL:g} %")
+    found: dict[tuple[str, str], int] = {}
+    for label, correlation in ERRORS.items():
+        counts = rejections(designs, beta, exogenous, correlation, replicates, kinds)
+        report(f"{arm}, size, errors {label}", counts, replicates)
+        found |= {(label, name): hits for name, hits in counts.items()}
+    for noise in ENCODER_NOISE if power else ():
+        noisy = [design(base, noise, SEED + k) for k in range(DESIGNS)]
+        counts = rejections(noisy, beta, errors_in_variables, 0.6, replicates, ())
+        report(f"{arm}, power, encoder noise {noise:.2g}, errors AR(1) 0.6", counts, replicates)
+    return found
+
+
+def main() -> None:
+    """Parse the command line and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--arm", action="append", choices=tuple(ARMS), help="default: both")
+    parser.add_argument("--replicates", type=int, default=500)
+    parser.add_argument(
+        "--kind",
+        action="append",
+        choices=(*KINDS, NO_KIND),
+        help="covariances of the Wald test; default: all",
+    )
+    parser.add_argument("--no-power", action="store_true", help="leave out the power curve")
+    options = parser.parse_args()
+    kinds = tuple(kind for kind in options.kind or KINDS if kind != NO_KIND)
+    for arm in options.arm or tuple(ARMS):
+        run(arm, options.replicates, kinds, not options.no_power)
+
+
+if __name__ == "__main__":
+    main()
