@@ -2,7 +2,8 @@
 
 A motion of harmonics gives the instruments Z; the measured motion deviates from it and gives X, both
 through one filter. For size the deviation is a slow random motion, as of a tracking error that the simulation
-does not know: V̂ is then correlated along time as the errors are, the hard case. For power it is encoder noise.
+does not know: V̂ is then correlated along time as the errors are, the hard case. For power it is encoder
+noise.
 
 Size: τ = Xβ + e, so that X is exogenous by construction; a test at 5 % should reject 5 %.
 Power: τ = Zβ + e, so that the encoder's noise is in the errors too, through the parameters.
