@@ -196,7 +196,6 @@ def problem_of(arm: Arm, criterion: Criterion) -> ExcitationProblem:
         goal=None,
         objective=Objective(criterion, condition_cap=CONDITION_CAP),
         checks=(check.within,),
-        search_rate=1.0 / ROW_PERIOD,
     )
 
 
@@ -261,7 +260,7 @@ def main() -> None:
     parser.add_argument("--family", nargs="+", choices=("ruckig", "fourier"), default=("ruckig", "fourier"))
     parser.add_argument("--criterion", choices=("determinant", "trace"), default="determinant")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--evaluations", type=int, default=40_000, help="of each search")
+    parser.add_argument("--evaluations", type=int, default=25_000, help="of each search")
     parser.add_argument("--searches", type=int, default=2, help="independent searches per seed")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     options = parser.parse_args()

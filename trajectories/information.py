@@ -23,6 +23,9 @@ NONE = 1e9
 _SINGULAR = 1e-14
 """Smallest over largest eigenvalue of G below which what is left is rounding."""
 
+EXCESS_COST = 3.0
+"""Score per unit of the logarithm of the condition number above its cap: enough to bring it down to it."""
+
 Criterion = Literal["determinant", "trace", "condition"]
 
 
@@ -63,7 +66,7 @@ class Objective:
     Attributes:
         criterion: ``determinant`` (−log det G / b), ``trace`` (log of the mean variance) or ``condition``
             (log of the condition number).
-        condition_cap: a condition number above it costs its excess; None for no cap.
+        condition_cap: a condition number above it costs; None for no cap.
         chosen: indices of the base parameters that matter; None for all.
     """
 
@@ -99,7 +102,7 @@ class Objective:
             excess = max(0.0, log_condition - float(np.log(self.condition_cap)))
         if self.criterion == "condition":
             return log_condition
-        return self._precision(eigenvalues, vectors) + excess
+        return self._precision(eigenvalues, vectors) + EXCESS_COST * excess
 
     def _quick(self, scaled: FloatArray, scale: FloatArray) -> float:
         """A lower bound of the score that costs only a Cholesky decomposition."""

@@ -17,7 +17,7 @@ from trajectories.motion import Motion
 from trajectories.problem import ExcitationProblem
 from trajectories.segments import SegmentPlanner, hold, join
 
-START_TEMPERATURE = 0.005
+START_TEMPERATURE = 0.01
 SMALLEST_STEP, LARGEST_STEP = 0.005, 1.0
 OVERTIME_COST = 5.0
 """Score per relative excess of the duration: more than the information that the time could bring."""

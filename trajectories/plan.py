@@ -31,7 +31,7 @@ from trajectories.trajectory import Detail, ExcitingFamily, Trajectory
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""
 
-SEARCH_CONDITION_SHARE = 0.95
+SEARCH_CONDITION_SHARE = 0.97
 """The search's rows are not those of the recording, which see a slightly other condition number."""
 
 DEFAULT_NOISE = 0.01

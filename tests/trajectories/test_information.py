@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robots.arrays import FloatArray
-from trajectories.information import NONE, Information, Objective
+from trajectories.information import EXCESS_COST, NONE, Information, Objective
 
 
 def information_matrix(seed: int, parameters: int = 8) -> FloatArray:
@@ -32,12 +32,14 @@ def test_more_rows_never_make_the_score_worse_by_more_than_the_condition_allows(
     assert same - better == pytest.approx(expected)
 
 
-def test_the_cap_costs_the_excess_of_the_condition_number() -> None:
+def test_a_condition_number_above_the_cap_costs() -> None:
     matrix = information_matrix(3)
     condition = Information(matrix).condition
     free = Objective(condition_cap=None).score(matrix)
     assert Objective(condition_cap=2 * condition).score(matrix) == pytest.approx(free)
-    assert Objective(condition_cap=condition / 2).score(matrix) == pytest.approx(free + np.log(2))
+    assert Objective(condition_cap=condition / 2).score(matrix) == pytest.approx(
+        free + EXCESS_COST * np.log(2)
+    )
 
 
 def test_chosen_parameters_are_judged_by_their_own_covariance() -> None:
