@@ -13,6 +13,9 @@ from drivers.units import Units
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 
+_PROCESS_STALL = 0.2
+"""s; how long a busy machine may keep a process waiting where all drives are processes of it."""
+
 
 @dataclass(frozen=True)
 class Budgets:
@@ -36,8 +39,8 @@ class Budgets:
     """After the last set-point, for the arm to come to rest before the drives are disabled."""
 
     @classmethod
-    def on(cls, channel: Channel) -> Self:
-        """What fits a channel.
+    def on(cls, channel: Channel, cycle_time: float) -> Self:
+        """What fits a channel whose SYNC comes every ``cycle_time`` s.
 
         Behind ``udp_multicast`` and ``vcan`` devices there are only simulated drives: ordinary processes of
         this machine, which a busy processor delays, and whose time goes by SYNCs. Waiting for them costs
@@ -45,7 +48,7 @@ class Budgets:
         """
         virtual_device = channel.interface == "socketcan" and channel.name.startswith(("vcan", "vxcan"))
         if channel.interface == "udp_multicast" or virtual_device:
-            return cls(receive_seconds=0.03, missed_in_a_row=50)
+            return cls(receive_seconds=0.03, missed_in_a_row=round(_PROCESS_STALL / cycle_time))
         return cls()
 
 

@@ -41,7 +41,7 @@ class ArmSession:
     Args:
         robot: the arm's description.
         channel: where its drives are; the description's own bus where None.
-        budgets: how much may go wrong in a stream; Budgets.on(channel) where None.
+        budgets: how much may go wrong in a stream; those that fit the channel where None.
         start_tolerance: rad or m.
     """
 
@@ -57,7 +57,7 @@ class ArmSession:
         self.units = Units.of(robot)
         self.drives: tuple[DriveReport, ...] = ()
         """What the set-up found, in the order of the axes."""
-        self._budgets = budgets or Budgets.on(self.channel)
+        self._budgets = budgets or Budgets.on(self.channel, robot.bus.cycle_time)
         self._start_tolerance = start_tolerance
         self._nodes = tuple(drive.node_id for drive in robot.drive)
         self._names = tuple(

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 NMT, SYNC, RSDO, HEARTBEAT = 0x000, 0x080, 0x600, 0x700
 SYNC_PATIENCE = 2.5
 """SYNC periods without SYNC after which an enabled drive calls it lost."""
-SHORTEST_PATIENCE = 0.05
+SHORTEST_PATIENCE = 0.2
 """But never sooner than this, s: a busy machine that stalls master and drives together loses no SYNC."""
 
 
