@@ -24,12 +24,11 @@ def run_compiled(
         IdentificationError: the mass matrix is not positive definite, or the loop is unstable.
     """
     robot, recording = leading.robot, leading.recording
-    transmission = robot.transmission_matrix
     position, velocity, signal = (np.empty(recording.position.shape) for _ in range(3))
     position[0], signal[0] = recording.position[0], recording.control_signal[0]
     run = kernel.Run(
-        reference=leading.points @ transmission.T,
-        feed_forward=leading.speeds @ transmission.T * np.array(robot.controller.velocity_feed_forward),
+        reference=leading.points,
+        feed_forward=leading.speeds * np.array(robot.controller.velocity_feed_forward),
         position=position,
         velocity=velocity,
         control_signal=signal,
@@ -45,7 +44,9 @@ def run_compiled(
         terms=parts.terms,
         spans=_spans(parts.terms, robot.n),
     )
-    ending, sample = kernel.closed_loop(dynamics, _drives(robot), run, leading.substeps)
+    ending, sample = kernel.closed_loop(
+        tuple(range(robot.n)), dynamics, _drives(robot), run, leading.substeps
+    )
     if ending != kernel.RUNS:
         check_stable(velocity[sample], run.speed_limit, float(recording.time[sample]))
         check_mass_matrix(mass_matrix(dynamics, position[sample]), position[sample])
@@ -57,8 +58,18 @@ def mass_matrix(dynamics: kernel.Dynamics, position: FloatArray) -> FloatArray:
     """M(q) with the drives' inertia, (n, n)."""
     n = position.shape[0]
     mass, bias, work = np.empty((n, n)), np.empty(n), np.empty((n, 22))
+    turn = np.column_stack([np.cos(position), np.sin(position)])
     kernel.mass_and_bias(
-        dynamics.frames, dynamics.links, dynamics.gravity, position, np.zeros(n), mass, bias, work
+        tuple(range(n)),
+        dynamics.frames,
+        dynamics.links,
+        dynamics.gravity,
+        position,
+        turn,
+        np.zeros(n),
+        mass,
+        bias,
+        work,
     )
     return np.asarray(mass + dynamics.inertia)
 
@@ -67,7 +78,7 @@ def _spans(terms: FloatArray, n: int) -> IntArray:
     """Begin and end of what is not zero in the speed row and the torque row of each term, (K, 4)."""
     spans = np.zeros((terms.shape[0], 4), dtype=np.int64)
     for span, term in zip(spans, terms, strict=True):
-        for column, row in ((0, term[1 : 1 + n]), (2, term[1 + n :])):
+        for column, row in ((0, term[3 : 3 + n]), (2, term[3 + n :])):
             filled = np.flatnonzero(row)
             if filled.size:
                 span[column : column + 2] = filled[0], filled[-1] + 1

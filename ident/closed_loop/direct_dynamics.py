@@ -16,7 +16,7 @@ from robots.arrays import FloatArray
 
 _NEWTON_STEPS = 50
 _BISECTIONS = 50
-_NEWTON_TOLERANCE = 1e-12
+_NEWTON_TOLERANCE = 1e-10
 """Residual of the implicit step, as a share of the largest push."""
 
 
@@ -34,8 +34,8 @@ class DirectDynamics:
         self._data = self._pin.createData()
         self._step_of_difference = 1e-6 * float(structure.robot.velocity_limits.min())
         n = structure.robot.n
-        self._inverse_width = parts.terms[:, 0]
-        self._speed_rows, self._torque_rows = parts.terms[:, 1 : 1 + n], parts.terms[:, 1 + n :]
+        self._inverse_width, self._linear, self._direction = parts.terms[:, :3].T
+        self._speed_rows, self._torque_rows = parts.terms[:, 3 : 3 + n], parts.terms[:, 3 + n :]
 
     def mass_matrix(self, position: FloatArray) -> FloatArray:
         """M(q) with the drives' inertia, n × n.
@@ -86,9 +86,12 @@ class DirectDynamics:
 
     def _friction(self, position: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Torque (n,) of speed terms and of all that is not linear, and its slope over velocity (n, n)."""
-        law = np.tanh((self._speed_rows @ velocity) * self._inverse_width)
+        x = (self._speed_rows @ velocity) * self._inverse_width
+        acts = self._direction * x >= 0
+        law = np.where(self._linear, x, np.tanh(x)) * acts
+        steepness = np.where(self._linear, 1.0, 1.0 - law**2) * acts * self._inverse_width
         torque = law @ self._torque_rows
-        slope = (self._torque_rows.T * ((1.0 - law**2) * self._inverse_width)) @ self._speed_rows
+        slope = (self._torque_rows.T * steepness) @ self._speed_rows
         if not self._parts.others:
             return torque, slope
         n = velocity.shape[0]

@@ -27,6 +27,9 @@ R = TypeVar("R")
 RUNS, NOT_POSITIVE_DEFINITE, UNSTABLE = 0, 1, 2
 """What :func:`closed_loop` ends with."""
 
+Axes = tuple[int, ...]
+"""(0, 1, … n − 1): the compiler knows the length of a tuple, so it can unroll what goes over the axes."""
+
 
 class Dynamics(NamedTuple):
     """M(q) q̈ + N(q, q̇) of links and drives as arrays.
@@ -80,8 +83,11 @@ class Run(NamedTuple):
 
 _NEWTON_STEPS = 50
 _BISECTIONS = 50
-_NEWTON_TOLERANCE = 1e-12
+_NEWTON_TOLERANCE = 1e-10
 """Residual of the implicit step, as a share of the largest push."""
+
+_SMALL_ANGLE = 0.01
+"""rad; below it three terms of the series are exact in double precision."""
 
 _SATURATED = 20.0
 """tanh of anything beyond is ±1 in double precision."""
@@ -97,10 +103,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 @compiled
 def mass_and_bias(
+    axes: Axes,
     frames: FloatArray,
     links: FloatArray,
     gravity: FloatArray,
     q: FloatArray,
+    turn: FloatArray,
     v: FloatArray,
     mass: FloatArray,
     bias: FloatArray,
@@ -109,15 +117,17 @@ def mass_and_bias(
     """M(q) and N(q, q̇) of a serial chain, in place.
 
     Args:
+        axes: of n.
         frames: (n, 37) constants of the joints: rotation A + B cos q + C sin q (9 each, by rows), position
             d0 + d1 q (3 each), axis in the joint frame (3), 1 for revolute and 0 for prismatic.
         links: (n, 10) standard parameters.
         gravity: (3,) m/s².
         q, v: (n,) positions and velocities.
+        turn: (n, 2) cos q and sin q.
         mass: (n, n), written whole; bias: (n,).
         work: (n, 22) scratch.
     """
-    n = q.shape[0]
+    n = len(axes)
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
     px, py, pz = 0.0, 0.0, 0.0
     wx, wy, wz, ux, uy, uz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -130,9 +140,7 @@ def mass_and_bias(
         px += r00 * dx + r01 * dy + r02 * dz
         py += r10 * dx + r11 * dy + r12 * dz
         pz += r20 * dx + r21 * dy + r22 * dz
-        c, s = 1.0, 0.0
-        if turns:
-            c, s = math.cos(q[i]), math.sin(q[i])
+        c, s = turn[i, 0], turn[i, 1]
         e00 = frames[i, 0] + frames[i, 9] * c + frames[i, 18] * s
         e01 = frames[i, 1] + frames[i, 10] * c + frames[i, 19] * s
         e02 = frames[i, 2] + frames[i, 11] * c + frames[i, 20] * s
@@ -267,9 +275,9 @@ def mass_and_bias(
 
 
 @compiled
-def is_positive_definite(matrix: FloatArray, work: FloatArray) -> bool:
+def is_positive_definite(axes: Axes, matrix: FloatArray, work: FloatArray) -> bool:
     """Whether all pivots of L D Lᵀ of a symmetric matrix (n, n) are positive; ``work`` is (n, n) scratch."""
-    n = matrix.shape[0]
+    n = len(axes)
     for j in range(n):
         pivot = matrix[j, j]
         for k in range(j):
@@ -286,18 +294,22 @@ def is_positive_definite(matrix: FloatArray, work: FloatArray) -> bool:
 
 
 @compiled
-def _friction(terms: FloatArray, spans: IntArray, work: FloatArray, velocity: int, into: int) -> None:
-    """Of each speed term: its argument x = speed · v / width, tanh x and the slope 1 − tanh² x.
+def friction(terms: FloatArray, spans: IntArray, work: FloatArray, velocity: int, into: int) -> None:
+    """Of each speed term: its argument x = speed · v / width, its law (tanh x or x) and the slope of that.
 
     The velocity is in one row of ``work``, the results go into three rows from ``into`` on.
     """
     for k in range(terms.shape[0]):
         speed = 0.0
         for j in range(spans[k, 0], spans[k, 1]):
-            speed += terms[k, 1 + j] * work[velocity, j]
+            speed += terms[k, 3 + j] * work[velocity, j]
         x = speed * terms[k, 0]
         law, slope = 1.0, 0.0
-        if x < -_SATURATED:
+        if terms[k, 2] * x < 0.0:
+            law = 0.0
+        elif terms[k, 1] > 0.0:
+            law, slope = x, 1.0
+        elif x < -_SATURATED:
             law = -1.0
         elif not x > _SATURATED:
             law = math.tanh(x)
@@ -307,6 +319,7 @@ def _friction(terms: FloatArray, spans: IntArray, work: FloatArray, velocity: in
 
 @compiled
 def implicit_step(  # noqa: C901
+    axes: Axes,
     terms: FloatArray,
     spans: IntArray,
     implicit: FloatArray,
@@ -315,15 +328,16 @@ def implicit_step(  # noqa: C901
     h: float,
     matrix: FloatArray,
     work: FloatArray,
-) -> None:
+    here: int,
+) -> int:
     """The velocity after a step: solve A (v⁺ − v) + h f(v⁺) = push for v⁺, in place of v.
 
-    f = Σ torque_k · tanh(speed_k · v / width_k) is the gradient of a convex potential, so that Newton's
+    f = Σ torque_k · law_k(speed_k · v / width_k) is the gradient of a convex potential, so that Newton's
     method with a line search always ends well. What is left after a step of it is the curvature of f alone:
     no product with A.
 
     Args:
-        terms: (K, 1 + 2n): 1/width, speed row, torque row times parameter.
+        terms: (K, 3 + 2n) as of ``ident.closed_loop.torque_parts``.
         spans: (K, 4) begin and end of what is not zero in speed row and torque row.
         implicit: (n, n) A = M + hD.
         push: (n,) h (τ − N − D v), without f.
@@ -331,23 +345,25 @@ def implicit_step(  # noqa: C901
         h: step, s.
         matrix: (n, n) scratch.
         work: (10, max(n, K)) scratch. Rows of it, not views: a view costs more than what is done with it.
+        here: row of ``work`` from which on :func:`friction` has put what belongs to v, 4 or 7.
+
+    Returns:
+        the row from which on it stands for the new v.
     """
-    n, count = v.shape[0], terms.shape[0]
-    rest, change, trial, found, here, there = 0, 1, 2, 3, 4, 7
+    n, count = len(axes), terms.shape[0]
+    rest, change, trial, found, there = 0, 1, 2, 3, 11 - here
     size, scale = 0.0, 0.0
     for i in range(n):
-        work[trial, i] = v[i]
         work[rest, i] = -push[i]
         scale = max(scale, abs(push[i]))
-    _friction(terms, spans, work, trial, here)
     for k in range(count):
         for i in range(spans[k, 2], spans[k, 3]):
-            work[rest, i] += h * work[here + 1, k] * terms[k, 1 + n + i]
+            work[rest, i] += h * work[here + 1, k] * terms[k, 3 + n + i]
     for i in range(n):
         size = max(size, abs(work[rest, i]))
     for _ in range(_NEWTON_STEPS):
         if size <= _NEWTON_TOLERANCE * scale:
-            return
+            break
         for i in range(n):
             work[change, i] = work[rest, i]
             for j in range(n):
@@ -357,7 +373,7 @@ def implicit_step(  # noqa: C901
             if slope != 0.0:
                 for i in range(spans[k, 2], spans[k, 3]):
                     for j in range(spans[k, 0], spans[k, 1]):
-                        matrix[i, j] += slope * terms[k, 1 + n + i] * terms[k, 1 + j]
+                        matrix[i, j] += slope * terms[k, 3 + n + i] * terms[k, 3 + j]
         # Gaussian elimination; the symmetric part is positive definite, so no pivoting is needed.
         for k in range(n):
             matrix[k, k] = 1.0 / matrix[k, k]
@@ -379,13 +395,13 @@ def implicit_step(  # noqa: C901
             for i in range(n):
                 work[trial, i] = v[i] - share * work[change, i]
                 work[found, i] = (1.0 - share) * work[rest, i]
-            _friction(terms, spans, work, trial, there)
+            friction(terms, spans, work, trial, there)
             for k in range(count):
                 curved = work[there + 1, k] - work[here + 1, k]
                 curved -= work[here + 2, k] * (work[there, k] - work[here, k])
                 if curved != 0.0:
                     for i in range(spans[k, 2], spans[k, 3]):
-                        work[found, i] += h * curved * terms[k, 1 + n + i]
+                        work[found, i] += h * curved * terms[k, 3 + n + i]
             size_found, along = 0.0, 0.0
             for i in range(n):
                 size_found = max(size_found, abs(work[found, i]))
@@ -401,11 +417,27 @@ def implicit_step(  # noqa: C901
         for i in range(n):
             v[i], work[rest, i] = work[trial, i], work[found, i]
         here, there = there, here
+    return here
+
+
+@compiled
+def _turn(axes: Axes, q: FloatArray, turn: FloatArray, v: FloatArray, h: float) -> None:
+    """Move q (n,) on by h v, with its cosine and sine in ``turn`` (n, 2): series of the small angle."""
+    for i in range(len(axes)):
+        angle = h * v[i]
+        q[i] += angle
+        if abs(angle) > _SMALL_ANGLE:
+            turn[i, 0], turn[i, 1] = math.cos(q[i]), math.sin(q[i])
+        else:
+            c, s, a = turn[i, 0], turn[i, 1], angle * angle
+            sine = angle * (1.0 - a / 6.0 * (1.0 - a / 20.0 * (1.0 - a / 42.0)))
+            less = 0.5 * a * (1.0 - a / 12.0 * (1.0 - a / 30.0))  # 1 − cos
+            turn[i, 0], turn[i, 1] = c - (c * less + s * sine), s + (c * sine - s * less)
 
 
 @compiled
 def closed_loop(  # noqa: C901
-    dynamics: Dynamics, drives: Drives, run: Run, substeps: int
+    axes: Axes, dynamics: Dynamics, drives: Drives, run: Run, substeps: int
 ) -> tuple[int, int]:
     """Run one simulation; ``run``'s arrays are filled.
 
@@ -413,31 +445,36 @@ def closed_loop(  # noqa: C901
         RUNS, or NOT_POSITIVE_DEFINITE or UNSTABLE with the sample in which it happened; that sample's rows of
         ``run`` then hold where.
     """
-    samples, n = run.position.shape
+    samples, n = run.position.shape[0], len(axes)
     per_sample = run.reference.shape[0] // samples
     h = drives.sample_time / substeps
     span = drives.reach * drives.sample_time
-    q, v = run.position[0].copy(), np.zeros(n)
+    q, turn, v = run.position[0].copy(), np.empty((n, 2)), np.zeros(n)
     integral, filtered = np.zeros(n), np.zeros(n)
     past, coming = np.empty((drives.reach, n)), np.empty((drives.delay + 1, n))
     output, torque, push, bias = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     mass, check, factors, links = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, 22))
     drives_part = dynamics.inertia + h * dynamics.damping
     work = np.empty((10, max(n, dynamics.terms.shape[0])))
+    work[:] = 0.0
+    here = 4
+    friction(dynamics.terms, dynamics.spans, work, 0, here)  # at rest
     coming[:] = run.control_signal[0]
     step = 0
     for sample in range(samples):
         run.position[sample], run.velocity[sample] = q, v
         for part in range(per_sample):
             # The controller, as ControlLaw.step.
+            oldest, latest = step % drives.reach, step % (drives.delay + 1)
             for i in range(n):
+                turn[i, 0], turn[i, 1] = math.cos(q[i]), math.sin(q[i])
                 measured = 0.0
                 for j in range(n):
                     measured += drives.transmission[i, j] * q[j]
                 if step == 0:
                     past[:, i] = measured
-                raw = (measured - past[step % drives.reach, i]) / span
-                past[step % drives.reach, i] = measured
+                raw = (measured - past[oldest, i]) / span
+                past[oldest, i] = measured
                 filtered[i] += drives.smoothing * (raw - filtered[i])
                 error = run.reference[step, i] - measured
                 speed_error = run.feed_forward[step, i] - filtered[i]
@@ -453,7 +490,7 @@ def closed_loop(  # noqa: C901
                 limited = min(max(wanted, -drives.limit[i]), drives.limit[i])
                 if limited == wanted or growth * wanted <= 0.0:
                     integral[i] += growth * drives.sample_time
-                coming[step % (drives.delay + 1), i] = limited
+                coming[latest, i] = limited
             step += 1
             output[:] = coming[step % (drives.delay + 1)]
             if part == 0:
@@ -464,12 +501,14 @@ def closed_loop(  # noqa: C901
                     torque[i] += drives.torque[i, j] * output[j]
             # The arm.
             for substep in range(substeps):
-                mass_and_bias(dynamics.frames, dynamics.links, dynamics.gravity, q, v, mass, bias, links)
+                mass_and_bias(
+                    axes, dynamics.frames, dynamics.links, dynamics.gravity, q, turn, v, mass, bias, links
+                )
                 if substep == 0:
                     for i in range(n):
                         for j in range(n):
                             check[i, j] = mass[i, j] + dynamics.inertia[i, j]
-                    if not is_positive_definite(check, factors):
+                    if not is_positive_definite(axes, check, factors):
                         run.position[sample], run.velocity[sample] = q, v
                         return NOT_POSITIVE_DEFINITE, sample
                 for i in range(n):
@@ -478,9 +517,10 @@ def closed_loop(  # noqa: C901
                         force -= dynamics.damping[i, j] * v[j]
                         mass[i, j] += drives_part[i, j]
                     push[i] = h * force
-                implicit_step(dynamics.terms, dynamics.spans, mass, push, v, h, check, work)
-                for i in range(n):
-                    q[i] += h * v[i]
+                here = implicit_step(
+                    axes, dynamics.terms, dynamics.spans, mass, push, v, h, check, work, here
+                )
+                _turn(axes, q, turn, v, h)
         for i in range(n):
             if not abs(v[i]) <= run.speed_limit[i]:
                 run.position[sample], run.velocity[sample] = q, v

@@ -41,7 +41,8 @@ class TorqueParts:
         inertia: (n, n) of the drives, times q̈.
         damping: (n, n), times q̇.
         constant: (n,).
-        terms: (K, 1 + 2n) speed terms: 1/width, speed row, torque row times parameter.
+        terms: (K, 3 + 2n) speed terms: 1/width (1 where the law is the speed itself), 1 for such a law,
+            direction, speed row, torque row times parameter.
         others: effects that fit none of these, with their parameters.
     """
 
@@ -108,12 +109,14 @@ class ModelStructure:
             terms += [_term_row(term, values[term.parameter]) for term in structure.terms]
             if structure.other.any():
                 others.append((effect, values * structure.other))
-        rows = np.array(terms).reshape(-1, 1 + 2 * n)
+        rows = np.array(terms).reshape(-1, 3 + 2 * n)
         return TorqueParts(links, inertia, damping, constant, rows, tuple(others))
 
 
 def _term_row(term: SpeedTerm, value: float) -> FloatArray:
-    return np.array([1.0 / term.law.width, *term.speed_row, *(value * share for share in term.torque_row)])
+    law = (1.0, 1.0) if term.law is None else (1.0 / term.law.width, 0.0)
+    torque = [value * share for share in term.torque_row]
+    return np.array([*law, term.direction, *term.speed_row, *torque])
 
 
 def _sharpened(effect: Effect, robot: Robot) -> Effect:

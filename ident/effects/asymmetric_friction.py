@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from ident.effects.effect import State
 from ident.effects.friction_sign import FrictionSign
-from ident.effects.per_joint import diagonal_columns, joint_units
+from ident.effects.per_joint import joint_units
+from ident.effects.speed_term import SpeedTerm, speed_columns
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -38,13 +40,16 @@ class AsymmetricFriction:
         coulomb = joint_units(self.robot, "N·m", "N")
         return (viscous + coulomb) * 2
 
+    def speed_terms(self) -> tuple[SpeedTerm, ...]:
+        """In the order of ``parameter_names``."""
+        rows = [tuple(row) for row in np.eye(self.robot.n).tolist()]
+        shapes: tuple[tuple[FrictionSign | None, Literal[-1, 1]], ...]
+        shapes = ((None, 1), (self.sign, 1), (None, -1), (self.sign, -1))
+        terms: list[SpeedTerm] = []
+        for law, direction in shapes:
+            terms += [SpeedTerm(len(terms) + j, row, row, law, direction) for j, row in enumerate(rows)]
+        return tuple(terms)
+
     def columns(self, state: State) -> FloatArray:
         """samples × joints × 4·joints."""
-        speed, sign = state.velocity, self.sign(state.velocity)
-        forwards, backwards = speed > 0, speed < 0
-        parts = [
-            diagonal_columns(np.where(direction, values, 0.0))
-            for direction in (forwards, backwards)
-            for values in (speed, sign)
-        ]
-        return np.concatenate(parts, axis=2)
+        return speed_columns(self.speed_terms(), state, 4 * self.robot.n)

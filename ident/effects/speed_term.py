@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,13 +25,20 @@ class SpeedTerm:
         parameter: which of the effect's parameters, from 0.
         speed_row: (n,) the speed as a combination of joint speeds.
         torque_row: (n,) how the torque falls on the joints.
-        law: its course over speed.
+        law: its course over speed; None for the speed itself.
+        direction: 1 or -1 where it acts in that direction of motion only.
     """
 
     parameter: int
     speed_row: tuple[float, ...]
     torque_row: tuple[float, ...]
-    law: FrictionSign
+    law: FrictionSign | None
+    direction: Literal[-1, 0, 1] = 0
+
+    def value(self, speed: FloatArray) -> FloatArray:
+        """The law at speeds of any shape."""
+        values = speed if self.law is None else self.law(speed)
+        return np.where(self.direction * speed > 0, values, 0.0) if self.direction else values
 
 
 @runtime_checkable
@@ -45,7 +52,7 @@ def speed_columns(terms: Sequence[SpeedTerm], state: State, parameters: int) -> 
     """The columns of the terms, samples × joints × parameters."""
     columns = np.zeros((*state.velocity.shape, parameters))
     for term in terms:
-        value = term.law(state.velocity @ np.array(term.speed_row))
+        value = term.value(state.velocity @ np.array(term.speed_row))
         for joint, share in enumerate(term.torque_row):
             if share:
                 columns[:, joint, term.parameter] += share * value

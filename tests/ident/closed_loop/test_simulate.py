@@ -85,6 +85,28 @@ def test_exact_signs_agree_on_one_axis() -> None:
     assert_same(simulate(model, model.prior(), recording), in_python(model, model.prior(), recording, 4))
 
 
+@pytest.mark.parametrize("name", robots.shipped())
+def test_asymmetric_friction_agrees_too(name: str) -> None:
+    robot = robots.load(name)
+    settings = robot.identification.model_copy(update={"friction": "asymmetric"})
+    model = RegressorModel.of(robot.model_copy(update={"identification": settings}))
+    named = {}
+    for joint in range(1, robot.n + 1):
+        named |= {f"Fvp{joint}": 2.0, f"Fcp{joint}": 1.5, f"Fvn{joint}": 1.0, f"Fcn{joint}": 0.5}
+    standard = model.prior() + model.standard_parameters(named)
+    recording = swing(robot, period=robot.bus.cycle_time)
+    assert_same(simulate(model, standard, recording, 2), in_python(model, standard, recording, 2))
+
+
+@pytest.mark.parametrize("name", robots.shipped())
+@pytest.mark.parametrize("friction", ["symmetric", "asymmetric"])
+def test_the_usual_models_are_all_compiled(name: str, friction: str) -> None:
+    robot = robots.load(name)
+    settings = robot.identification.model_copy(update={"friction": friction})
+    model = RegressorModel.of(robot.model_copy(update={"identification": settings}))
+    assert ModelStructure(model).parts(np.ones(len(model.names))).others == ()
+
+
 def test_friction_holds_an_arm_at_rest() -> None:
     """Within its Coulomb friction an axis creeps no faster than the steep sign allows."""
     robot = robots.load("emps")
