@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from daq.capture import file_sha256
 from daq.toml_file import read_toml, validation_line
 from daq.toml_text import TomlTextError, toml_text
-from ident import Estimate, Fitted
+from ident import Fitted
 from ident.results import Verdict
 from robots import Identification, Robot
 
@@ -103,7 +103,7 @@ def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFil
         ModelFileError: a recording is gone, or the estimate has values that are not finite.
     """
     result = fitted.result
-    estimate = _chosen(fitted)
+    estimate = fitted.result.recommended
     values = {
         "format": 1,
         "armhil": version("armhil"),
@@ -128,13 +128,6 @@ def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFil
         return ModelFile.model_validate(values)
     except ValidationError as error:
         raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
-
-
-def _chosen(fitted: Fitted) -> Estimate:
-    result = fitted.result
-    if result.test.verdict == "endogenous" and result.instrumental is not None:
-        return result.instrumental
-    return result.least_squares
 
 
 def source_sha256(path: Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from daq.report_gates import gate_views, statistic_text, trusted_estimate, verdict_view
+from daq.report_gates import gate_views, statistic_text, verdict_view
 from daq.report_numbers import NOTHING, correlation, count, percent, probability, setting, significant
 from daq.report_parameters import joint_heading, parameter_groups, truth_summaries
 from daq.report_traces import TraceFigure, pixels_per_trace, trace_figure
@@ -162,7 +162,7 @@ def _closed_loop_figures(content: ReportContent) -> list[TraceFigure]:
 
 def _estimators(identification: Identification) -> list[EstimatorColumn]:
     estimates = [identification.least_squares, identification.instrumental]
-    trusted = trusted_estimate(identification)
+    trusted = identification.recommended
     return [_estimator(estimate, estimate is trusted) for estimate in estimates if estimate is not None]
 
 

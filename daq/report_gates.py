@@ -11,7 +11,7 @@ from markupsafe import Markup
 from daq.report_columns import ColumnPlot, column_plot
 from daq.report_numbers import count, percent, probability, significant
 from daq.report_pictures import GateState, gate_picture, icon
-from ident.results import Estimate, Gate, GateName, Identification, Verdict
+from ident.results import Gate, GateName, Identification, Verdict
 
 VerdictKind = Literal["good", "switch", "bad", "unknown"]
 POORLY_SEEN_PERCENT = 30.0
@@ -93,13 +93,6 @@ _WORDS: dict[GateName, _Words] = {
 _NOTHING_TO_TEST = "Nothing left to test: exogenous"
 
 
-def trusted_estimate(identification: Identification) -> Estimate:
-    """The estimate that the verdict tells to use; least squares where it tells to use none."""
-    if identification.test.verdict == "endogenous" and identification.instrumental is not None:
-        return identification.instrumental
-    return identification.least_squares
-
-
 def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -> VerdictView:
     """The banner: sign, words, advice and headline numbers."""
     test = identification.test
@@ -108,7 +101,7 @@ def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -
     if test.verdict == "not_testable":
         headline += f": {identification.instrumental_reason or recommendation or 'the test could not be run'}"
         recommendation = recommendation if identification.instrumental_reason else ""
-    estimate = trusted_estimate(identification)
+    estimate = identification.recommended
     method = "instrumental variables" if estimate.method == "iv" else "least squares"
     poor = sum(not p.percent_sigma <= POORLY_SEEN_PERCENT for p in estimate.parameters)
     facts = [Fact("Relative torque error", percent(estimate.relative_error_percent), method)]

@@ -72,20 +72,13 @@ def print_identification(
     console: Console, result: Identification, truth: Mapping[str, float] | None = None
 ) -> None:
     """Parameters, gates and verdict, the verdict last, where the eye is."""
-    trusted = recommended(result)
+    trusted = result.recommended
     console.print(_parameter_table(trusted, truth))
     console.print(_gate_table(result))
     console.print(_verdict(result, trusted))
     console.print(result.test.recommendation, highlight=False)
     for warning in result.warnings:
         console.print(f"[yellow]warning:[/] {warning}", highlight=False)
-
-
-def recommended(result: Identification) -> Estimate:
-    """The estimate that the verdict says to use."""
-    if result.test.verdict == "endogenous" and result.instrumental is not None:
-        return result.instrumental
-    return result.least_squares
 
 
 def _verdict(result: Identification, trusted: Estimate) -> str:

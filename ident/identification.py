@@ -49,13 +49,6 @@ class Fitted:
     instrumental: LinearFit | None
     result: Identification
 
-    @property
-    def chosen(self) -> LinearFit:
-        """The fit that the verdict recommends."""
-        if self.result.test.verdict == "endogenous" and self.instrumental is not None:
-            return self.instrumental
-        return self.least_squares
-
 
 def _silent(step: str, share: float) -> None:
     """Nobody watches."""

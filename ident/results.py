@@ -116,3 +116,10 @@ class Identification:
     textbook: Gate | None
     trace: TorqueTrace
     warnings: tuple[str, ...] = ()
+
+    @property
+    def recommended(self) -> Estimate:
+        """The estimate that the verdict tells to use; least squares where it tells to use none."""
+        if self.test.verdict == "endogenous" and self.instrumental is not None:
+            return self.instrumental
+        return self.least_squares
