@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from daq.capture import Capture
-from daq.identification_json import identification_json
 from daq.importing import capture_recordings
-from daq.model_file import write_model
 from daq.progress import Steps
 from daq.reader import read_capture
 from daq.recorder import Recorder
-from daq.report import ReportContent, write_report
+from daq.results import write_results
 from daq.run_facts import outcome_facts, report_facts, run_facts
 from drivers import ArmSession, BusError, Channel, Samples
 from drivers.simulated import PlantTruth, SimulatedArm
@@ -96,7 +93,16 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
     with steps.step("Identify") as update:
         fitted = identify(robot, tuple(capture_recordings(capture)), lambda step, share: update(share, step))
     truth = true_base_parameters(fitted.base, plant)
-    report = _write_results(request, capture, fitted, plant, truth)
+    (request.folder / "truth.json").write_text(json.dumps(plant.as_dict(), indent=2) + "\n", encoding="utf-8")
+    report = write_results(
+        request.folder,
+        robot,
+        fitted,
+        [capture.path],
+        title=f"{robot.name}: demonstration on simulated drives",
+        facts=report_facts(capture),
+        truth=truth,
+    )
     return DemoResult(fitted, truth, capture, report)
 
 
@@ -152,29 +158,3 @@ def _stream(request: DemoRequest, session: ArmSession, trajectory: Trajectory, s
     if result.outcome != "completed":
         raise RunFailed(f"the run ended early: {result.reason}; {result.cycles} cycles kept in {path}")
     return path
-
-
-def _write_results(
-    request: DemoRequest, capture: Capture, fitted: Fitted, plant: PlantTruth, truth: Mapping[str, float]
-) -> Path:
-    folder = request.folder
-    captures = [str(capture.path)]
-    result = identification_json(fitted.result, captures, truth)
-    (folder / "result.json").write_text(
-        json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
-    )
-    (folder / "truth.json").write_text(json.dumps(plant.as_dict(), indent=2) + "\n", encoding="utf-8")
-    write_model(folder / f"{request.robot.name}.model.toml", fitted, [capture.path], request.robot)
-    report = folder / "report.html"
-    write_report(
-        report,
-        ReportContent(
-            title=f"{request.robot.name}: demonstration on simulated drives",
-            robot=request.robot,
-            identification=fitted.result,
-            joint_names=capture.joints,
-            truth=truth,
-            facts=report_facts(capture),
-        ),
-    )
-    return report

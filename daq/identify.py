@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,12 +11,10 @@ from tempfile import TemporaryDirectory
 
 import robots
 from daq.capture import Capture, CaptureError
-from daq.identification_json import identification_json
 from daq.importing import CAPTURE_SUFFIX, LoadedRecordings, load_recording
-from daq.model_file import write_model
 from daq.progress import Steps
 from daq.reader import read_capture
-from daq.report import ReportContent, write_report
+from daq.results import write_results
 from daq.run_facts import report_facts
 from daq.run_folder import make_run_folder
 from ident import Fitted, IdentificationError, Recording
@@ -121,20 +118,7 @@ def _settings(settings: Identification, recording: Recording, request: IdentifyR
 
 
 def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: Fitted) -> Path:
-    captures = [str(part.path) for part in loaded]
-    content = json.dumps(identification_json(fitted.result, captures), indent=2, ensure_ascii=False)
-    (folder / "result.json").write_text(content + "\n", encoding="utf-8")
-    write_model(folder / f"{robot.name}.model.toml", fitted, [part.path for part in loaded], robot)
+    captures = [part.path for part in loaded]
     first = loaded[0].capture
-    report = folder / "report.html"
-    write_report(
-        report,
-        ReportContent(
-            title=f"{robot.name}: identification",
-            robot=robot,
-            identification=fitted.result,
-            joint_names=tuple(joint.name for joint in robot.joint),
-            facts={"Recordings": ", ".join(captures)} if first is None else report_facts(first),
-        ),
-    )
-    return report
+    facts = {"Recordings": ", ".join(map(str, captures))} if first is None else report_facts(first)
+    return write_results(folder, robot, fitted, captures, title=f"{robot.name}: identification", facts=facts)

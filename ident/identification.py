@@ -74,7 +74,9 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
     settings = robot.identification
     least_squares = weighted_least_squares(stacked, base.names, settings.error_deviation)
     least_squares = _with_covariance(rows, least_squares, rows.regressor, settings.covariance)
-    instruments, instrumental, reason = _instrumental(base, recordings, rows, least_squares, progress)
+    instruments, instrumental, reason = _instrumental(
+        base, recordings, rows, stacked, least_squares, progress
+    )
     if instruments is not None and instrumental is not None:
         instrumental = _with_covariance(rows, instrumental, instruments, settings.covariance)
     progress("revised Durbin-Wu-Hausman test", 0.9)
@@ -108,6 +110,7 @@ def _instrumental(
     base: BaseParameters,
     recordings: tuple[Recording, ...],
     rows: Rows,
+    stacked: Stacked,
     start: LinearFit,
     progress: Progress,
 ) -> tuple[FloatArray | None, LinearFit | None, str]:
@@ -115,7 +118,7 @@ def _instrumental(
     if any(recording.reference is None for recording in recordings):
         return None, None, "no position reference was recorded, so the loop cannot be simulated"
     try:
-        return (*_iterate(base, recordings, rows, start, progress), "")
+        return (*_iterate(base, recordings, rows, stacked, start, progress), "")
     except IdentificationError as error:
         return None, None, str(error)
 
@@ -124,11 +127,11 @@ def _iterate(
     base: BaseParameters,
     recordings: tuple[Recording, ...],
     rows: Rows,
+    stacked: Stacked,
     start: LinearFit,
     progress: Progress,
 ) -> tuple[FloatArray, LinearFit]:
     """Simulate with β̂, rebuild Z, solve, until β̂ and the residual norm stand still (METHOD 4)."""
-    stacked = stack(rows)
     prior = base.model.prior()
     fit, norm = start, _residual_norm(stacked, start)
     for iteration in range(1, _ITERATIONS + 1):
@@ -218,9 +221,5 @@ def _trace(rows: Rows, beta: FloatArray) -> TorqueTrace:
 
 def _warnings(base: BaseParameters, fit: LinearFit) -> tuple[str, ...]:
     deviation = np.sqrt(np.diag(fit.covariance))
-    with np.errstate(divide="ignore"):
-        poor = [n for n, v, s in zip(base.names, fit.beta, deviation, strict=True) if s > 0.3 * abs(v)]
-    warnings = []
-    if poor:
-        warnings.append(f"seen with more than 30 % σ: {', '.join(poor)}")
-    return tuple(warnings)
+    poor = [n for n, v, s in zip(base.names, fit.beta, deviation, strict=True) if s > 0.3 * abs(v)]
+    return (f"seen with more than 30 % σ: {', '.join(poor)}",) if poor else ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -41,19 +40,6 @@ def frictionless(tx40: Robot) -> PlantTruth:
     nominal = nominal_truth(tx40)
     zero = {name: 0.0 for name in nominal.parameters if name.startswith(("Fv", "Fc"))}
     return PlantTruth(**{**nominal.as_dict(), "parameters": nominal.parameters | zero})
-
-
-@pytest.fixture
-def new_channel() -> Callable[[], Channel]:
-    """A multicast group that no other test, worker or run on this machine uses at the same time."""
-
-    def make() -> Channel:
-        process = os.getpid()
-        return Channel(
-            "udp_multicast", f"239.{80 + next(_NUMBERS) % 100}.{process >> 8 & 0xFF}.{process & 0xFF}"
-        )
-
-    return make
 
 
 @pytest.fixture
