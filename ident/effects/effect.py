@@ -10,11 +10,17 @@ from robots.arrays import FloatArray
 
 @dataclass(frozen=True)
 class State:
-    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s."""
+    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s.
+
+    ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
+    with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
+    look at each sample alone.
+    """
 
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+    time: FloatArray | None = None
 
 
 class Effect(Protocol):

@@ -1,0 +1,108 @@
+"""A family of effects: one entry of the vocabulary, which can be put in several places of an arm.
+
+The search for a missing effect walks over families, their places and the values of their shape
+parameters; what it gets for each is an ordinary effect, the same object that the regressor and the
+closed-loop simulation use once the effect has been named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from ident.effects.effect import Effect, State
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
+
+Evidence = Literal["motion", "reversal", "whole"]
+"""Where an effect shows: while the joint moves, around its reversals and standstills, or everywhere."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an effect sits: joints (or drives) count from 0."""
+
+    scope: Scope
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds."""
+
+    name: str
+    unit: str
+    grid: tuple[float, ...]
+    lower: float
+    upper: float
+    logarithmic: bool = False
+
+
+class PresentModel(Protocol):
+    """The model under examination, for effects that depend on the torque it predicts."""
+
+    def torque(self, state: State) -> FloatArray:
+        """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        ...
+
+    def link_torque(self, state: State) -> FloatArray:
+        """Torque through the gears: the links alone, without rotors, friction and offsets."""
+        ...
+
+    def link_mass_matrix(self, position: FloatArray) -> FloatArray:
+        """Mass matrix of the links alone, samples × joints × joints."""
+        ...
+
+
+class PlacedEffect(Effect, Protocol):
+    """An effect of a family at one place with its shape parameters fixed."""
+
+    @property
+    def place(self) -> Place: ...
+
+    @property
+    def shape(self) -> tuple[float, ...]: ...
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float], ...]:
+        """What each linear parameter can be in nature, e.g. no negative stiffness."""
+        ...
+
+
+class EffectFamily(Protocol):
+    """One name of the vocabulary.
+
+    ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly
+    so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def sentence(self) -> str: ...
+
+    @property
+    def scope(self) -> Scope: ...
+
+    @property
+    def evidence(self) -> Evidence: ...
+
+    @property
+    def needs_prior(self) -> bool: ...
+
+    def places(self, robot: Robot) -> tuple[Place, ...]:
+        """Every place of this arm where the effect can sit."""
+        ...
+
+    def shapes(self, robot: Robot, place: Place) -> tuple[Shape, ...]:
+        """Its shape parameters at a place, coarse grids; empty where it is linear throughout."""
+        ...
+
+    def effect(
+        self, robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+    ) -> PlacedEffect:
+        """The effect there, with these shape values in the order of :meth:`shapes`."""
+        ...
