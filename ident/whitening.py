@@ -2,7 +2,7 @@
 
 Residuals of real arms are correlated from row to row, which wrecks i.i.d. p-values. Feasible GLS: an AR
 model per joint, its order by BIC, fitted to residuals; both sides of the regression pass through it,
-recording by recording.
+recording by recording. :mod:`ident.restricted` fits the model without the bias that residuals bring.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from robots.arrays import BoolArray, FloatArray, IntArray
 _LARGEST_ORDER = 20
 _LARGEST_POLE = 0.995
 
+_NOT_WHITE = 0.001
+"""Ljung-Box p-value below which the words say that the filter left something."""
+
 _LARGEST_ORDER_WITH_GAPS = 6
 """Where rows are left out, every order costs so many rows after each gap."""
 
@@ -29,11 +32,13 @@ class Whitening:
         kind: ``block`` (Ω alone, the paper's) or ``ar`` (AR prewhitening, then Ω of the innovations).
         coefficients: per joint, (order,) a₁…a_p of e_t = a₁e_{t−1} + … + u_t; empty for ``block``.
         sigma: (n,) standard deviation of u_t per joint, N·m (or N).
+        white_p: (n,) Ljung-Box p-values of what the filter leaves of the errors; None where not computed.
     """
 
     kind: str
     coefficients: tuple[FloatArray, ...]
     sigma: FloatArray
+    white_p: FloatArray | None = None
 
     @property
     def order(self) -> int:
@@ -52,7 +57,7 @@ class Whitening:
         for joint, coefficients in enumerate(self.coefficients):
             for index in np.unique(segment):
                 chosen = segment == index
-                series, whole = values[chosen, joint], _unbroken(used[chosen, joint], self.order)
+                series, whole = values[chosen, joint], unbroken(used[chosen, joint], self.order)
                 filtered = series[self.order :].copy()
                 for lag, a in enumerate(coefficients, start=1):
                     filtered -= a * series[self.order - lag : series.shape[0] - lag]
@@ -63,7 +68,11 @@ class Whitening:
         if self.kind == "block":
             return "Ω per joint, errors independent in time (the paper's)"
         orders = ", ".join(str(len(a)) for a in self.coefficients)
-        return f"AR prewhitening per joint (orders {orders} by BIC), Ω of the innovations"
+        words = f"AR prewhitening per joint (orders {orders} by BIC), Ω of the innovations"
+        if self.white_p is None or self.white_p.min() >= _NOT_WHITE:
+            return words
+        coloured = ", ".join(f"{k + 1} (p {p:.1g})" for k, p in enumerate(self.white_p) if p < _NOT_WHITE)
+        return f"{words}; not quite white are joints {coloured}, Ljung-Box"
 
 
 def block_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
@@ -92,8 +101,7 @@ def autoregressive_whitening(
         parameters: b, shared out over the joints as lost degrees of freedom.
     """
     joints = residual.shape[1]
-    most = _LARGEST_ORDER if used.all() else _LARGEST_ORDER_WITH_GAPS
-    largest = min(most, int(used.sum(axis=0).min()) // 20)
+    largest = largest_order(used)
     coefficients, sigma = [], np.empty(joints)
     for joint in range(joints):
         target, lagged = _lagged(residual[:, joint], segment, used[:, joint], largest)
@@ -104,7 +112,13 @@ def autoregressive_whitening(
     return Whitening("ar", tuple(coefficients), sigma)
 
 
-def _unbroken(used: BoolArray, order: int) -> BoolArray:
+def largest_order(used: BoolArray) -> int:
+    """The largest AR order that samples × joints of used rows allow to be tried."""
+    most = _LARGEST_ORDER if used.all() else _LARGEST_ORDER_WITH_GAPS
+    return min(most, int(used.sum(axis=0).min()) // 20)
+
+
+def unbroken(used: BoolArray, order: int) -> BoolArray:
     """Samples from ``order`` on that are used together with the ``order`` samples before them."""
     whole = used[order:].copy()
     for lag in range(1, order + 1):
@@ -120,12 +134,12 @@ def _best_ar(target: FloatArray, lagged: FloatArray) -> FloatArray:
         a = np.asarray(np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0], dtype=np.float64)
         error = target - lagged[:, :order] @ a
         bic = target.size * np.log(np.mean(error**2)) + order * np.log(target.size)
-        if bic < smallest and _is_stable(a):
+        if bic < smallest and is_stable(a):
             best, smallest = a, bic
     return best
 
 
-def _is_stable(coefficients: FloatArray) -> bool:
+def is_stable(coefficients: FloatArray) -> bool:
     """All poles well inside the unit circle, so that the process has a variance."""
     poles = np.roots(np.concatenate([[1.0], -coefficients]))
     return bool(np.abs(poles).max() < _LARGEST_POLE)
@@ -138,7 +152,7 @@ def _lagged(
     targets, lags = [], []
     for index in np.unique(segment):
         part = series[segment == index]
-        whole = _unbroken(used[segment == index], largest)
+        whole = unbroken(used[segment == index], largest)
         targets.append(part[largest:][whole])
         columns = [part[largest - k : part.size - k][whole] for k in range(1, largest + 1)]
         lags.append(np.column_stack(columns) if columns else np.empty((int(whole.sum()), 0)))
@@ -151,11 +165,17 @@ def lag1_autocorrelation(series: FloatArray) -> float:
     return float(centred[1:] @ centred[:-1] / (centred @ centred))
 
 
-def ljung_box(series: FloatArray, lags: int = 10) -> tuple[float, float]:
-    """Ljung-Box statistic of a series (samples,) and its p-value against χ²(lags): is it white?"""
+def ljung_box(series: FloatArray, lags: int = 10, fitted: int = 0) -> tuple[float, float]:
+    """Ljung-Box statistic of a series (samples,) and its p-value: is it white?
+
+    Args:
+        series: what is left by a model.
+        lags: autocorrelations that are looked at.
+        fitted: the model's own coefficients; the statistic is χ²(lags − fitted).
+    """
     centred = series - series.mean()
     power = centred @ centred
     samples = series.size
     correlations = np.array([centred[k:] @ centred[:-k] / power for k in range(1, lags + 1)])
     statistic = samples * (samples + 2) * float(np.sum(correlations**2 / (samples - np.arange(1, lags + 1))))
-    return statistic, float(chi2.sf(statistic, lags))
+    return statistic, float(chi2.sf(statistic, lags - fitted))

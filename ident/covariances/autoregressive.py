@@ -8,7 +8,8 @@ import numpy as np
 
 from ident.covariance import weighted_score_covariance
 from ident.covariances.problem import EstimatedRows
-from ident.whitening import Whitening, autoregressive_whitening
+from ident.restricted import regression_whitening
+from ident.whitening import Whitening
 from robots.arrays import FloatArray
 
 
@@ -26,4 +27,5 @@ class Autoregressive:
 
 
 def _errors(rows: EstimatedRows) -> Whitening:
-    return autoregressive_whitening(rows.residual, rows.segment, rows.used, rows.parameters)
+    """Of the residuals on the instruments: Zᵀε̂ = 0, so Z is what the estimate has taken from the errors."""
+    return regression_whitening(rows.residual, rows.z, rows.segment, rows.used)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from ident.estimators.fit import Stacked
+from ident.estimators.fit import stack
 from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
+from ident.observation import Rows
+from ident.restricted import regression_whitening
 from robots.arrays import FloatArray
 
 _LARGE = 10.0
@@ -36,12 +39,13 @@ class Dropped:
 
 @dataclass(frozen=True)
 class EssentialFit:
-    """Weighted least squares on the essential parameters.
+    """Least squares on the essential parameters, on the rows that the F-tests saw.
 
     Attributes:
         names: of those kept.
-        beta: (k,) their values.
-        covariance: (k, k), errors independent in time.
+        beta: (k,) their values; feasible GLS where the rows are prewhitened.
+        covariance: (k, k).
+        errors: what was assumed of the errors, in words.
         dropped: in the order in which they were.
         refused: the first that the F-test did not let go, None where no parameter with large %σ is left.
     """
@@ -49,34 +53,37 @@ class EssentialFit:
     names: tuple[str, ...]
     beta: FloatArray
     covariance: FloatArray
+    errors: str
     dropped: tuple[Dropped, ...]
     refused: Dropped | None
 
 
 def essential_parameters(
-    stacked: Stacked,
+    rows: Rows,
     names: tuple[str, ...],
     level: float = 0.05,
     percent_sigma: float = _LARGE,
+    errors: Literal["ar", "block"] = "ar",
     kind: ErrorDeviation = "unbiased",
 ) -> EssentialFit:
     """Drop the parameter with the largest %σ, one at a time, while the fit is not worse.
 
     Each step tests all that was dropped so far against the full model, so many small losses do not add up
-    unseen. Rows have to be white: filter them first where residuals are correlated.
+    unseen. An F-test is right on white rows only: correlated residuals claim more rows than there are, and
+    would keep what is not needed.
 
     Args:
-        stacked: rows joint by joint.
+        rows: samples × joints.
         names: (b,) base parameter names.
         level: of the F-test.
         percent_sigma: parameters that are seen better than this stay without a test.
-        kind: how σ_j is estimated, see :func:`joint_deviations`.
+        errors: ``ar`` prewhitens the rows of each joint; ``block`` takes errors as independent in time.
+        kind: how ``block`` estimates σ_j, see :func:`joint_deviations`.
 
     Raises:
         IdentificationError: the rows do not determine every parameter; the message names those.
     """
-    weights = stacked.spread(1.0 / joint_deviations(stacked, kind))
-    x, y = stacked.x * weights[:, np.newaxis], stacked.y * weights
+    x, y, words = _white(rows, errors, kind)
     require_full_rank(x, names)
     kept = list(range(len(names)))
     full = _Solution.of(x, y)
@@ -98,7 +105,20 @@ def essential_parameters(
         dropped.append(verdict)
         kept, current = fewer, candidate
     chosen = tuple(names[k] for k in kept)
-    return EssentialFit(chosen, current.beta, current.covariance, tuple(dropped), refused)
+    return EssentialFit(chosen, current.beta, current.covariance, words, tuple(dropped), refused)
+
+
+def _white(
+    rows: Rows, errors: Literal["ar", "block"], kind: ErrorDeviation
+) -> tuple[FloatArray, FloatArray, str]:
+    """X and y on which errors have unit deviation, and in words how they became so."""
+    if errors == "block":
+        stacked = stack(rows)
+        weights = stacked.spread(1.0 / joint_deviations(stacked, kind))
+        return stacked.x * weights[:, np.newaxis], stacked.y * weights, "Ω per joint, independent in time"
+    whitening = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
+    y = whitening.apply(rows.torque[:, :, np.newaxis], rows.segment, rows.used)[:, 0]
+    return whitening.apply(rows.regressor, rows.segment, rows.used), y, whitening.describe()
 
 
 @dataclass(frozen=True)
