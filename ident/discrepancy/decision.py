@@ -1,0 +1,113 @@
+"""From scores to a name, a set that cannot be told apart, or the admission that none fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.library import Library
+from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
+from ident.discrepancy.settings import SearchSettings
+from robots.arrays import FloatArray
+
+_LEADERS = 15
+"""Single effects that are tried as one half of a pair."""
+
+_GUMBEL_MEAN = 0.5772156649015329
+
+_EVEN = 12.0
+"""Scores within this are even whatever the data: likelihoods within e⁶ of each other."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the search settles for at one step.
+
+    Attributes:
+        chosen: the effect, or the pair, that explains most; None where nothing passes.
+        alike: other single candidates or pairs that this data cannot tell from it, best first.
+        ranking: best score of each family and place, best first.
+        threshold: what a score has to exceed.
+        excess: residual sum of squares beyond noise before the choice.
+        p_value: chance that a clean arm reaches the chosen score somewhere, by calibration.
+    """
+
+    chosen: Score | None
+    alike: tuple[Score, ...]
+    ranking: tuple[Score, ...]
+    threshold: float
+    excess: float
+    p_value: float
+
+
+def choose(examination: Examination, library: Library, settings: SearchSettings) -> Choice:
+    """Rank all trials, alone and in pairs, and decide.
+
+    Args:
+        examination: the present model on the recordings.
+        library: every trial on them.
+        settings: thresholds.
+    """
+    rows = examination.torque.shape[0]
+    ranking = best_per_place(singles(library, library.score, rows))
+    calibration = _Calibration.of(library, rows, settings)
+    threshold = max(calibration.threshold, settings.smallest_share * rows)
+    excess = examination.excess
+    best = ranking[0]
+    if best.value < threshold:
+        return Choice(None, (), tuple(ranking), threshold, excess, calibration.p_value(best.value))
+    chosen, rivals = best, ranking
+    left = excess - best.gain
+    if left > threshold:
+        pair = _best_pair(library, ranking, rows)
+        if pair and pair[0].value - best.value > max(threshold, settings.alike * left):
+            chosen, rivals = pair[0], pair
+    alike = _alike(chosen, rivals, excess, settings)
+    return Choice(chosen, alike, tuple(ranking), threshold, excess, calibration.p_value(chosen.value))
+
+
+def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:
+    return best_per_place(pairs(library, ranking[:_LEADERS], library.score, rows))
+
+
+def _alike(
+    chosen: Score, rivals: Sequence[Score], excess: float, settings: SearchSettings
+) -> tuple[Score, ...]:
+    """Rivals whose misfit beyond noise is hardly larger than the misfit of the chosen one.
+
+    What the chosen one leaves measures how wrong the forms of effects are; a difference smaller than
+    that decides nothing.
+    """
+    allowed = max(_EVEN, settings.alike * max(excess - chosen.gain, 0.0))
+    keys = {trial.key for trial in chosen.trials}
+    return tuple(
+        rival
+        for rival in rivals
+        if chosen.value - rival.value <= allowed and {trial.key for trial in rival.trials} != keys
+    )
+
+
+@dataclass(frozen=True)
+class _Calibration:
+    """Gumbel distribution of the largest score over all trials when nothing is missing."""
+
+    location: float
+    spread: float
+    false_alarm: float
+
+    @classmethod
+    def of(cls, library: Library, rows: int, settings: SearchSettings) -> _Calibration:
+        zero: FloatArray = np.zeros(library.score.size)
+        largest = noise_maxima(library, zero, rows, settings.draws, settings.seed)
+        spread = float(largest.std() * np.sqrt(6) / np.pi)
+        return cls(float(largest.mean() - _GUMBEL_MEAN * spread), spread, settings.false_alarm)
+
+    @property
+    def threshold(self) -> float:
+        return self.location - self.spread * float(np.log(-np.log1p(-self.false_alarm)))
+
+    def p_value(self, value: float) -> float:
+        return float(-np.expm1(-np.exp(-(value - self.location) / self.spread)))

@@ -1,0 +1,169 @@
+"""The present model against the recordings: whitened rows, what it leaves, and the space it spans.
+
+Rows are whitened with the noise that does not repeat from period to period, never with the residual, which
+would absorb the effect that is looked for. Where the trajectory repeats, the other periods are the
+instruments: their noise is independent of this period's, so process torque that moves the arm is not
+mistaken for a delay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.scene import Scene
+from ident.errors import IdentificationError
+from ident.signals import aligned_control_signal, kept_samples
+from ident.whitening import Whitening, autoregressive_whitening, block_whitening
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Examination:
+    """A model on whitened rows; rows of the prior, if there is one, follow those of the data.
+
+    Attributes:
+        base: the present model.
+        scenes: the recordings.
+        whitening: of the noise.
+        used, segment: rows × joints and (rows,) over all scenes, as the whitening wants them.
+        torque: whitened (N,).
+        regressor: whitened (N, b), at the measured motion.
+        instruments: whitened (N, b), at the instruments' motion.
+        beta: (b,) solves instrumentsᵀ(torque − regressor·β) = 0.
+        noise: rows × joints, N·m: what does not repeat (or the residual, where nothing repeats).
+        repeats: whether the noise was told from repeats.
+    """
+
+    base: BaseParameters
+    scenes: tuple[Scene, ...]
+    whitening: Whitening
+    used: BoolArray
+    segment: IntArray
+    torque: FloatArray
+    regressor: FloatArray
+    instruments: FloatArray
+    beta: FloatArray
+    noise: FloatArray
+    repeats: bool
+    prior: Prior | None
+    clone: FloatArray | None = None
+    """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
+
+    @property
+    def residual(self) -> FloatArray:
+        """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
+        left = self.torque - self.regressor @ self.beta
+        return np.asarray(left if self.clone is None else left - self.clone)
+
+    @property
+    def excess(self) -> float:
+        """Residual sum of squares beyond what noise of unit variance leaves."""
+        freedom = self.torque.shape[0] - self.base.independent.size
+        return float(self.residual @ self.residual - freedom)
+
+    def whiten(self, thin: Sequence[FloatArray]) -> FloatArray:
+        """Decimated columns per scene (rows × joints × p) as whitened rows (N, p), zero on the prior's."""
+        white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)
+        return np.concatenate([white, np.zeros((self.torque.shape[0] - white.shape[0], white.shape[1]))])
+
+    def partial_out(self, columns: FloatArray) -> FloatArray:
+        """What of columns (N, p) the present model cannot explain (Frisch, Waugh, Lovell)."""
+        q, back = self._projector
+        return np.asarray(columns - q @ (back @ columns))
+
+    @cached_property
+    def _projector(self) -> tuple[FloatArray, FloatArray]:
+        q, _ = np.linalg.qr(self.instruments)
+        return q, np.linalg.solve(self.regressor.T @ q, self.regressor.T)
+
+
+def examine(
+    base: BaseParameters,
+    scenes: Sequence[Scene],
+    prior: Prior | None = None,
+    whitening: Whitening | None = None,
+    only: tuple[BoolArray, ...] | None = None,
+) -> Examination:
+    """Fit the present model to recordings and whiten what it leaves.
+
+    Args:
+        base: the model.
+        scenes: one or more recordings.
+        prior: what is known of its parameters.
+        whitening: of the noise, where it is known already (the noise does not change with the model).
+        only: rows × joints per scene that count, in place of those where the joints move.
+
+    Raises:
+        IdentificationError: no recording, or rows that do not determine the parameters.
+    """
+    if not scenes:
+        raise IdentificationError("no recording to examine")
+    used = np.concatenate([scene.moving for scene in scenes] if only is None else only)
+    segment = np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes])
+    torque = np.concatenate([scene.torque for scene in scenes])
+    full = [base.columns(scene.measured) for scene in scenes]
+    regressor = np.concatenate([scene.thin(columns) for scene, columns in zip(scenes, full, strict=True)])
+    beta = _first_fit(torque, regressor, used, segment, prior)
+    noise, repeats = _noise(base, scenes, full, beta)
+    if whitening is None:
+        lost = 0 if repeats else base.independent.size
+        whitening = autoregressive_whitening(noise, segment, used, lost)
+    instruments = regressor
+    if any(scene.period is not None for scene in scenes):
+        instruments = np.concatenate([scene.thin(base.columns(scene.instruments)) for scene in scenes])
+    white = [
+        whitening.apply(values, segment, used)
+        for values in (torque[:, :, np.newaxis], regressor, instruments)
+    ]
+    y, x, z = _with_prior(white[0][:, 0], white[1], white[2], prior)
+    scale = np.linalg.norm(x, axis=0)
+    beta = np.linalg.solve((z / scale).T @ (x / scale), (z / scale).T @ y) / scale
+    return Examination(base, tuple(scenes), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
+
+
+def _first_fit(
+    torque: FloatArray, regressor: FloatArray, used: BoolArray, segment: IntArray, prior: Prior | None
+) -> FloatArray:
+    """Weighted least squares, good enough to see the noise beside it."""
+    weights = block_whitening(torque, used, 0)
+    for _ in range(2):
+        y = weights.apply(torque[:, :, np.newaxis], segment, used)[:, 0]
+        x = weights.apply(regressor, segment, used)
+        y, x, _ = _with_prior(y, x, x, prior)
+        scale = np.linalg.norm(x, axis=0)
+        if not scale.all():
+            raise IdentificationError("the motion does not excite every parameter of the model")
+        beta = np.linalg.lstsq(x / scale, y, rcond=None)[0] / scale
+        weights = block_whitening(torque - regressor @ beta, used, regressor.shape[2])
+    return np.asarray(beta)
+
+
+def _with_prior(
+    y: FloatArray, x: FloatArray, z: FloatArray, prior: Prior | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    if prior is None:
+        return y, x, z
+    rows, target = prior.rows()
+    return np.concatenate([y, target]), np.concatenate([x, rows]), np.concatenate([z, rows])
+
+
+def _noise(
+    base: BaseParameters, scenes: Sequence[Scene], full: Sequence[FloatArray], beta: FloatArray
+) -> tuple[FloatArray, bool]:
+    """Rows × joints of torque noise, N·m, and whether it was told from repeats of the trajectory."""
+    robot = base.model.robot
+    repeats = all(scene.period is not None for scene in scenes)
+    parts = []
+    for scene, columns in zip(scenes, full, strict=True):
+        settings = robot.identification
+        keep = kept_samples(scene.recording.time.shape[0], settings)
+        signal = aligned_control_signal(scene.recording, settings.control_signal_lag)
+        residual = robot.joint_torque(signal)[keep] - columns @ beta
+        parts.append(scene.noise_of(residual) if repeats else scene.thin(residual))
+    return np.concatenate(parts), repeats

@@ -1,0 +1,100 @@
+"""The gap between model and measurement on recordings that were not fitted, beside its noise floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.closed_loop import simulate
+from ident.discrepancy.repeats import not_repeating
+from ident.discrepancy.scene import Scene
+from ident.errors import IdentificationError
+from ident.signals import aligned_control_signal, kept_samples
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Per joint (n,): rms before and after the finding, and the floor that no model gets below.
+
+    The floor is NaN where the trajectory does not repeat, so that noise cannot be told from misfit.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    floor: FloatArray
+
+    def explainable(self, level: FloatArray) -> FloatArray:
+        """sqrt(max(level² − floor², 0)), METHOD 6.1."""
+        floor = np.where(np.isfinite(self.floor), self.floor, 0.0)
+        return np.asarray(np.sqrt(np.maximum(level**2 - floor**2, 0.0)))
+
+
+def torque_residual(base: BaseParameters, beta: FloatArray, scene: Scene) -> FloatArray:
+    """Measured less predicted joint torque at the full rate, samples × joints, N·m (or N)."""
+    robot = base.model.robot
+    settings = robot.identification
+    keep = kept_samples(scene.recording.time.shape[0], settings)
+    signal = aligned_control_signal(scene.recording, settings.control_signal_lag)
+    return np.asarray(robot.joint_torque(signal)[keep] - base.columns(scene.measured) @ beta)
+
+
+def torque_gap(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]) -> FloatArray:
+    """rms torque residual per joint over the rows where it moves, (n,)."""
+    squares, counts = np.zeros(base.model.robot.n), np.zeros(base.model.robot.n)
+    for scene in scenes:
+        residual = scene.thin(torque_residual(base, beta, scene))
+        squares += np.where(scene.moving, residual**2, 0.0).sum(axis=0)
+        counts += scene.moving.sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))
+
+
+def torque_floor(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]) -> FloatArray:
+    """rms of what does not repeat in the torque residual, (n,); NaN without repeats."""
+    squares, counts = np.zeros(base.model.robot.n), np.zeros(base.model.robot.n)
+    for scene in scenes:
+        if scene.period is None:
+            return np.full(base.model.robot.n, np.nan)
+        noise = scene.noise_of(torque_residual(base, beta, scene))
+        squares += np.where(scene.moving, noise**2, 0.0).sum(axis=0)
+        counts += scene.moving.sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))
+
+
+@dataclass(frozen=True)
+class LoopGap:
+    """Closed-loop differences, rms per joint or drive (n,): q_mes − q_s in rad (or m), v_τ − v_s."""
+
+    position: FloatArray
+    control_signal: FloatArray
+
+
+def closed_loop_gap(
+    base: BaseParameters, standard: FloatArray, scenes: Sequence[Scene]
+) -> tuple[LoopGap | None, str]:
+    """The same in the closed-loop simulation, or the reason why there is none."""
+    n = base.model.robot.n
+    position, signal, samples = np.zeros(n), np.zeros(n), 0
+    for scene in scenes:
+        try:
+            run = simulate(base.model, standard, scene.recording)
+        except IdentificationError as error:
+            return None, str(error)
+        position += ((scene.recording.position - run.position) ** 2).sum(axis=0)
+        signal += ((scene.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
+        samples += run.time.shape[0]
+    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples)), ""
+
+
+def position_floor(scenes: Sequence[Scene]) -> FloatArray:
+    """rms of what does not repeat in the measured positions, (n,); NaN without repeats."""
+    squares, samples = 0.0, 0
+    for scene in scenes:
+        if scene.period is None:
+            return np.full(scene.torque.shape[1], np.nan)
+        squares = squares + (not_repeating(scene.recording.position, scene.period) ** 2).sum(axis=0)
+        samples += scene.recording.time.shape[0]
+    return np.asarray(np.sqrt(squares / samples))

@@ -1,0 +1,111 @@
+"""All trials side by side: every family at every place with every shape, partialled out of the present model.
+
+Everything that the search asks later (single effects, pairs, what noise alone would give) follows from
+the products of these columns with each other and with the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.present import Present
+from ident.discrepancy.scene import Scene
+from ident.effects.family import EffectFamily, Place, PlacedEffect
+from robots.arrays import FloatArray
+
+_IN_SPAN = 1e-3
+"""A column of which less than this share (of its norm) is outside the present model's span says nothing."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One family at one place with one set of shape values, and where its columns are in the library."""
+
+    family: EffectFamily
+    place: Place
+    effect: PlacedEffect
+    start: int
+    end: int
+    shapes: int
+
+    @property
+    def columns(self) -> slice:
+        return slice(self.start, self.end)
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """What a finding names: the family and the joints."""
+        return self.family.name, self.place.joints
+
+
+@dataclass(frozen=True)
+class Library:
+    """Trials with their columns' products.
+
+    Attributes:
+        trials: those that the data can see at all.
+        gram: (m, m) products of the partialled-out columns of unit norm.
+        score: (m,) their products with the residual.
+        scale: (m,) norms of the columns before.
+        columns: (N, m) the columns themselves, unit norm.
+    """
+
+    trials: tuple[Trial, ...]
+    gram: FloatArray
+    score: FloatArray
+    scale: FloatArray
+    columns: FloatArray
+
+    def score_of(self, residual: FloatArray) -> FloatArray:
+        """(m,) for another residual (N,)."""
+        return np.asarray(self.columns.T @ residual)
+
+
+def build_library(examination: Examination, families: Sequence[EffectFamily], present: Present) -> Library:
+    """Evaluate every trial at the instruments' motion and partial the present model out of it."""
+    trials: list[Trial] = []
+    blocks: list[FloatArray] = []
+    scales: list[FloatArray] = []
+    robot = examination.base.model.robot
+    start = 0
+    for family in families:
+        for place in family.places(robot):
+            shapes = family.shapes(robot, place)
+            for values in product(*(shape.grid for shape in shapes)):
+                effect = family.effect(robot, place, values, present)
+                columns = partialled(examination, effect)
+                if columns is None:
+                    continue
+                scale = np.linalg.norm(columns, axis=0)
+                blocks.append((columns / scale).astype(np.float32))
+                scales.append(scale)
+                end = start + scale.size
+                trials.append(Trial(family, place, effect, start, end, len(shapes)))
+                start = end
+    matrix = np.concatenate(blocks, axis=1)
+    gram = (matrix.T @ matrix).astype(np.float64)
+    score = matrix.T @ examination.residual
+    return Library(tuple(trials), gram, score, np.concatenate(scales), matrix)
+
+
+def partialled(examination: Examination, effect: PlacedEffect) -> FloatArray | None:
+    """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it."""
+    white = examination.whiten([effect_rows(scene, effect) for scene in examination.scenes])
+    before = np.linalg.norm(white, axis=0)
+    if not before.all() or not np.isfinite(before).all():
+        return None
+    beyond = examination.partial_out(white)
+    values = np.linalg.svd(beyond / before, compute_uv=False)
+    if values[-1] < _IN_SPAN:
+        return None
+    return beyond
+
+
+def effect_rows(scene: Scene, effect: PlacedEffect, measured: bool = False) -> FloatArray:
+    """An effect's decimated columns at a scene's instruments (or measured motion): rows × joints × p."""
+    return scene.thin(effect.columns(scene.measured if measured else scene.instruments))

@@ -1,0 +1,69 @@
+"""The model under examination, as effects ask it for torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+
+from ident.effects import RigidBody, State
+from ident.regressor import RegressorModel
+from robots.arrays import FloatArray
+
+_LIGHT = 1e-6
+"""kg; far below what any torque shows."""
+
+
+@dataclass(frozen=True)
+class Present:
+    """A model with its standard parameters (p,)."""
+
+    model: RegressorModel
+    standard: FloatArray
+
+    def torque(self, state: State) -> FloatArray:
+        """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        total = self.link_torque(state)
+        start = 0
+        for effect in self.model.effects:
+            end = start + len(effect.parameter_names)
+            if not isinstance(effect, RigidBody):
+                total = total + effect.columns(state) @ self.standard[start:end]
+            start = end
+        return total
+
+    def link_torque(self, state: State) -> FloatArray:
+        """Torque of the links alone, samples × joints."""
+        model = self._links()
+        data = model.createData()
+        torque = np.zeros_like(state.position)
+        for k in range(state.position.shape[0]):
+            q, v, a = state.position[k], state.velocity[k], state.acceleration[k]
+            torque[k] = pinocchio.rnea(model, data, q, v, a)
+        return torque
+
+    def link_mass_matrix(self, position: FloatArray) -> FloatArray:
+        """Mass matrix of the links alone, samples × joints × joints."""
+        model = self._links()
+        data = model.createData()
+        samples, joints = position.shape
+        mass = np.empty((samples, joints, joints))
+        for k in range(samples):
+            mass[k] = pinocchio.crba(model, data, position[k])
+        upper = np.triu(mass)
+        return np.asarray(upper + np.triu(mass, 1).transpose(0, 2, 1))
+
+    def _links(self) -> pinocchio.Model:
+        links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+        start = self.model.names.index(links.parameter_names[0])
+        values = self.standard[start : start + len(links.parameter_names)].reshape(-1, 10)
+        loaded = links.model.copy()
+        for joint, ten in enumerate(values, start=1):
+            loaded.inertias[joint] = _inertia(ten)
+        return loaded
+
+
+def _inertia(ten: FloatArray) -> pinocchio.Inertia:
+    """Ten standard parameters as pin's inertia, which divides by the mass: a massless link gets a little."""
+    return pinocchio.Inertia.FromDynamicParameters(ten if ten[0] else np.array([_LIGHT, *ten[1:]]))

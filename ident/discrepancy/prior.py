@@ -1,0 +1,74 @@
+"""What was known of the arm before: what a payload, a wrong gain or a new spring has to contradict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from robots.arrays import FloatArray
+
+_FRICTION = ("Fv", "Fc", "Fvp", "Fcp", "Fvn", "Fcn", "Fvm", "Fcm")
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Base parameters (b,) with their covariance (b, b), from CAD or from an accepted model.
+
+    An infinite variance leaves a parameter free.
+    """
+
+    values: FloatArray
+    covariance: FloatArray
+    source: str
+
+    def rows(self) -> tuple[FloatArray, FloatArray]:
+        """Rows R β = t of unit variance that say the same: R (k, b) and t (k,), k the parameters held."""
+        held = np.isfinite(np.diag(self.covariance))
+        part = self.covariance[np.ix_(held, held)]
+        root = np.linalg.inv(np.linalg.cholesky(part))
+        rows = np.zeros((int(held.sum()), self.values.size))
+        rows[:, held] = root
+        return rows, np.asarray(rows @ np.where(held, self.values, 0.0))
+
+
+def accepted_prior(
+    base: BaseParameters, values: FloatArray, covariance: FloatArray, relative_spread: float = 0.002
+) -> Prior:
+    """An accepted model as prior: friction free, since it follows temperature and wear.
+
+    Args:
+        base: what the parameters are.
+        values: (b,) accepted estimates.
+        covariance: (b, b) theirs.
+        relative_spread: what two identifications of an unchanged arm may differ by beyond their σ.
+    """
+    widened = covariance + np.diag((relative_spread * values) ** 2)
+    return Prior(values, _with_free_friction(base, widened), "accepted model")
+
+
+def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior:
+    """The description as prior: inertias of URDF and rotors, each known to so much of itself."""
+    standard = base.model.prior()
+    small = np.array([_smallest_spread(base, column) for column in range(standard.size)])
+    spread = np.maximum(relative_spread * np.abs(standard), small)
+    covariance = (base.relation * spread**2) @ base.relation.T
+    return Prior(base.regroup(standard), _with_free_friction(base, covariance), "description")
+
+
+def _smallest_spread(base: BaseParameters, column: int) -> float:
+    """A zero in CAD is known no better than a hundredth of what the largest parameter of its unit is."""
+    units, standard = base.model.units, np.abs(base.model.prior())
+    same = [value for value, unit in zip(standard, units, strict=True) if unit == units[column]]
+    return 0.01 * max(same) or 1.0
+
+
+def _with_free_friction(base: BaseParameters, covariance: FloatArray) -> FloatArray:
+    free = covariance.copy()
+    for row, column in enumerate(base.independent):
+        name = base.model.names[column].rstrip("0123456789")
+        if name in _FRICTION:
+            free[row, :] = free[:, row] = 0.0
+            free[row, row] = np.inf
+    return free

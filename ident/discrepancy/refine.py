@@ -1,0 +1,184 @@
+"""From the grid to the best shape, and from there to parameters with their standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.library import Trial, partialled
+from ident.discrepancy.present import Present
+from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
+from robots.arrays import FloatArray
+
+_EVALUATIONS = 40
+_DERIVATIVE = 0.01
+"""Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """One effect of a finding before its shape is fixed."""
+
+    family: EffectFamily
+    place: Place
+    shape: tuple[float, ...]
+
+    @classmethod
+    def of(cls, trial: Trial) -> Component:
+        return cls(trial.family, trial.place, trial.effect.shape)
+
+    def shapes(self, examination: Examination) -> tuple[Shape, ...]:
+        return self.family.shapes(examination.base.model.robot, self.place)
+
+    def effect(self, examination: Examination, present: Present) -> PlacedEffect:
+        return self.family.effect(examination.base.model.robot, self.place, self.shape, present)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """Effects at their best shapes.
+
+    Attributes:
+        effects: with their shapes.
+        linear: per effect, its linear parameters (p,).
+        linear_sigma, shape_sigma: per effect, standard deviations.
+        gain: what they take off the residual sum of squares together.
+        left: residual sum of squares over noise, per row, once they are added.
+    """
+
+    effects: tuple[PlacedEffect, ...]
+    linear: tuple[FloatArray, ...]
+    linear_sigma: tuple[FloatArray, ...]
+    shape_sigma: tuple[FloatArray, ...]
+    gain: float
+    left: float
+
+
+def refine(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
+    """Fit shapes and linear parameters of some effects together.
+
+    Args:
+        examination: the present model on the recordings.
+        components: effects with the shapes that the grid gave.
+        present: the present model, for effects that ask it for torques.
+    """
+    shapes = [shape for component in components for shape in component.shapes(examination)]
+    start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
+    limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in shapes]
+    best = list(components)
+    if shapes:
+
+        def loss(point: FloatArray) -> float:
+            placed = _at(components, shapes, np.clip(point, *np.array(limits).T))
+            solved = _solve(examination, placed, present)
+            return 0.0 if solved is None else -solved[1]
+
+        widths = np.array([_grid_step(shape) for shape in shapes])
+        simplex = np.vstack([start, start + np.diag(0.5 * widths)])
+        found = minimize(
+            loss,
+            start,
+            method="Nelder-Mead",
+            bounds=limits,
+            options={"maxfev": _EVALUATIONS * len(shapes), "initial_simplex": simplex, "xatol": 1e-3},
+        )
+        if found.fun <= loss(start):
+            best = _at(components, shapes, np.asarray(found.x))
+    return _with_deviations(examination, best, shapes, present)
+
+
+def _with_deviations(
+    examination: Examination, components: Sequence[Component], shapes: Sequence[Shape], present: Present
+) -> Refined:
+    """Standard deviations from the columns and the derivatives over the shapes (Gauss–Newton)."""
+    solved = _solve(examination, components, present)
+    if solved is None:
+        raise ArithmeticError("the effects have no columns beyond the present model")
+    parameters, gain, columns, counts = solved
+    fitted = columns @ parameters
+    jacobian = [columns]
+    point = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
+    slopes = []
+    for k, shape in enumerate(shapes):
+        step = _DERIVATIVE * (1.0 if shape.logarithmic else shape.upper - shape.lower)
+        if point[k] + step > _inner(shape, shape.upper):
+            step = -step
+        moved = point.copy()
+        moved[k] += step
+        other = _solve(examination, _at(components, shapes, moved), present, parameters)
+        slope = step if other is None else (other[2] @ parameters - fitted) / step
+        slopes.append(np.broadcast_to(slope, fitted.shape)[:, np.newaxis])
+    matrix = np.concatenate(jacobian + slopes, axis=1)
+    residual = examination.residual - fitted
+    left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
+    norms = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    unit = matrix / norms
+    variance = np.diag(np.linalg.pinv(unit.T @ unit, hermitian=True)) / norms**2
+    sigma = np.sqrt(max(1.0, left) * variance)
+    physical = [
+        deviation * (value if shape.logarithmic else 1.0)
+        for deviation, shape, value in zip(sigma[parameters.size :], shapes, _values(components), strict=True)
+    ]
+    cuts = np.cumsum(counts)[:-1]
+    per_shape = np.split(
+        np.array(physical), np.cumsum([len(component.shape) for component in components])[:-1]
+    )
+    return Refined(
+        tuple(component.effect(examination, present) for component in components),
+        tuple(np.split(parameters, cuts)),
+        tuple(np.split(sigma[: parameters.size], cuts)),
+        tuple(per_shape),
+        gain,
+        left,
+    )
+
+
+def _solve(
+    examination: Examination,
+    components: Sequence[Component],
+    present: Present,
+    fixed: FloatArray | None = None,
+) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
+    """Linear parameters, gain, partialled columns and how many belong to each effect."""
+    blocks = [partialled(examination, component.effect(examination, present)) for component in components]
+    if any(block is None for block in blocks):
+        return None
+    columns = np.concatenate([block for block in blocks if block is not None], axis=1)
+    counts = [block.shape[1] for block in blocks if block is not None]
+    residual = examination.residual
+    if fixed is None:
+        scale = np.linalg.norm(columns, axis=0)
+        fixed = np.linalg.lstsq(columns / scale, residual, rcond=None)[0] / scale
+    explained = columns @ fixed
+    return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
+
+
+def _values(components: Sequence[Component]) -> list[float]:
+    return [value for component in components for value in component.shape]
+
+
+def _at(components: Sequence[Component], shapes: Sequence[Shape], point: FloatArray) -> list[Component]:
+    """The components with shapes from a point of the search space."""
+    values = [float(np.exp(x) if shape.logarithmic else x) for shape, x in zip(shapes, point, strict=True)]
+    moved, start = [], 0
+    for component in components:
+        end = start + len(component.shape)
+        moved.append(Component(component.family, component.place, tuple(values[start:end])))
+        start = end
+    return moved
+
+
+def _inner(shape: Shape, value: float) -> float:
+    return float(np.log(value)) if shape.logarithmic else float(value)
+
+
+def _grid_step(shape: Shape) -> float:
+    """Distance of neighbours on the grid, in the space that is searched."""
+    if len(shape.grid) < 2:
+        return 0.1 * (_inner(shape, shape.upper) - _inner(shape, shape.lower))
+    points = np.array([_inner(shape, value) for value in shape.grid])
+    return float(np.median(np.abs(np.diff(points))))

@@ -1,0 +1,117 @@
+"""What the discrepancy search returns: small frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ident.base import BaseParameters
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.gap import Gap
+from ident.discrepancy.unrepeated import Unrepeated
+from ident.discrepancy.where import Habitat
+from ident.effects.family import PlacedEffect, Scope
+from robots.arrays import FloatArray
+
+DiagnosisVerdict = Literal["clean", "named", "ambiguous", "unnamed"]
+
+Mode = Literal["prior", "refit"]
+"""Against a model that existed before, or after a refit of the base parameters."""
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """One parameter of a finding, SI; ``shape`` where the torque is not linear in it."""
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+    shape: bool
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One entry of the ranking: an effect (or a pair of them) with its score."""
+
+    effects: tuple[str, ...]
+    joints: tuple[tuple[int, ...], ...]
+    score: float
+    explained: float
+    """Share of the residual beyond noise that it explains on the fitted rows."""
+
+    def words(self) -> str:
+        return " and ".join(
+            f"{effect} ({_joints(joints)})" for effect, joints in zip(self.effects, self.joints, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One missing effect, where it sits, how sure that is, and the gap with and without it.
+
+    Joints count from 1. ``indistinguishable_from`` holds what this data cannot tell from it.
+    ``held_out_gain`` is the share of the explainable gap that it closes on the validation recordings.
+    """
+
+    effect: str
+    sentence: str
+    scope: Scope
+    joints: tuple[int, ...]
+    parameters: tuple[FoundParameter, ...]
+    p_value: float
+    score: float
+    threshold: float
+    held_out_gain: float
+    indistinguishable_from: tuple[Candidate, ...]
+    mode: Mode
+    gap: Gap
+    placed: PlacedEffect
+    ranking: tuple[Candidate, ...] = ()
+
+    def words(self) -> str:
+        """The finding as a sentence."""
+        values = ", ".join(_parameter_words(parameter) for parameter in self.parameters)
+        place = _joints(self.joints)
+        return f"{place} has {self.effect.replace('_', ' ')} ({values})"
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer: a verdict, the findings in the order they were made, the model that has them.
+
+    Attributes:
+        verdict: of the whole.
+        findings: none where the arm is clean or the residual has no name.
+        description: in words, what is left where nothing explains it.
+        habitats: where the last residual lives, per joint.
+        unrepeated: what does not repeat and should not be there.
+        torque, position, control_signal: gap on the validation recordings; None where the loop could not
+            be simulated, with the reason in ``loop_reason``.
+        base, beta: the final model and its base parameters.
+        examinations: of the fit recordings, before the first finding and after the last.
+    """
+
+    verdict: DiagnosisVerdict
+    findings: tuple[Finding, ...]
+    description: str
+    habitats: tuple[Habitat, ...]
+    unrepeated: tuple[Unrepeated, ...]
+    torque: Gap
+    position: Gap | None
+    control_signal: Gap | None
+    loop_reason: str
+    base: BaseParameters
+    beta: FloatArray
+    covariance: FloatArray
+    examinations: tuple[Examination, ...] = field(repr=False, default=())
+
+
+def _joints(joints: tuple[int, ...]) -> str:
+    if not joints:
+        return "the arm"
+    return ("joint " if len(joints) == 1 else "joints ") + " and ".join(str(joint) for joint in joints)
+
+
+def _parameter_words(parameter: FoundParameter) -> str:
+    return f"{parameter.name} {parameter.value:.4g} ± {parameter.sigma:.2g} {parameter.unit}".rstrip()

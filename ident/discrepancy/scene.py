@@ -1,0 +1,129 @@
+"""One recording as the search looks at it: measured motion, instruments, torque, and which rows count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.effects import State
+from ident.recording import Recording
+from ident.signals import aligned_control_signal, decimate, decimate_index, kept_samples, motion
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Identification, Robot
+
+_CHANNELS_AT_ONCE = 96
+"""Channels filtered together: bounds the memory of the decimation."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A recording, filtered and trimmed.
+
+    Attributes:
+        recording: what was recorded.
+        measured: the motion at the full rate, samples × joints.
+        instruments: the same motion without this sample's own noise: the mean of the other periods where
+            the trajectory repeats, else the measured motion itself.
+        torque: rows × joints, decimated, N·m (or N).
+        moving: rows × joints, away from reversals and standstills.
+        time: (rows,) s, of the rows.
+        period: samples of the full rate per period of the trajectory, None where it does not repeat.
+    """
+
+    recording: Recording
+    measured: State
+    instruments: State
+    torque: FloatArray
+    moving: BoolArray
+    time: FloatArray
+    period: int | None
+    decimation: int
+
+    @property
+    def rows(self) -> int:
+        return int(self.torque.shape[0])
+
+    def thin(self, columns: FloatArray) -> FloatArray:
+        """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
+        return thinned(columns, self.decimation)
+
+    def noise_of(self, residual: FloatArray) -> FloatArray:
+        """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints."""
+        if self.period is None:
+            return decimate(residual, self.decimation)
+        return decimate(not_repeating(residual, self.period), self.decimation)
+
+
+def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scene:
+    """Filter one recording.
+
+    Args:
+        robot: the arm and its identification settings.
+        recording: one uninterrupted piece.
+        started: s from the start of the first recording to the start of this one.
+
+    Raises:
+        IdentificationError: too short, or a cut-off that its sampling does not allow.
+    """
+    settings = robot.identification
+    keep = kept_samples(recording.time.shape[0], settings)
+    whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
+    time = recording.time + started
+    state = State(whole.position, whole.velocity, whole.acceleration, time)
+    period = repeat_length(recording.reference, recording.sample_time)
+    signal = aligned_control_signal(recording, settings.control_signal_lag)
+    measured = _part(state, keep)
+    kept_time = time[keep]
+    return Scene(
+        recording=recording,
+        measured=measured,
+        instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
+        torque=decimate(robot.joint_torque(signal)[keep], settings.decimation),
+        moving=_moving(robot, measured, recording.sample_time, settings),
+        time=kept_time[decimate_index(kept_time.shape[0], settings.decimation)],
+        period=period,
+        decimation=settings.decimation,
+    )
+
+
+def thinned(columns: FloatArray, decimation: int) -> FloatArray:
+    """Decimate samples × joints × p; channels that are zero throughout are not filtered."""
+    samples = columns.shape[0]
+    flat = columns.reshape(samples, -1)
+    index = decimate_index(samples, decimation)
+    thin = np.zeros((index.shape[0], flat.shape[1]))
+    alive = np.flatnonzero(flat.any(axis=0))
+    for start in range(0, alive.size, _CHANNELS_AT_ONCE):
+        chosen = alive[start : start + _CHANNELS_AT_ONCE]
+        thin[:, chosen] = decimate(flat[:, chosen], decimation)
+    return thin.reshape(-1, *columns.shape[1:])
+
+
+def _part(state: State, keep: slice) -> State:
+    time = None if state.time is None else state.time[keep]
+    return State(state.position[keep], state.velocity[keep], state.acceleration[keep], time)
+
+
+def _from_other_periods(state: State, period: int) -> State:
+    """Each sample's motion as the other periods show it; time stays the sample's own."""
+    return replace(
+        state,
+        position=others_mean(state.position, period),
+        velocity=others_mean(state.velocity, period),
+        acceleration=others_mean(state.acceleration, period),
+    )
+
+
+def _moving(robot: Robot, state: State, sample_time: float, settings: Identification) -> BoolArray:
+    """Rows × joints: every drive that moves with the joint is fast enough, with a margin around."""
+    transmission = robot.transmission_matrix
+    limit = settings.minimum_speed * robot.velocity_limits
+    joints = np.abs(state.velocity) > limit
+    drives = np.abs(state.velocity @ transmission.T) > limit
+    slow = ~joints | (~drives @ (transmission != 0.0))
+    reach = round(settings.standstill_margin / sample_time)
+    wide = binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_))
+    return np.asarray(~wide[decimate_index(wide.shape[0], settings.decimation)])

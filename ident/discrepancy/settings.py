@@ -1,0 +1,53 @@
+"""Settings of the search that are not the arm's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ident.recording import Recording
+from robots.description import Robot
+
+ROW_RATE = 250.0
+"""Hz. Rows are kept close together: a decimation filter spreads each reversal over its neighbours."""
+
+MINIMUM_SPEED = 0.01
+STANDSTILL_MARGIN = 0.04
+"""s on both sides of a standstill; enough where rows are not decimated."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """What the search goes by.
+
+    Attributes:
+        smallest_share: a finding takes away at least this multiple of the noise's own energy.
+        false_alarm: chance that noise alone gives a finding on a clean arm.
+        alike: two candidates count as told apart where the worse leaves this many times more of the
+            excess unexplained than the better one.
+        explained: share of the excess that findings together have to explain to be named.
+        most: how many effects may be found one after the other.
+        draws: residuals of noise alone that the threshold is taken from.
+        seed: of those.
+    """
+
+    smallest_share: float = 0.02
+    false_alarm: float = 0.01
+    alike: float = 0.5
+    explained: float = 0.5
+    most: int = 3
+    draws: int = 400
+    seed: int = 0
+
+
+DEFAULTS = SearchSettings()
+
+
+def searching(robot: Robot, recording: Recording) -> Robot:
+    """The arm with the identification settings that the search wants for a recording."""
+    rate = 1.0 / recording.sample_time
+    changed = {
+        "decimation": max(1, int(rate / ROW_RATE + 1e-6)),
+        "minimum_speed": max(robot.identification.minimum_speed, MINIMUM_SPEED),
+        "standstill_margin": STANDSTILL_MARGIN,
+    }
+    return robot.model_copy(update={"identification": robot.identification.model_copy(update=changed)})

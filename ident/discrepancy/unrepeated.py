@@ -1,0 +1,113 @@
+"""What does not repeat from period to period: noise, or something that no fixed model of the arm can show.
+
+A vibration, a drift or a shock goes into the noise floor, where the search for effects does not look.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from ident.discrepancy.examination import Examination
+from ident.whitening import autoregressive_whitening
+from robots.arrays import FloatArray
+
+_LOW_ORDER = 2
+"""An AR model of higher order would swallow a single frequency."""
+
+_BLOCKS = 16
+
+_CLEAR = 1e-6
+"""p-value below which it is worth a sentence; there are several tests on each joint."""
+
+
+@dataclass(frozen=True)
+class Unrepeated:
+    """One thing that the noise of a joint should not have, the joint from 0."""
+
+    joint: int
+    kind: str
+    p_value: float
+    sentence: str
+
+
+def unrepeated(examination: Examination, sample_time: float) -> tuple[Unrepeated, ...]:
+    """Look for a single frequency and for bursts in what does not repeat.
+
+    Args:
+        examination: with noise told from repeats; without repeats nothing is found.
+        sample_time: s between rows.
+    """
+    if not examination.repeats:
+        return ()
+    found = []
+    for joint in range(examination.noise.shape[1]):
+        for index in np.unique(examination.segment):
+            series = examination.noise[examination.segment == index, joint]
+            found += _single_frequency(joint, _nearly_white(series), sample_time)
+            found += _bursts(joint, _nearly_white(series), sample_time)
+    return tuple(found)
+
+
+def _nearly_white(series: FloatArray) -> FloatArray:
+    column = series[:, np.newaxis]
+    segment, used = np.zeros(series.size, dtype=np.int64), np.ones_like(column, dtype=np.bool_)
+    whitening = autoregressive_whitening(column, segment, used, 0)
+    coefficients: FloatArray = whitening.coefficients[0]
+    if coefficients.size > _LOW_ORDER:
+        lagged = np.column_stack([series[_LOW_ORDER - k : -k] for k in range(1, _LOW_ORDER + 1)])
+        coefficients = np.asarray(
+            np.linalg.lstsq(lagged, series[_LOW_ORDER:], rcond=None)[0], dtype=np.float64
+        )
+    order = coefficients.size
+    white = series[order:].copy()
+    for lag, a in enumerate(coefficients, start=1):
+        white -= a * series[order - lag : series.size - lag]
+    return np.asarray(white / white.std())
+
+
+def _single_frequency(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeated]:
+    """Fisher's test: the largest ordinate of the periodogram against the local mean of its neighbours."""
+    power = np.abs(np.fft.rfft(white))[1:] ** 2
+    width = max(25, power.size // 40)
+    padded = np.pad(power, width, mode="reflect")
+    around = np.array([np.median(padded[k : k + 2 * width + 1]) for k in range(power.size)]) / np.log(2)
+    ratio = power / around
+    peak = int(np.argmax(ratio))
+    p_value = float(-np.expm1(power.size * np.log1p(-np.exp(-ratio[peak]))))
+    if p_value > _CLEAR:
+        return []
+    frequency = (peak + 1) / (white.size * sample_time)
+    return [
+        Unrepeated(
+            joint,
+            "vibration",
+            p_value,
+            f"joint {joint + 1}: torque at {frequency:.2f} Hz that does not keep time with the trajectory",
+        )
+    ]
+
+
+def _bursts(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeated]:
+    """Bartlett's test of equal variance over blocks of time."""
+    blocks = np.array_split(white, _BLOCKS)
+    sizes = np.array([block.size - 1.0 for block in blocks])
+    variances = np.array([block.var(ddof=1) for block in blocks])
+    pooled = float(sizes @ variances / sizes.sum())
+    heavy = float(np.mean(white**4) / np.mean(white**2) ** 2 - 1.0) / 2.0
+    statistic = float(sizes.sum() * np.log(pooled) - sizes @ np.log(variances)) / max(heavy, 1.0)
+    p_value = float(chi2.sf(statistic, _BLOCKS - 1))
+    if p_value > _CLEAR:
+        return []
+    worst = int(np.argmax(variances))
+    start = worst * white.size / _BLOCKS * sample_time
+    return [
+        Unrepeated(
+            joint,
+            "bursts",
+            p_value,
+            f"joint {joint + 1}: torque noise is not even, strongest around {start:.1f} s",
+        )
+    ]

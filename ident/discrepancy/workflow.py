@@ -1,0 +1,351 @@
+"""The whole search: gap, where, candidates, name, add, gap again; until the floor or until nothing passes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters, base_parameters
+from ident.discrepancy.clone import with_clone
+from ident.discrepancy.decision import Choice, choose
+from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.extension import extended, extended_prior
+from ident.discrepancy.gap import (
+    Gap,
+    LoopGap,
+    closed_loop_gap,
+    position_floor,
+    torque_floor,
+    torque_gap,
+    torque_residual,
+)
+from ident.discrepancy.library import build_library
+from ident.discrepancy.present import Present
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.refine import Component, Refined, refine
+from ident.discrepancy.results import Candidate, Diagnosis, DiagnosisVerdict, Finding, FoundParameter
+from ident.discrepancy.scene import Scene, make_scene
+from ident.discrepancy.scoring import Score
+from ident.discrepancy.settings import DEFAULTS, SearchSettings, searching
+from ident.discrepancy.unrepeated import Unrepeated, unrepeated
+from ident.discrepancy.where import Habitat, habitats
+from ident.effects.family import EffectFamily
+from ident.errors import IdentificationError
+from ident.recording import Recording
+from ident.regressor import RegressorModel
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_log = logging.getLogger(__name__)
+
+Progress = Callable[[str, float], None]
+"""Called with a step in words and the share of the whole that is done, 0 to 1."""
+
+_RANKED = 12
+"""Candidates that a finding lists."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of the search.
+
+    Attributes:
+        robot: the arm.
+        fit: recordings that names and parameters are taken from.
+        validation: recordings that the gap is shown on, never fitted.
+        families: the vocabulary to choose from.
+        prior: a function that gives the prior of a base set; None to search after a refit.
+        model: the model that is examined; the arm's usual one where None.
+        settings: thresholds.
+    """
+
+    robot: Robot
+    fit: tuple[Recording, ...]
+    validation: tuple[Recording, ...]
+    families: tuple[EffectFamily, ...]
+    prior: Callable[[BaseParameters], Prior] | None = None
+    model: RegressorModel | None = None
+    settings: SearchSettings = DEFAULTS
+
+
+def _silent(step: str, share: float) -> None:
+    """Nobody watches."""
+
+
+def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
+    """Find, name and add what the model lacks.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm, or that determine too little.
+    """
+    if not question.fit or not question.validation:
+        raise IdentificationError("the search needs one recording to fit and another to validate")
+    progress("filter", 0.0)
+    robot = searching(question.robot, question.fit[0])
+    scenes = _scenes(robot, question.fit)
+    model = question.model or RegressorModel.of(robot)
+    base = base_parameters(RegressorModel(robot, model.effects))
+    prior = question.prior(base) if question.prior else None
+    search = _Search(question, _Step.of(base, scenes, prior), scenes, progress)
+    return search.run()
+
+
+@dataclass(frozen=True)
+class _Step:
+    """The present model, examined."""
+
+    base: BaseParameters
+    prior: Prior | None
+    examination: Examination
+    present: Present
+
+    @classmethod
+    def of(
+        cls,
+        base: BaseParameters,
+        scenes: Sequence[Scene],
+        prior: Prior | None,
+        before: Examination | None = None,
+    ) -> _Step:
+        whitening = before.whitening if before is not None and before.repeats else None
+        examination = examine(base, scenes, prior, whitening)
+        standard = base.standard_from(examination.beta, base.model.prior())
+        return cls(base, prior, with_clone(examination, standard), Present(base.model, standard))
+
+
+class _Search:
+    """One run of the search over the recordings of a question."""
+
+    def __init__(
+        self, question: Question, step: _Step, scenes: tuple[Scene, ...], progress: Progress
+    ) -> None:
+        self.question = question
+        self.step = step
+        self.first = step
+        self.scenes = scenes
+        self.progress = progress
+        robot = step.base.model.robot
+        self.validation = _scenes(robot, question.validation)
+        self.findings: list[Finding] = []
+
+    def run(self) -> Diagnosis:
+        """Search, name, add; again and again."""
+        most = self.question.settings.most
+        choice: Choice | None = None
+        while len(self.findings) < most:
+            self.progress("candidates", 0.1 + 0.8 * len(self.findings) / most)
+            families = self._families()
+            library = build_library(self.step.examination, families, self.step.present)
+            choice = choose(self.step.examination, library, self.question.settings)
+            if choice.chosen is None or not self._worth_naming(choice):
+                break
+            self._add(choice.chosen, choice)
+        self.progress("gap", 0.95)
+        return self._answer(choice)
+
+    def _families(self) -> tuple[EffectFamily, ...]:
+        present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
+        with_prior = self.step.prior is not None
+        return tuple(
+            family
+            for family in self.question.families
+            if with_prior or not (family.needs_prior or family.name in present)
+        )
+
+    def _usual(self) -> tuple[object, ...]:
+        return self.first.base.model.effects
+
+    def _worth_naming(self, choice: Choice) -> bool:
+        """A candidate that explains too little of what is there is not its name."""
+        assert choice.chosen is not None
+        return choice.chosen.gain >= self.question.settings.explained * choice.excess
+
+    def _add(self, chosen: Score, choice: Choice) -> None:
+        components = [Component.of(trial) for trial in chosen.trials]
+        refined = refine(self.step.examination, components, self.step.present)
+        before = self.step
+        more = sum(len(effect.parameter_names) for effect in refined.effects)
+        after = _Step.of(
+            extended(before.base, refined.effects),
+            self.scenes,
+            extended_prior(before.prior, more),
+            before.examination,
+        )
+        gap = self._torque_gap(before, after)
+        for position, effect in enumerate(refined.effects):
+            self.findings.append(self._finding(position, refined, chosen, choice, gap))
+            _log.info("found %s at %s", effect.name, effect.place)
+        self.step = after
+
+    def _finding(self, position: int, refined: Refined, chosen: Score, choice: Choice, gap: Gap) -> Finding:
+        effect = refined.effects[position]
+        family = chosen.trials[position].family
+        return Finding(
+            effect=effect.name,
+            sentence=effect.sentence,
+            scope=effect.place.scope,
+            joints=tuple(joint + 1 for joint in effect.place.joints),
+            parameters=_parameters(self.step, family, position, refined),
+            p_value=choice.p_value,
+            score=chosen.value,
+            threshold=choice.threshold,
+            held_out_gain=_closed_share(gap),
+            indistinguishable_from=tuple(_candidate(score, choice.excess) for score in choice.alike),
+            mode="refit" if self.step.prior is None else "prior",
+            gap=gap,
+            placed=effect,
+            ranking=tuple(_candidate(score, choice.excess) for score in choice.ranking[:_RANKED]),
+        )
+
+    def _torque_gap(self, before: _Step, after: _Step) -> Gap:
+        return Gap(
+            torque_gap(before.base, _shown(before), self.validation),
+            torque_gap(after.base, _shown(after), self.validation),
+            torque_floor(after.base, _shown(after), self.validation),
+        )
+
+    def _answer(self, choice: Choice | None) -> Diagnosis:
+        examination = self.step.examination
+        strange = unrepeated(examination, _row_time(self.scenes[0]))
+        places = self._habitats()
+        verdict = self._verdict(choice, strange)
+        position, signal, reason = self._loop_gaps()
+        return Diagnosis(
+            verdict=verdict,
+            findings=tuple(self.findings),
+            description=_description(verdict, places, strange),
+            habitats=places,
+            unrepeated=strange,
+            torque=self._torque_gap(self.first, self.step),
+            position=position,
+            control_signal=signal,
+            loop_reason=reason,
+            base=self.step.base,
+            beta=examination.beta,
+            covariance=_covariance(examination),
+            examinations=(self.first.examination, examination),
+        )
+
+    def _verdict(self, choice: Choice | None, strange: Sequence[Unrepeated]) -> DiagnosisVerdict:
+        if any(finding.indistinguishable_from for finding in self.findings):
+            return "ambiguous"
+        if self.findings:
+            return "named"
+        if choice is not None and choice.excess > choice.threshold:
+            return "unnamed"
+        return "unnamed" if strange else "clean"
+
+    def _habitats(self) -> tuple[Habitat, ...]:
+        beta = self.step.examination.beta
+        residuals = [scene.thin(torque_residual(self.step.base, beta, scene)) for scene in self.scenes]
+        torques = [scene.thin(self.step.base.columns(scene.measured) @ beta) for scene in self.scenes]
+        return habitats(self.scenes, residuals, torques)
+
+    def _loop_gaps(self) -> tuple[Gap | None, Gap | None, str]:
+        before, reason = self._loop_gap(self.first)
+        after, reason_after = self._loop_gap(self.step)
+        if before is None or after is None:
+            return None, None, reason or reason_after
+        floor = position_floor(self.validation)
+        none = np.full_like(floor, np.nan)
+        return (
+            Gap(before.position, after.position, floor),
+            Gap(before.control_signal, after.control_signal, none),
+            "",
+        )
+
+    def _loop_gap(self, step: _Step) -> tuple[LoopGap | None, str]:
+        standard = step.base.standard_from(_shown(step), step.base.model.prior())
+        return closed_loop_gap(step.base, standard, self.validation)
+
+
+def _scenes(robot: Robot, recordings: Sequence[Recording]) -> tuple[Scene, ...]:
+    """Scenes one after the other, as if recorded without a pause."""
+    scenes, started = [], 0.0
+    for recording in recordings:
+        scenes.append(make_scene(robot, recording, started - float(recording.time[0])))
+        started += float(recording.time[-1] - recording.time[0])
+    return tuple(scenes)
+
+
+def _row_time(scene: Scene) -> float:
+    return scene.recording.sample_time * scene.decimation
+
+
+def _shown(step: _Step) -> FloatArray:
+    """Base parameters (b,) that the gap is shown with.
+
+    Against a prior these are the prior's own, with free what the prior leaves free and what was found;
+    otherwise the fitted ones.
+    """
+    examination, prior = step.examination, step.prior
+    if prior is None:
+        return examination.beta
+    held = np.isfinite(np.diag(prior.covariance))
+    rows = examination.torque.shape[0] - int(held.sum())
+    x, y, z = (m[:rows] for m in (examination.regressor, examination.torque, examination.instruments))
+    beta = np.where(held, prior.values, 0.0)
+    free = ~held
+    scale = np.linalg.norm(x[:, free], axis=0)
+    cross = (z[:, free] / scale).T @ (x[:, free] / scale)
+    beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
+    return beta
+
+
+def _covariance(examination: Examination) -> FloatArray:
+    """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
+    residual = examination.residual
+    left = float(residual @ residual / max(1, residual.size - examination.beta.size))
+    scale = np.linalg.norm(examination.instruments, axis=0)
+    z = examination.instruments / scale
+    inverse = np.linalg.inv(z.T @ z) / np.outer(scale, scale)
+    return np.asarray(max(1.0, left) * inverse)
+
+
+def _closed_share(gap: Gap) -> float:
+    """Share of the explainable gap (energy, in units of the gap before) that is closed."""
+    before, after = gap.explainable(gap.before), gap.explainable(gap.after)
+    unit = np.where(np.isfinite(gap.floor) & (gap.floor > 0), gap.floor, 1.0)
+    whole = float(np.sum((before / unit) ** 2))
+    return float(1.0 - np.sum((after / unit) ** 2) / whole) if whole else 0.0
+
+
+def _parameters(
+    step: _Step, family: EffectFamily, position: int, refined: Refined
+) -> tuple[FoundParameter, ...]:
+    effect = refined.effects[position]
+    shapes = family.shapes(step.base.model.robot, effect.place)
+    linear = zip(
+        effect.parameter_names,
+        refined.linear[position],
+        refined.linear_sigma[position],
+        effect.units,
+        strict=True,
+    )
+    shaped = zip(shapes, effect.shape, refined.shape_sigma[position], strict=True)
+    return (
+        *(FoundParameter(n, float(v), float(s), u, False) for n, v, s, u in linear),
+        *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),
+    )
+
+
+def _candidate(score: Score, excess: float) -> Candidate:
+    return Candidate(
+        tuple(trial.family.name for trial in score.trials),
+        tuple(tuple(joint + 1 for joint in trial.place.joints) for trial in score.trials),
+        score.value,
+        score.gain / excess if excess > 0 else 0.0,
+    )
+
+
+def _description(verdict: DiagnosisVerdict, places: Sequence[Habitat], strange: Sequence[Unrepeated]) -> str:
+    """What is left, in words, where it has no name."""
+    if verdict != "unnamed":
+        return ""
+    if strange:
+        return "; ".join(item.sentence for item in strange)
+    worst = max(places, key=lambda place: place.strongest[1] * place.rms)
+    return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
