@@ -8,10 +8,19 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from ident.base import BaseParameters
+from ident.between_samples import with_mean_control_signal
 from ident.effects import State
 from ident.errors import IdentificationError
 from ident.recording import Recording
-from ident.signals import Motion, aligned_control_signal, decimate, decimate_index, kept_samples, motion
+from ident.signals import (
+    Motion,
+    aligned_control_signal,
+    decimate,
+    decimate_index,
+    decimation_reach,
+    kept_samples,
+    motion,
+)
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -81,15 +90,34 @@ def observed_columns(
     return _columns(base, motion(time, position, settings), settings)
 
 
+def observed_torque(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:
+    """Joint torques of the rows, N·m (or N): τ = Tᵀ g_τ v_τ at the instants of the positions, decimated.
+
+    Args:
+        robot: gains, transmission and controller.
+        recording: control signals, and references where ``control_signal_reading`` is ``sampled``.
+        settings: lag, reading and decimation.
+
+    Returns:
+        rows × joints.
+    """
+    if settings.control_signal_reading == "sampled":
+        recording = with_mean_control_signal(robot, recording)
+    signal = aligned_control_signal(recording, settings.control_signal_lag)
+    keep = kept_samples(recording.time.shape[0], settings)
+    return decimate(robot.joint_torque(signal)[keep], settings.decimation, settings.decimation_filter)
+
+
 def _columns(base: BaseParameters, moved: Motion, settings: Identification) -> FloatArray:
     full = base.columns(State(moved.position, moved.velocity, moved.acceleration))
     if settings.decimation == 1:
         return full
-    first = decimate(full[:, :, :1], settings.decimation)
+    factor, kind = settings.decimation, settings.decimation_filter
+    first = decimate(full[:, :, :1], factor, kind)
     thin = np.empty((first.shape[0], full.shape[1], full.shape[2]))
     for start in range(0, full.shape[2], _COLUMNS_AT_ONCE):
         chosen = slice(start, start + _COLUMNS_AT_ONCE)
-        thin[:, :, chosen] = decimate(full[:, :, chosen], settings.decimation)
+        thin[:, :, chosen] = decimate(full[:, :, chosen], factor, kind)
     return thin
 
 
@@ -100,24 +128,23 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
             f"{recording.name}: {recording.joints} joints; allowed: {robot.n}, as {robot.name} has"
         )
     keep = kept_samples(recording.time.shape[0], settings)
-    signal = aligned_control_signal(recording, settings.control_signal_lag)
-    torque = decimate(robot.joint_torque(signal)[keep], settings.decimation)
+    torque = observed_torque(robot, recording, settings)
     moved = motion(recording.time, recording.position, settings)
     regressor = _columns(base, moved, settings)
     time = _decimated_time(recording.time[keep], settings.decimation)
-    used = _fast_enough(robot, moved, recording.sample_time)
+    used = _fast_enough(robot, moved, recording.sample_time, settings)
     used = used[decimate_index(moved.time.shape[0], settings.decimation)]
     segment = np.full(time.shape[0], index, dtype=np.int64)
     return Rows(time, segment, torque, regressor, used)
 
 
-def _fast_enough(robot: Robot, moved: Motion, sample_time: float) -> BoolArray:
+def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Identification) -> BoolArray:
     """Samples × joints: the joint and every drive that moves with it are above the minimum speed.
 
     The decimation filter spreads a reversal over its neighbours, so those within the standstill margin
-    are left out with it.
+    are left out with it; of a finite filter at least those that it mixes.
     """
-    share = robot.identification.minimum_speed
+    share = settings.minimum_speed
     velocity = moved.velocity
     if share == 0.0:
         return np.ones(velocity.shape, dtype=np.bool_)
@@ -126,7 +153,8 @@ def _fast_enough(robot: Robot, moved: Motion, sample_time: float) -> BoolArray:
     joints = np.abs(velocity) > limits
     drives = np.abs(velocity @ transmission.T) > limits
     slow_drive = ~drives @ (transmission != 0.0)
-    reach = round(robot.identification.standstill_margin / sample_time)
+    reach = round(settings.standstill_margin / sample_time)
+    reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
     slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1), dtype=np.bool_))
     return np.asarray(~slow)
 

@@ -143,6 +143,10 @@ class Identification(_Frozen):
     cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
     filter_order: int = Field(default=4, ge=1, le=8)
     decimation: int = Field(default=1, ge=1, description="keep one row in so many")
+    decimation_filter: Literal["chebyshev", "fir"] = Field(
+        default="chebyshev",
+        description="chebyshev is MATLAB's decimate; fir reaches only four rows far",
+    )
     derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(_whole_number)] = Field(
         default=2, description="order of the central differences; 2 is the paper's"
     )
@@ -152,6 +156,13 @@ class Identification(_Frozen):
     control_signal_lag: NonNegative = Field(
         default=0.0,
         description="s from the reading of v_τ to its torque; half a controller sample for a held output",
+    )
+    alignment: Literal["given", "estimate"] = Field(
+        default="given", description="estimate: the lag is found in the data, starting from the given one"
+    )
+    control_signal_reading: Literal["averaged", "sampled"] = Field(
+        default="averaged",
+        description="sampled: v_τ at the instant of the position; what it does until the next is added",
     )
     friction: Literal["symmetric", "asymmetric"] = Field(
         default="symmetric", description="one Fv and Fc per joint, or one of each per direction"

@@ -14,6 +14,7 @@ from ident.signals import (
     aligned_control_signal,
     decimate,
     decimate_index,
+    decimation_reach,
     decimation_stages,
     differentiate,
     kept_samples,
@@ -78,6 +79,33 @@ def test_decimated_values_belong_to_the_decimated_index(samples: int, factor: in
     ripple = 1 - 10 ** (-2 * 0.05 / 20 * len(decimation_stages(factor)))
     inner = slice(index.size // 4, -(index.size // 4))
     assert np.abs(thin - slow[index])[inner].max() < ripple + 1e-6
+
+
+@given(st.integers(min_value=2, max_value=60), st.integers(min_value=0, max_value=1999))
+def test_the_finite_filter_spreads_an_error_no_farther_than_its_reach(factor: int, at: int) -> None:
+    values = np.zeros((2000, 1))
+    values[at] = 1.0
+    thin = decimate(values, factor, "fir")[:, 0]
+    index = decimate_index(2000, factor)
+    assert thin.shape == index.shape
+    reach = decimation_reach(factor, "fir")
+    touched = index[np.abs(thin) > 1e-15]
+    assert np.all(np.abs(touched - at) <= reach)
+    # MATLAB's filter rings on, which is why it has no reach to speak of.
+    assert decimation_reach(factor, "chebyshev") == 0
+
+
+@pytest.mark.parametrize("factor", [1, 5, 17])
+def test_the_finite_filter_keeps_what_is_slow_and_removes_what_would_fold(factor: int) -> None:
+    time = np.arange(4000) * 1e-3
+    row_rate = 1000.0 / factor
+    slow = np.sin(2 * np.pi * 0.05 * row_rate * time)[:, np.newaxis]
+    fast = np.sin(2 * np.pi * 0.95 * row_rate * time)[:, np.newaxis]
+    inner = slice(10, -10)
+    kept = decimate(slow, factor, "fir")[inner, 0]
+    assert np.abs(kept - slow[decimate_index(4000, factor)][inner, 0]).max() < 2e-3
+    if factor > 1:
+        assert np.abs(decimate(fast, factor, "fir")[inner]).max() < 1e-3
 
 
 @pytest.mark.parametrize(("samples", "decimation"), [(100, 20), (240, 100), (60, 1)])
