@@ -1,1 +1,23 @@
 """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink."""
+
+from __future__ import annotations
+
+from ident.discrepancy.gap import Gap
+from ident.discrepancy.prior import Prior, accepted_prior, described_prior
+from ident.discrepancy.results import Candidate, Diagnosis, Finding, FoundParameter
+from ident.discrepancy.settings import SearchSettings
+from ident.discrepancy.workflow import Question, diagnose
+
+__all__ = [
+    "Candidate",
+    "Diagnosis",
+    "Finding",
+    "FoundParameter",
+    "Gap",
+    "Prior",
+    "Question",
+    "SearchSettings",
+    "accepted_prior",
+    "described_prior",
+    "diagnose",
+]

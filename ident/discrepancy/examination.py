@@ -18,7 +18,6 @@ from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
-from ident.signals import aligned_control_signal, kept_samples
 from ident.whitening import Whitening, autoregressive_whitening, block_whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -110,7 +109,7 @@ def examine(
     full = [base.columns(scene.measured) for scene in scenes]
     regressor = np.concatenate([scene.thin(columns) for scene, columns in zip(scenes, full, strict=True)])
     beta = _first_fit(torque, regressor, used, segment, prior)
-    noise, repeats = _noise(base, scenes, full, beta)
+    noise, repeats = _noise(scenes, full, beta)
     if whitening is None:
         lost = 0 if repeats else base.independent.size
         whitening = autoregressive_whitening(noise, segment, used, lost)
@@ -153,17 +152,11 @@ def _with_prior(
     return np.concatenate([y, target]), np.concatenate([x, rows]), np.concatenate([z, rows])
 
 
-def _noise(
-    base: BaseParameters, scenes: Sequence[Scene], full: Sequence[FloatArray], beta: FloatArray
-) -> tuple[FloatArray, bool]:
+def _noise(scenes: Sequence[Scene], full: Sequence[FloatArray], beta: FloatArray) -> tuple[FloatArray, bool]:
     """Rows × joints of torque noise, N·m, and whether it was told from repeats of the trajectory."""
-    robot = base.model.robot
     repeats = all(scene.period is not None for scene in scenes)
     parts = []
     for scene, columns in zip(scenes, full, strict=True):
-        settings = robot.identification
-        keep = kept_samples(scene.recording.time.shape[0], settings)
-        signal = aligned_control_signal(scene.recording, settings.control_signal_lag)
-        residual = robot.joint_torque(signal)[keep] - columns @ beta
+        residual = scene.full_torque - columns @ beta
         parts.append(scene.noise_of(residual) if repeats else scene.thin(residual))
     return np.concatenate(parts), repeats

@@ -12,7 +12,6 @@ from ident.closed_loop import simulate
 from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
-from ident.signals import aligned_control_signal, kept_samples
 from robots.arrays import FloatArray
 
 
@@ -35,11 +34,7 @@ class Gap:
 
 def torque_residual(base: BaseParameters, beta: FloatArray, scene: Scene) -> FloatArray:
     """Measured less predicted joint torque at the full rate, samples × joints, N·m (or N)."""
-    robot = base.model.robot
-    settings = robot.identification
-    keep = kept_samples(scene.recording.time.shape[0], settings)
-    signal = aligned_control_signal(scene.recording, settings.control_signal_lag)
-    return np.asarray(robot.joint_torque(signal)[keep] - base.columns(scene.measured) @ beta)
+    return np.asarray(scene.full_torque - base.columns(scene.measured) @ beta)
 
 
 def torque_gap(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]) -> FloatArray:
@@ -65,11 +60,24 @@ def torque_floor(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]
 
 
 @dataclass(frozen=True)
+class LoopTrace:
+    """Position errors q_mes − q_s of the first validation recording, samples × joints, rad (or m)."""
+
+    time: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+
+@dataclass(frozen=True)
 class LoopGap:
-    """Closed-loop differences, rms per joint or drive (n,): q_mes − q_s in rad (or m), v_τ − v_s."""
+    """Closed-loop differences, rms per joint or drive (n,): q_mes − q_s in rad (or m), v_τ − v_s.
+
+    ``error`` is q_mes − q_s of the first recording, samples × joints.
+    """
 
     position: FloatArray
     control_signal: FloatArray
+    error: FloatArray
 
 
 def closed_loop_gap(
@@ -78,15 +86,17 @@ def closed_loop_gap(
     """The same in the closed-loop simulation, or the reason why there is none."""
     n = base.model.robot.n
     position, signal, samples = np.zeros(n), np.zeros(n), 0
+    errors: list[FloatArray] = []
     for scene in scenes:
         try:
             run = simulate(base.model, standard, scene.recording)
         except IdentificationError as error:
             return None, str(error)
-        position += ((scene.recording.position - run.position) ** 2).sum(axis=0)
+        errors.append(scene.recording.position - run.position)
+        position += (errors[-1] ** 2).sum(axis=0)
         signal += ((scene.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
         samples += run.time.shape[0]
-    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples)), ""
+    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples), errors[0]), ""
 
 
 def position_floor(scenes: Sequence[Scene]) -> FloatArray:

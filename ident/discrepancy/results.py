@@ -7,7 +7,8 @@ from typing import Literal
 
 from ident.base import BaseParameters
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.gap import Gap
+from ident.discrepancy.gap import Gap, LoopTrace
+from ident.discrepancy.portrait import Portrait
 from ident.discrepancy.unrepeated import Unrepeated
 from ident.discrepancy.where import Habitat
 from ident.effects.family import PlacedEffect, Scope
@@ -67,6 +68,7 @@ class Finding:
     mode: Mode
     gap: Gap
     placed: PlacedEffect
+    portrait: Portrait
     ranking: tuple[Candidate, ...] = ()
 
     def words(self) -> str:
@@ -101,6 +103,7 @@ class Diagnosis:
     position: Gap | None
     control_signal: Gap | None
     loop_reason: str
+    loop: LoopTrace | None
     base: BaseParameters
     beta: FloatArray
     covariance: FloatArray

@@ -9,8 +9,9 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
+from ident.observation import observed_torque
 from ident.recording import Recording
-from ident.signals import aligned_control_signal, decimate, decimate_index, kept_samples, motion
+from ident.signals import DecimationFilter, decimate, decimate_index, decimation_reach, kept_samples, motion
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 
@@ -27,7 +28,8 @@ class Scene:
         measured: the motion at the full rate, samples × joints.
         instruments: the same motion without this sample's own noise: the mean of the other periods where
             the trajectory repeats, else the measured motion itself.
-        torque: rows × joints, decimated, N·m (or N).
+        full_torque: at the full rate, samples × joints, N·m (or N).
+        torque: the same decimated, rows × joints.
         moving: rows × joints, away from reversals and standstills.
         time: (rows,) s, of the rows.
         period: samples of the full rate per period of the trajectory, None where it does not repeat.
@@ -36,11 +38,13 @@ class Scene:
     recording: Recording
     measured: State
     instruments: State
+    full_torque: FloatArray
     torque: FloatArray
     moving: BoolArray
     time: FloatArray
     period: int | None
     decimation: int
+    decimation_filter: DecimationFilter
 
     @property
     def rows(self) -> int:
@@ -48,13 +52,11 @@ class Scene:
 
     def thin(self, columns: FloatArray) -> FloatArray:
         """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
-        return thinned(columns, self.decimation)
+        return thinned(columns, self.decimation, self.decimation_filter)
 
     def noise_of(self, residual: FloatArray) -> FloatArray:
         """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints."""
-        if self.period is None:
-            return decimate(residual, self.decimation)
-        return decimate(not_repeating(residual, self.period), self.decimation)
+        return self.thin(residual if self.period is None else not_repeating(residual, self.period))
 
 
 def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scene:
@@ -74,23 +76,27 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     time = recording.time + started
     state = State(whole.position, whole.velocity, whole.acceleration, time)
     period = repeat_length(recording.reference, recording.sample_time)
-    signal = aligned_control_signal(recording, settings.control_signal_lag)
+    torque = observed_torque(robot, recording, settings.model_copy(update={"decimation": 1}))
     measured = _part(state, keep)
     kept_time = time[keep]
     return Scene(
         recording=recording,
         measured=measured,
         instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
-        torque=decimate(robot.joint_torque(signal)[keep], settings.decimation),
+        full_torque=torque,
+        torque=thinned(torque, settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),
         time=kept_time[decimate_index(kept_time.shape[0], settings.decimation)],
         period=period,
         decimation=settings.decimation,
+        decimation_filter=settings.decimation_filter,
     )
 
 
-def thinned(columns: FloatArray, decimation: int) -> FloatArray:
-    """Decimate samples × joints × p; channels that are zero throughout are not filtered."""
+def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> FloatArray:
+    """Decimate samples × joints (× p); channels that are zero throughout are not filtered."""
+    if decimation == 1:
+        return columns
     samples = columns.shape[0]
     flat = columns.reshape(samples, -1)
     index = decimate_index(samples, decimation)
@@ -98,7 +104,7 @@ def thinned(columns: FloatArray, decimation: int) -> FloatArray:
     alive = np.flatnonzero(flat.any(axis=0))
     for start in range(0, alive.size, _CHANNELS_AT_ONCE):
         chosen = alive[start : start + _CHANNELS_AT_ONCE]
-        thin[:, chosen] = decimate(flat[:, chosen], decimation)
+        thin[:, chosen] = decimate(flat[:, chosen], decimation, kind)
     return thin.reshape(-1, *columns.shape[1:])
 
 
@@ -125,5 +131,6 @@ def _moving(robot: Robot, state: State, sample_time: float, settings: Identifica
     drives = np.abs(state.velocity @ transmission.T) > limit
     slow = ~joints | (~drives @ (transmission != 0.0))
     reach = round(settings.standstill_margin / sample_time)
+    reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
     wide = binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_))
     return np.asarray(~wide[decimate_index(wide.shape[0], settings.decimation)])

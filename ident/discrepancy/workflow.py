@@ -16,6 +16,7 @@ from ident.discrepancy.extension import extended, extended_prior
 from ident.discrepancy.gap import (
     Gap,
     LoopGap,
+    LoopTrace,
     closed_loop_gap,
     position_floor,
     torque_floor,
@@ -23,6 +24,7 @@ from ident.discrepancy.gap import (
     torque_residual,
 )
 from ident.discrepancy.library import build_library
+from ident.discrepancy.portrait import Portrait, portrait
 from ident.discrepancy.present import Present
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.refine import Component, Refined, refine
@@ -174,13 +176,21 @@ class _Search:
             extended_prior(before.prior, more),
             before.examination,
         )
-        gap = self._torque_gap(before, after)
+        gap, picture = self._torque_gap(before, after), self._portrait(before, after)
         for position, effect in enumerate(refined.effects):
-            self.findings.append(self._finding(position, refined, chosen, choice, gap))
+            self.findings.append(self._finding(position, refined, chosen, choice, gap, picture))
             _log.info("found %s at %s", effect.name, effect.place)
         self.step = after
 
-    def _finding(self, position: int, refined: Refined, chosen: Score, choice: Choice, gap: Gap) -> Finding:
+    def _finding(
+        self,
+        position: int,
+        refined: Refined,
+        chosen: Score,
+        choice: Choice,
+        gap: Gap,
+        picture: Portrait,
+    ) -> Finding:
         effect = refined.effects[position]
         family = chosen.trials[position].family
         return Finding(
@@ -197,6 +207,7 @@ class _Search:
             mode="refit" if self.step.prior is None else "prior",
             gap=gap,
             placed=effect,
+            portrait=picture,
             ranking=tuple(_candidate(score, choice.excess) for score in choice.ranking[:_RANKED]),
         )
 
@@ -207,12 +218,21 @@ class _Search:
             torque_floor(after.base, _shown(after), self.validation),
         )
 
+    def _portrait(self, before: _Step, after: _Step) -> Portrait:
+        first, last = (
+            [scene.thin(torque_residual(step.base, _shown(step), scene)) for scene in self.validation]
+            for step in (before, after)
+        )
+        torques = [scene.torque - residual for scene, residual in zip(self.validation, first, strict=True)]
+        places = habitats(self.validation, first, torques)
+        return portrait(self.validation, first, last, torques, places)
+
     def _answer(self, choice: Choice | None) -> Diagnosis:
         examination = self.step.examination
         strange = unrepeated(examination, _row_time(self.scenes[0]))
         places = self._habitats()
         verdict = self._verdict(choice, strange)
-        position, signal, reason = self._loop_gaps()
+        position, signal, loop, reason = self._loop_gaps()
         return Diagnosis(
             verdict=verdict,
             findings=tuple(self.findings),
@@ -223,6 +243,7 @@ class _Search:
             position=position,
             control_signal=signal,
             loop_reason=reason,
+            loop=loop,
             base=self.step.base,
             beta=examination.beta,
             covariance=_covariance(examination),
@@ -244,16 +265,17 @@ class _Search:
         torques = [scene.thin(self.step.base.columns(scene.measured) @ beta) for scene in self.scenes]
         return habitats(self.scenes, residuals, torques)
 
-    def _loop_gaps(self) -> tuple[Gap | None, Gap | None, str]:
+    def _loop_gaps(self) -> tuple[Gap | None, Gap | None, LoopTrace | None, str]:
         before, reason = self._loop_gap(self.first)
         after, reason_after = self._loop_gap(self.step)
         if before is None or after is None:
-            return None, None, reason or reason_after
+            return None, None, None, reason or reason_after
         floor = position_floor(self.validation)
         none = np.full_like(floor, np.nan)
         return (
             Gap(before.position, after.position, floor),
             Gap(before.control_signal, after.control_signal, none),
+            LoopTrace(self.validation[0].recording.time, before.error, after.error),
             "",
         )
 
