@@ -29,10 +29,10 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 import robots
 from ident import BaseParameters, RegressorModel, base_parameters
 from ident.covariances import covariance_named
-from ident.exogeneity import WhiteRows, augmented_wald, revised_test, textbook_test
-from ident.exogeneity.revised import GateSettings
+from ident.exogeneity import GateSettings, TestedRows, augmented_wald, revised_test, textbook_test
+from ident.exogeneity.textbook import WhiteRows
 from ident.observation import observed_columns
-from ident.whitening import Whitening, autoregressive_whitening, block_whitening
+from ident.whitening import autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 LEVEL = 0.05
@@ -120,46 +120,31 @@ def errors(case: Design, correlation: float, generator: np.random.Generator) -> 
     return np.asarray(series * case.sigma)
 
 
-@dataclass(frozen=True)
-class Replicate:
-    """Rows of one replicate with the residual of its least squares."""
-
-    case: Design
-    torque: FloatArray
-
-    def residual(self) -> FloatArray:
-        """samples × joints; two steps, as the weights come from the first."""
-        x = self.case.x.reshape(-1, self.case.x.shape[2])
-        sigma = np.ones(self.case.sigma.size)
-        for _ in range(2):
-            weight = np.tile(1.0 / sigma, self.case.x.shape[0])
-            solution = np.linalg.lstsq(x * weight[:, np.newaxis], self.torque.ravel() * weight, rcond=None)[0]
-            left = self.torque - self.case.x @ solution
-            sigma = left.std(axis=0)
-        return np.asarray(left)
-
-    def white(self, whitening: Whitening) -> WhiteRows:
-        case = self.case
-        torque = whitening.apply(self.torque[:, :, np.newaxis], case.segment, case.used)[:, 0]
-        x = whitening.apply(case.x, case.segment, case.used)
-        return WhiteRows(torque, x, whitening.apply(case.z, case.segment, case.used))
+def plain_rows(tested: TestedRows) -> WhiteRows:
+    """Rows whitened as is usual: AR coefficients of the residuals as they are."""
+    x = tested.regressor
+    weight = 1.0 / tested.omega().sigma
+    columns = (x * weight[:, np.newaxis]).reshape(-1, x.shape[2])
+    solution = np.linalg.lstsq(columns, (tested.torque * weight).ravel(), rcond=None)[0]
+    residual = tested.torque - x @ solution
+    return tested.whitened(autoregressive_whitening(residual, tested.segment, tested.used, x.shape[2]))
 
 
-def verdicts(replicate: Replicate, kinds: tuple[str, ...]) -> dict[str, bool]:
+def verdicts(case: Design, torque: FloatArray, kinds: tuple[str, ...]) -> dict[str, bool]:
     """Which tests reject."""
-    case, residual = replicate.case, replicate.residual()
-    b = len(case.names)
-    block = block_whitening(residual, case.used, b)
-    rows = replicate.white(block)
-    prewhitened = replicate.white(autoregressive_whitening(residual, case.segment, case.used, b))
-    found = {"textbook (i.i.d. F)": textbook_test(rows, LEVEL).passed is False}
-    settings = GateSettings(LEVEL, 0.05, "AR prewhitening")
-    revised = revised_test(rows, prewhitened, case.names, np.zeros(b), settings)
-    found["revised (AR prewhitening)"] = revised.verdict == "endogenous"
-    found["textbook on prewhitened rows"] = textbook_test(prewhitened, LEVEL).passed is False
+    tested = TestedRows(torque, case.x, case.z, case.segment, case.used)
+    omega = tested.omega()
+    revised = revised_test(tested, case.names, np.zeros(len(case.names)), GateSettings(LEVEL))
+    found = {
+        "revised": revised.verdict == "endogenous",
+        "revised, gate 1 closed": revised.verdict == "instruments_invalid",
+        "textbook": textbook_test(tested.whitened(tested.errors()), LEVEL).passed is False,
+        "textbook, AR of the residuals": textbook_test(plain_rows(tested), LEVEL).passed is False,
+        "textbook, i.i.d.": textbook_test(tested.whitened(omega), LEVEL).passed is False,
+    }
     for kind in kinds:
         test = augmented_wald(
-            replicate.torque, case.x, case.z, block.sigma, case.segment, case.used, covariance_named(kind)
+            torque, case.x, case.z, omega.sigma, case.segment, case.used, covariance_named(kind)
         )
         found[f"Wald, {kind}"] = test.rejects(LEVEL)
     return found
@@ -199,21 +184,18 @@ def rejections(
     for index in range(replicates):
         case = designs[index % len(designs)]
         generator = np.random.default_rng(SEED + index)
-        replicate = Replicate(case, torque(case, beta) + errors(case, correlation, generator))
-        for name, rejected in verdicts(replicate, kinds).items():
+        measured = torque(case, beta) + errors(case, correlation, generator)
+        for name, rejected in verdicts(case, measured, kinds).items():
             counts[name] = counts.get(name, 0) + rejected
     return counts
 
 
 def report(title: str, counts: dict[str, int], replicates: int) -> None:
-    """One block of the table."""
-    print(f"\n{title}")
+    """Rows of the table."""
     for name, hits in counts.items():
         low, high = wilson(hits, replicates)
-        print(
-            f"  {name:32s} {100 * hits / replicates:6.1f} %   [{100 * low:5.1f}, {100 * high:5.1f}]",
-            flush=True,
-        )
+        share = f"{100 * hits / replicates:.1f} [{100 * low:.1f}, {100 * high:.1f}]"
+        print(f"| {title} | {name} | {share} |", flush=True)
 
 
 def run(arm: str, replicates: int, kinds: tuple[str, ...], power: bool) -> dict[tuple[str, str], int]:
@@ -224,18 +206,19 @@ def run(arm: str, replicates: int, kinds: tuple[str, ...], power: bool) -> dict[
     shape = designs[0].x.shape
     print(
         f"\n{arm}: {shape[0]} samples, {shape[1]} joints, {shape[2]} columns; {replicates} replicates,",
-        end=" ",
+        end="",
     )
-    print(f"seeds {SEED} to {SEED + replicates - 1}; nominal {100 * LEVEL:g} %")
+    print(f" seeds {SEED} to {SEED + replicates - 1}; nominal {100 * LEVEL:g} %\n")
+    print("| errors | test | rejects %, 95 % interval |\n|---|---|---|")
     found: dict[tuple[str, str], int] = {}
     for label, correlation in ERRORS.items():
         counts = rejections(designs, beta, exogenous, correlation, replicates, kinds)
-        report(f"{arm}, size, errors {label}", counts, replicates)
+        report(label, counts, replicates)
         found |= {(label, name): hits for name, hits in counts.items()}
     for noise in ENCODER_NOISE if power else ():
         noisy = [design(base, noise, SEED + k) for k in range(DESIGNS)]
         counts = rejections(noisy, beta, errors_in_variables, 0.6, replicates, ())
-        report(f"{arm}, power, encoder noise {noise:.2g}, errors AR(1) 0.6", counts, replicates)
+        report(f"AR(1) 0.6 and encoder noise {noise:.2g}", counts, replicates)
     return found
 
 

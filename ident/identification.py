@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.base import BaseParameters, base_parameters
-from ident.closed_loop import simulate
+from ident.closed_loop import SimulatedRun, simulate
 from ident.covariances import covariance_named, covariance_of, estimated_rows
 from ident.errors import IdentificationError
 from ident.estimators import (
@@ -19,13 +19,20 @@ from ident.estimators import (
     weighted_least_squares,
 )
 from ident.estimators.fit import stack_columns
-from ident.exogeneity import WhiteRows, not_testable, revised_test, textbook_test
-from ident.exogeneity.revised import GateSettings
+from ident.exogeneity import (
+    GateSettings,
+    TestedRows,
+    not_testable,
+    revised_test,
+    simulation_agreement,
+    textbook_test,
+)
 from ident.observation import Rows, observe, observed_columns
 from ident.recording import Recording
 from ident.regressor import RegressorModel
+from ident.restricted import regression_whitening
 from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
-from ident.whitening import Whitening, autoregressive_whitening, block_whitening, lag1_autocorrelation
+from ident.whitening import lag1_autocorrelation
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -48,6 +55,14 @@ class Fitted:
     least_squares: LinearFit
     instrumental: LinearFit | None
     result: Identification
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The simulated columns, samples × joints × b, and the runs that they are made of."""
+
+    columns: FloatArray
+    runs: tuple[SimulatedRun, ...]
 
 
 def _silent(step: str, share: float) -> None:
@@ -78,9 +93,9 @@ def identify(robot: Robot, recordings: tuple[Recording, ...], progress: Progress
         base, recordings, rows, stacked, least_squares, progress
     )
     if instruments is not None and instrumental is not None:
-        instrumental = _with_covariance(rows, instrumental, instruments, settings.covariance)
+        instrumental = _with_covariance(rows, instrumental, instruments.columns, settings.covariance)
     progress("revised Durbin-Wu-Hausman test", 0.9)
-    test, textbook = _test(base, rows, least_squares, instruments, instrumental, reason)
+    test, textbook = _test(base, recordings, rows, least_squares, instruments, instrumental, reason)
     result = Identification(
         robot=robot.name,
         rows=rows.count,
@@ -113,8 +128,8 @@ def _instrumental(
     stacked: Stacked,
     start: LinearFit,
     progress: Progress,
-) -> tuple[FloatArray | None, LinearFit | None, str]:
-    """Instruments (samples × joints × b) and IDIM-IV fit, or the reason why there are none."""
+) -> tuple[Instruments | None, LinearFit | None, str]:
+    """Instruments and IDIM-IV fit, or the reason why there are none."""
     if any(recording.reference is None for recording in recordings):
         return None, None, "no position reference was recorded, so the loop cannot be simulated"
     try:
@@ -130,15 +145,15 @@ def _iterate(
     stacked: Stacked,
     start: LinearFit,
     progress: Progress,
-) -> tuple[FloatArray, LinearFit]:
+) -> tuple[Instruments, LinearFit]:
     """Simulate with β̂, rebuild Z, solve, until β̂ and the residual norm stand still (METHOD 4)."""
     prior = base.model.prior()
     fit, norm = start, _residual_norm(stacked, start)
     for iteration in range(1, _ITERATIONS + 1):
         progress(f"closed-loop simulation {iteration}", 0.3 + 0.6 * min(1.0, iteration / 4))
-        instruments = _simulated_columns(base, base.standard_from(fit.beta, prior), recordings)
+        instruments = _simulated(base, base.standard_from(fit.beta, prior), recordings)
         try:
-            fresh = instrumental_variables(stacked, stack_columns(instruments, rows.used), fit.sigma)
+            fresh = instrumental_variables(stacked, stack_columns(instruments.columns, rows.used), fit.sigma)
         except np.linalg.LinAlgError as error:
             raise IdentificationError("the simulated motion does not excite every parameter") from error
         fresh_norm = _residual_norm(stacked, fresh)
@@ -151,15 +166,11 @@ def _iterate(
     return instruments, fit
 
 
-def _simulated_columns(
-    base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]
-) -> FloatArray:
+def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]) -> Instruments:
     settings = base.model.robot.identification
-    parts = []
-    for recording in recordings:
-        run = simulate(base.model, standard, recording)
-        parts.append(observed_columns(base, run.time, run.position, settings))
-    return np.concatenate(parts)
+    runs = tuple(simulate(base.model, standard, recording) for recording in recordings)
+    parts = [observed_columns(base, run.time, run.position, settings) for run in runs]
+    return Instruments(np.concatenate(parts), runs)
 
 
 def _residual_norm(stacked: Stacked, fit: LinearFit) -> float:
@@ -168,30 +179,26 @@ def _residual_norm(stacked: Stacked, fit: LinearFit) -> float:
 
 def _test(
     base: BaseParameters,
+    recordings: tuple[Recording, ...],
     rows: Rows,
     least_squares: LinearFit,
-    instruments: FloatArray | None,
+    instruments: Instruments | None,
     instrumental: LinearFit | None,
     reason: str,
 ) -> tuple[RevisedTest, Gate | None]:
-    residual = rows.torque - rows.regressor @ least_squares.beta
-    whitening = autoregressive_whitening(residual, rows.segment, rows.used, len(base.names))
     if instruments is None or instrumental is None:
+        whitening = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
         return not_testable(reason, whitening.describe()), None
-    margin = base.model.robot.identification.instrument_margin
-    shift = (least_squares.beta - instrumental.beta) / np.sqrt(np.diag(least_squares.covariance))
-    settings = GateSettings(_LEVEL, margin, whitening.describe())
-    block = _white(rows, instruments, block_whitening(residual, rows.used, len(base.names)))
-    white = _white(rows, instruments, whitening)
-    return revised_test(block, white, base.names, shift, settings), textbook_test(block, _LEVEL)
-
-
-def _white(rows: Rows, instruments: FloatArray, whitening: Whitening) -> WhiteRows:
-    return WhiteRows(
-        whitening.apply(rows.torque[:, :, np.newaxis], rows.segment, rows.used)[:, 0],
-        whitening.apply(rows.regressor, rows.segment, rows.used),
-        whitening.apply(instruments, rows.segment, rows.used),
+    robot = base.model.robot
+    margins = robot.identification
+    settings = GateSettings(
+        _LEVEL, margins.instrument_margin, margins.torque_margin, margins.following_error_margin
     )
+    shift = (least_squares.beta - instrumental.beta) / np.sqrt(np.diag(least_squares.covariance))
+    tested = TestedRows(rows.torque, rows.regressor, instruments.columns, rows.segment, rows.used)
+    agreement = simulation_agreement(robot, recordings, instruments.runs)
+    revised = revised_test(tested, base.names, shift, settings, agreement)
+    return revised, textbook_test(tested.whitened(tested.omega()), _LEVEL)
 
 
 def _estimate(method: str, base: BaseParameters, stacked: Stacked, fit: LinearFit) -> Estimate:

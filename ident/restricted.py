@@ -52,13 +52,9 @@ def regression_whitening(
         segment: (samples,) recording index.
         used: samples × joints, the rows of the fit.
     """
-    b = regressor.shape[2]
-    whitening = _start(target, used)
-    for _ in range(2):
-        residual = _solve(whitening, target, regressor, segment, used)[0]
-        whitening = block_whitening(residual, used, b)
+    whitening = independent_whitening(target, regressor, segment, used)
     residual = _solve(whitening, target, regressor, segment, used)[0]
-    whitening = autoregressive_whitening(residual, segment, used, b)
+    whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
     for _ in range(_ITERATIONS):
         residual, taken = _solve(whitening, target, regressor, segment, used)
@@ -66,6 +62,21 @@ def regression_whitening(
         if _change(before, whitening) < _STILL:
             break
     return replace(whitening, white_p=_whiteness(whitening, residual, segment, used))
+
+
+def independent_whitening(
+    target: FloatArray, regressor: FloatArray, segment: IntArray, used: BoolArray
+) -> Whitening:
+    """The paper's Ω: one deviation per joint, of the residuals of weighted least squares.
+
+    Args:
+        target, regressor, segment, used: as of :func:`regression_whitening`.
+    """
+    whitening = _start(target, used)
+    for _ in range(2):
+        residual = _solve(whitening, target, regressor, segment, used)[0]
+        whitening = block_whitening(residual, used, regressor.shape[2])
+    return whitening
 
 
 def _start(target: FloatArray, used: BoolArray) -> Whitening:
@@ -139,7 +150,7 @@ def _best_of_products(products: FloatArray, count: int) -> tuple[FloatArray, flo
     smallest = count * np.log(variance)
     for order in range(1, products.shape[0]):
         lags = slice(1, order + 1)
-        a = np.linalg.solve(products[lags, lags], products[lags, 0])
+        a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
         left = (products[0, 0] - a @ products[lags, 0]) / count
         bic = count * np.log(left) + order * np.log(count)
         if bic < smallest and is_stable(a):

@@ -191,6 +191,14 @@ class Identification(_Frozen):
     instrument_margin: Positive = Field(
         default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
     )
+    torque_margin: Positive = Field(
+        default=0.05,
+        description="share of a joint's torque that the simulation may lack as a function of motion",
+    )
+    following_error_margin: Positive = Field(
+        default=0.005,
+        description="share of a drive's following error that the simulation may lack as a function of motion",
+    )
 
     @model_validator(mode="after")
     def _tanh_needs_a_width(self) -> Self:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from ident.exogeneity.agreement import SimulationAgreement, simulation_agreement
 from ident.exogeneity.augmented import augmented_wald
 from ident.exogeneity.hypothesis import HypothesisTest
+from ident.exogeneity.instruments import GateSettings
 from ident.exogeneity.overidentification import basmann, basmann_f, hansen_j, sargan
 from ident.exogeneity.relevance import (
     anderson,
@@ -14,11 +16,15 @@ from ident.exogeneity.relevance import (
     partial_f,
 )
 from ident.exogeneity.revised import not_testable, revised_test
+from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows, textbook_test
 from ident.exogeneity.wooldridge import wooldridge_regression, wooldridge_score
 
 __all__ = [
+    "GateSettings",
     "HypothesisTest",
+    "SimulationAgreement",
+    "TestedRows",
     "WhiteRows",
     "anderson",
     "augmented_wald",
@@ -33,6 +39,7 @@ __all__ = [
     "partial_f",
     "revised_test",
     "sargan",
+    "simulation_agreement",
     "textbook_test",
     "wooldridge_regression",
     "wooldridge_score",

@@ -49,19 +49,22 @@ def conditional_f(rows: WhiteRows) -> dict[int, HypothesisTest]:
     """
     stage = _first_stage(rows)
     count = stage.endogenous.size
+    if count == 0:
+        return {}
+    v = annihilate(stage.x, stage.z)
+    explained = stage.x - v
+    scale = np.linalg.norm(stage.x, axis=0)
+    inverse = np.linalg.inv((explained / scale).T @ (explained / scale))
+    left = (v / scale).T @ (v / scale)
+    df = stage.excluded - count + 1
     tests = {}
     for place, column in enumerate(stage.endogenous):
-        own, others = stage.x[:, place], np.delete(stage.x, place, axis=1)
-        if count > 1:
-            projected = others - annihilate(others, stage.z)
-            own = own - others @ np.linalg.lstsq(projected, own, rcond=None)[0]
-        left = _sum_of_squares(annihilate(own[:, np.newaxis], stage.z))
-        df = stage.excluded - count + 1
-        statistic = (own @ own - left) / df / (left / stage.freedom)
+        # x_k less what two-stage least squares on the other regressors makes of it, in units of the columns.
+        combination = inverse[:, place] / inverse[place, place]
+        noise = float(combination @ left @ combination) / stage.freedom
+        statistic = 1.0 / float(inverse[place, place]) / df / noise
         null = f"regressor {column} is not identified beside the others"
-        tests[int(column)] = f_test(
-            "Sanderson-Windmeijer conditional F", null, float(statistic), df, stage.freedom
-        )
+        tests[int(column)] = f_test("Sanderson-Windmeijer conditional F", null, statistic, df, stage.freedom)
     return tests
 
 
