@@ -11,6 +11,7 @@ import os
 import pickle
 import signal
 import sys
+import time
 from dataclasses import asdict, replace
 from types import FrameType
 
@@ -47,10 +48,13 @@ def run(job: Job, ring: Ring) -> StreamResult:
         BusError: the bus cannot be opened.
     """
     terminated = _Termination()
-    with open_bus(job.channel, receive_cob_ids(job.nodes), job.bitrate) as bus:
+    with open_bus(job.channel, receive_cob_ids(job.links), job.bitrate) as bus:
         refused = realtime.prepare()
         loop = Loop(job, bus, ring, lambda: os.getppid() == job.parent, terminated)
-        return replace(loop.run(), notes=refused)
+        began = time.monotonic(), time.process_time()
+        result = loop.run()
+        share = (time.process_time() - began[1]) / max(time.monotonic() - began[0], 1e-9)
+        return replace(result, notes=(*refused, *result.notes), cpu_share=share)
 
 
 def main(arguments: list[str]) -> None:
@@ -58,7 +62,7 @@ def main(arguments: list[str]) -> None:
     job = pickle.load(sys.stdin.buffer)  # noqa: S301 (from our own parent, through a pipe)
     if not isinstance(job, Job):
         raise TypeError(f"expected a Job on standard input, got {type(job).__name__}")
-    ring = Ring(int(arguments[0]), len(job.nodes), job.ring_capacity)
+    ring = Ring(int(arguments[0]), len(job.links), job.ring_capacity)
     answer: dict[str, object]
     try:
         answer = {"result": asdict(run(job, ring))}

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.errors import DriveError
+from drivers.setup import DriveReport
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
@@ -48,6 +52,41 @@ def check_envelope(robot: Robot, reference: FloatArray, cycle_time: float) -> No
         ("acceleration", acceleration[rows], robot.acceleration_limits),
     ):
         _refuse(robot, quantity, values, np.abs(values) > limit * (1 + RELATIVE_TOLERANCE), limit, -limit)
+
+
+def check_drive_limits(robot: Robot, counts: NDArray[np.int32], reports: Sequence[DriveReport]) -> None:
+    """Refuse set-points that a drive would clip at its own software limits (607Dh).
+
+    Args:
+        robot: names of the joints.
+        counts: N × n set-points.
+        reports: what the drives' limits are.
+
+    Raises:
+        DriveError: drive, value and limits of the first one.
+    """
+    for axis, report in enumerate(reports):
+        low, high = report.settings.get("607D:01"), report.settings.get("607D:02")
+        if low is None or high is None or low >= high:
+            continue
+        least, most = int(counts[:, axis].min()), int(counts[:, axis].max())
+        if least < low or most > high:
+            raise DriveError(
+                f"reference of drive {axis + 1} ({robot.joint[axis].name}) goes from {least} to {most}, "
+                f"its own limits (607D) are {low} to {high}"
+            )
+
+
+def checked_period_ends(rows: Sequence[int], length: int) -> tuple[int, ...]:
+    """Rows at which periods end, in order.
+
+    Raises:
+        DriveError: a row is not inside the reference.
+    """
+    for row in rows:
+        if not 1 <= row < length:
+            raise DriveError(f"a period cannot end at row {row}; allowed: 1 to {length - 1}")
+    return tuple(sorted(set(rows)))
 
 
 def _refuse(

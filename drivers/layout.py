@@ -23,6 +23,10 @@ def tpdo_cob_id(node: int) -> int:
     return 0x180 + node
 
 
+def second_tpdo_cob_id(node: int) -> int:
+    return 0x280 + node
+
+
 def rpdo_cob_id(node: int) -> int:
     return 0x200 + node
 
@@ -64,30 +68,59 @@ class MappedObject:
 
 CONTROLWORD = MappedObject(objects.CONTROLWORD, 0, 16)
 TARGET_POSITION = MappedObject(objects.TARGET_POSITION, 0, 32)
+INTERPOLATION_DATA = MappedObject(objects.INTERPOLATION_DATA, 1, 32)
 STATUSWORD = MappedObject(objects.STATUSWORD, 0, 16)
 ACTUAL_POSITION = MappedObject(objects.ACTUAL_POSITION, 0, 32)
 
-RPDO_OBJECTS = (CONTROLWORD, TARGET_POSITION)
 RPDO = struct.Struct("<Hi")
-"""Controlword, target position."""
+"""Controlword, target position (or interpolation data)."""
 
 
-def tpdo_objects(control_signal: MappedObject) -> tuple[MappedObject, ...]:
-    """Statusword, actual position and control signal: one snapshot of one SYNC.
+@dataclass(frozen=True)
+class DriveLink:
+    """How one drive is spoken to in the cycle.
+
+    Attributes:
+        node: node id.
+        name: how messages name the drive.
+        control_signal_bits: width of the control signal; above 16 it has a second TPDO.
+        interpolated: whether the drive runs in interpolated position mode (ip) and not in csp.
+        heartbeat: s between the drive's heartbeats (1017h); 0 where it sends none.
+        watches: whether the drive's heartbeat consumer (1016h) is set to this master.
+    """
+
+    node: int
+    name: str
+    control_signal_bits: int = 16
+    interpolated: bool = False
+    heartbeat: float = 0.0
+    watches: bool = False
+
+
+def rpdo_objects(interpolated: bool) -> tuple[MappedObject, ...]:
+    """Controlword and set-point: 607Ah in csp, 60C1h:01 in interpolated position mode."""
+    return CONTROLWORD, INTERPOLATION_DATA if interpolated else TARGET_POSITION
+
+
+def tpdo_objects(control_signal: MappedObject) -> tuple[tuple[MappedObject, ...], ...]:
+    """What the drive's TPDOs carry: one where all fits into its eight bytes, else two of the same SYNC.
 
     Raises:
-        DriveError: the control-signal object has no width that fits into the eight bytes.
+        DriveError: the control-signal object is no integer of 8, 16 or 32 bits.
     """
-    entries = (STATUSWORD, ACTUAL_POSITION, control_signal)
-    free = PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits
-    if control_signal.bits not in SIGNED_FORMATS or control_signal.bits > free:
+    if control_signal.bits not in SIGNED_FORMATS:
+        allowed = ", ".join(str(bits) for bits in SIGNED_FORMATS)
         raise DriveError(
-            f"control-signal object {control_signal} has {control_signal.bits} bits; "
-            f"allowed: 8 or {free}, so that one TPDO carries it with statusword and position"
+            f"control-signal object {control_signal} has {control_signal.bits} bits; allowed: {allowed}"
         )
-    return entries
+    if control_signal.bits <= PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits:
+        return ((STATUSWORD, ACTUAL_POSITION, control_signal),)
+    return (STATUSWORD, ACTUAL_POSITION), (control_signal,)
 
 
-def tpdo_layout(control_signal_bits: int) -> struct.Struct:
-    """Statusword, actual position, control signal."""
-    return struct.Struct("<Hi" + SIGNED_FORMATS[control_signal_bits])
+def tpdo_layouts(control_signal_bits: int) -> tuple[struct.Struct, ...]:
+    """One layout per TPDO: statusword and actual position, and the control signal with them or alone."""
+    signal = SIGNED_FORMATS[control_signal_bits]
+    if control_signal_bits <= PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits:
+        return (struct.Struct("<Hi" + signal),)
+    return struct.Struct("<Hi"), struct.Struct("<" + signal)

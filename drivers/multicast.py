@@ -80,6 +80,16 @@ class _LocalMulticast(GeneralPurposeUdpMulticastBus):
             self._sender.close()
             raise
 
+    @property
+    def receiver(self) -> socket.socket:
+        """Where the group's datagrams arrive."""
+        return self._socket
+
+    @property
+    def sender(self) -> socket.socket:
+        """Where datagrams are sent from."""
+        return self._sender
+
     def _create_socket(self, address_family: socket.AddressFamily) -> socket.socket:
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -152,9 +162,22 @@ class LocalMulticastBus(UdpMulticastBus):
     ) -> None:
         # Not UdpMulticastBus.__init__: it would open the socket that this class is there to avoid.
         self._can_protocol = CanProtocol.CAN_20
-        self._multicast = _LocalMulticast(group, port)
+        self._local = self._multicast = _LocalMulticast(group, port)
         can.BusABC.__init__(self, group, can_filters=can_filters)
         self.channel_info = f"udp_multicast {group}:{port} on {LOOPBACK}"
+
+    @property
+    def sockets(self) -> tuple[socket.socket, socket.socket, tuple[str, int]]:
+        """Receiving socket, sending socket, and where frames are sent to: for whoever reads raw datagrams."""
+        port = self._local
+        return port.receiver, port.sender, (port.group, port.port)
+
+    @property
+    def accepted_ids(self) -> frozenset[int] | None:
+        """11-bit ids that the filters let through; None where they let through all."""
+        if not self.filters:
+            return None
+        return frozenset(f["can_id"] for f in self.filters)
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         # Filtered here in a loop: BusABC.recv(0) gives up at the first frame that does not match.

@@ -35,6 +35,23 @@ def stop_ramp(
     return np.asarray(last + np.sign(last - previous) * np.cumsum(speeds, axis=0) * cycle_time)
 
 
+def run_up(
+    boundary: FloatArray, following: FloatArray, acceleration: FloatArray, cycle_time: float
+) -> FloatArray:
+    """The way from rest onto a reference in motion: a stop ramp along it, backwards in time.
+
+    Args:
+        boundary: (n,) point that is to be passed, rad or m.
+        following: (n,) the target after it, which sets the velocity there.
+        acceleration: (n,) limits.
+        cycle_time: s.
+
+    Returns:
+        M × n targets, the first one at rest, before ``boundary``; M = 0 where the reference rests there.
+    """
+    return np.asarray(stop_ramp(following, boundary, acceleration, cycle_time)[::-1])
+
+
 def approach(
     start: FloatArray, end: FloatArray, velocity: FloatArray, acceleration: FloatArray, cycle_time: float
 ) -> FloatArray:

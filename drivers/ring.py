@@ -17,7 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_WRITTEN, _READ, _STOP = 0, 1, 2
+from drivers.requests import Request
+
+_WRITTEN, _READ, _PAUSE, _FINISH, _ABORT, _HALT = range(6)
+_WORDS = {
+    Request.PAUSE: _PAUSE,
+    Request.STOP: _FINISH,
+    Request.ABORT: _ABORT,
+    Request.HALT: _HALT,
+}
 _HEADER_WORDS = 8
 _HEADER_BYTES = 8 * _HEADER_WORDS
 
@@ -97,13 +105,24 @@ class Ring:
         self._words[_READ] = written
         return copied
 
-    def request_stop(self) -> None:
-        """Ask the writer for a controlled stop."""
-        self._words[_STOP] = 1
+    def request(self, request: Request) -> None:
+        """Ask the writer to end, or to pause; requests of different kinds stand beside each other."""
+        self._words[_WORDS[request]] = 1
 
-    @property
-    def stop_requested(self) -> bool:
-        return self._words[_STOP] != 0
+    def resume(self) -> None:
+        """Take a pause back."""
+        self._words[_PAUSE] = 0
+
+    def requested(self) -> Request | None:
+        """The most urgent request that stands."""
+        words = self._words
+        if words[_HALT]:
+            return Request.HALT
+        if words[_ABORT]:
+            return Request.ABORT
+        if words[_FINISH]:
+            return Request.STOP
+        return Request.PAUSE if words[_PAUSE] else None
 
     def close(self) -> None:
         self._words.release()

@@ -82,4 +82,10 @@ class StreamResult:
     incomplete_cycles: int = 0
     """SYNCs that some drive did not answer in time."""
     notes: tuple[str, ...] = ()
-    """What the cyclic process had to do without, such as real-time priority."""
+    """What the cyclic process had to do without, such as real-time priority, and what the bus reported."""
+    overflows: int = 0
+    """Received frames that this machine lost because they were not fetched in time."""
+    pauses: tuple[int, ...] = ()
+    """Rows before which the arm rested on request: between such a row and the one before, time has passed."""
+    cpu_share: float = 0.0
+    """Processor time of the cyclic process over the time it ran: 0.1 is a tenth of a core."""

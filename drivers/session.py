@@ -5,23 +5,30 @@ from __future__ import annotations
 import logging
 import os
 import threading
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drivers.attestation import attest, refuse_unattested
 from drivers.bus import BusLock, describe_cob_id, listen_for_traffic
+from drivers.bus_budget import BusBudget
 from drivers.channel import Channel
 from drivers.cia402 import objects
 from drivers.cia402.states import State, state_of
-from drivers.envelope import check_envelope
+from drivers.envelope import check_drive_limits, check_envelope, checked_period_ends
 from drivers.errors import BusError, DriveError
-from drivers.job import Budgets, Job, following_error_window
-from drivers.layout import master_cob_ids
+from drivers.guarding import acknowledge_fault, arm, prove
+from drivers.job import Budgets, Job, following_error_window, torque_limits
+from drivers.jog import JOG_SHARE, ignore_samples, jog_path
+from drivers.layout import DriveLink, master_cob_ids
+from drivers.mapping import refuse_shared_cob_ids, transmitted_cob_ids
+from drivers.requests import StreamControl
 from drivers.samples import StreamResult
 from drivers.sdo import SdoNetwork
-from drivers.setup import DriveReport, acknowledge_fault, configure
+from drivers.setup import DriveReport, configure, refuse
 from drivers.stream import OnSamples, run_stream
 from drivers.units import Units
 from robots.arrays import FloatArray
@@ -43,6 +50,7 @@ class ArmSession:
         channel: where its drives are; the description's own bus where None.
         budgets: how much may go wrong in a stream; those that fit the channel where None.
         start_tolerance: rad or m.
+        allow_jog: whether :meth:`jog` may move the arm.
     """
 
     def __init__(
@@ -51,6 +59,8 @@ class ArmSession:
         channel: Channel | None = None,
         budgets: Budgets | None = None,
         start_tolerance: float = START_TOLERANCE,
+        *,
+        allow_jog: bool = False,
     ) -> None:
         self.robot = robot
         self.channel = channel or Channel(robot.bus.interface, robot.bus.channel)
@@ -64,6 +74,10 @@ class ArmSession:
             f"drive of joint {joint.name} (node {drive.node_id})"
             for joint, drive in zip(robot.joint, robot.drive, strict=True)
         )
+        self._allow_jog = allow_jog
+        self._attested = False
+        self._proved: frozenset[int] = frozenset()
+        self._unacknowledged: str | None = None
         self._lock: BusLock | None = None
         self._network: SdoNetwork | None = None
 
@@ -127,23 +141,55 @@ class ArmSession:
         network = self._connect()
         network.nmt("PRE-OPERATIONAL")
         self.drives = tuple(
-            configure(sdo, drive, joint.name, self.robot.bus.cycle_time)
-            for sdo, drive, joint in zip(network.drives, self.robot.drive, self.robot.joint, strict=True)
+            configure(sdo, self.robot, axis, self._budgets.watch_seconds)
+            for axis, sdo in enumerate(network.drives)
         )
-        network.nmt("OPERATIONAL")
         for report, name in zip(self.drives, self._names, strict=True):
             log.info("%s: vendor 0x%08X, state %s", name, report.vendor, report.state.value)
-            for note in report.notes:
-                log.info("%s: %s", name, note)
+            for finding in report.findings:
+                log.info("%s: %s: %s", name, finding.severity, finding)
+        refuse(self.drives, self._names)
+        refuse_shared_cob_ids({sdo.drive: transmitted_cob_ids(sdo) for sdo in network.drives})
+        self.bus_budget().check()
+        self._prove_watch()
+
+    def _prove_watch(self) -> None:
+        """Every drive that has not done so yet shows that it notices a lost master."""
+        network = self._connect()
+        watching = [
+            sdo
+            for sdo, report in zip(network.drives, self.drives, strict=True)
+            if report.watches and report.node_id not in self._proved
+        ]
+        if watching:
+            proved = prove(network, watching, self.robot.bus.master_node_id, self._budgets.watch_seconds)
+            self._proved |= proved
+
+    def bus_budget(self) -> BusBudget:
+        """The worst-case load of the bus with the drives as they are mapped."""
+        return BusBudget.of(self.robot, self._links(), self._budgets)
+
+    def _links(self) -> tuple[DriveLink, ...]:
+        return tuple(report.link(name) for report, name in zip(self.drives, self._names, strict=True))
+
+    @property
+    def unacknowledged(self) -> str | None:
+        """Why the last stream ended, where it ended by itself and nobody has acknowledged that yet."""
+        return self._unacknowledged
 
     def acknowledge_faults(self) -> None:
-        """Reset the faults of all drives; a stream refuses to enable a drive whose fault is not reset.
+        """Reset the faults of all drives, and take note that a stream ended by itself.
+
+        A stream refuses to enable a drive whose fault is not reset, and nothing resets one but this. A bus
+        that failed is opened anew; every drive proves once more that it watches the master.
 
         Raises:
-            DriveError: a fault stays.
+            DriveError: a fault stays, or a drive does not notice a lost master.
         """
         for sdo in self._connect().drives:
             acknowledge_fault(sdo)
+        self._prove_watch()
+        self._unacknowledged = None
 
     def actual_position(self) -> FloatArray:
         """Where the arm stands: (n,) joint positions, rad or m, read over SDO (6064h).
@@ -155,7 +201,13 @@ class ArmSession:
         return self.units.position([sdo.read_int(objects.ACTUAL_POSITION, signed=True) for sdo in drives])
 
     def stream(
-        self, reference: ArrayLike, on_samples: OnSamples, stop: threading.Event | None = None
+        self,
+        reference: ArrayLike,
+        on_samples: OnSamples,
+        stop: threading.Event | None = None,
+        *,
+        control: StreamControl | None = None,
+        period_ends: Sequence[int] = (),
     ) -> StreamResult:
         """Enable all axes, follow a reference, disable; in a process of its own.
 
@@ -163,21 +215,83 @@ class ArmSession:
             reference: N × n joint positions, rad or m, one row per SYNC; begins and ends at rest,
                 begins where the arm stands.
             on_samples: gets batches, in this thread, while it runs.
-            stop: set it from elsewhere for a controlled stop; Ctrl-C does the same.
+            stop: set it from elsewhere for a controlled ramp to rest; Ctrl-C does the same.
+            control: for the other ways to end or pause it; see :class:`drivers.StreamControl`.
+            period_ends: rows (1 to N − 1) at which a period is over and the next begins: where a pause or
+                a stop takes effect.
 
         Raises:
-            DriveError: the reference is outside the limits or begins elsewhere; a drive is in fault.
+            DriveError: the reference is outside the limits or begins elsewhere; a drive is in fault; the last
+                stream ended by itself and was not acknowledged; a position was not attested.
             BusError: the bus cannot be opened, or is inside this process only.
         """
         targets = np.asarray(reference, dtype=np.float64)
         check_envelope(self.robot, targets, self.robot.bus.cycle_time)
         if self.channel.interface == "virtual":
             raise BusError(f"{self.channel} lives inside one process; a stream needs a bus between processes")
+        if self._unacknowledged is not None:
+            raise DriveError(
+                f"the last stream ended by itself ({self._unacknowledged}); acknowledge it first"
+            )
+        refuse_unattested(self.robot, self._attested)
+        check_drive_limits(self.robot, self.units.counts(targets), self.drives)
         self._refuse_elsewhere(targets[0])
         self._refuse_faults()
-        job = self._job(targets)
+        job = self._job(targets, checked_period_ends(period_ends, len(targets)))
+        self._arm()
         self._disconnect()
-        return run_stream(job, on_samples, stop)
+        result = run_stream(job, on_samples, control or StreamControl(stop))
+        if result.outcome in ("aborted", "fault"):
+            self._unacknowledged = result.reason
+        return result
+
+    def _arm(self) -> None:
+        """The drives watch this master from the first heartbeat on that the cyclic process sends."""
+        network = self._connect()
+        watching = [sdo for sdo, report in zip(network.drives, self.drives, strict=True) if report.watches]
+        arm(watching, self.robot.bus.master_node_id, self._budgets.watch_seconds)
+        network.nmt("OPERATIONAL")
+
+    def jog(
+        self,
+        joint: str,
+        distance: float,
+        on_samples: OnSamples = ignore_samples,
+        *,
+        share: float = JOG_SHARE,
+        control: StreamControl | None = None,
+    ) -> StreamResult:
+        """Move one joint by a distance at limited speed, for commissioning; refused unless it was allowed.
+
+        Args:
+            joint: its name.
+            distance: rad or m, signed.
+            on_samples: as in :meth:`stream`.
+            share: of the joint's velocity and acceleration limits, at most JOG_SHARE.
+            control: as in :meth:`stream`.
+
+        Raises:
+            DriveError: jogging is not allowed, the joint does not exist, or the way leaves its limits.
+        """
+        if not self._allow_jog:
+            raise DriveError("jogging is not allowed in this session; open it with allow_jog=True")
+        path = jog_path(self.robot, self.actual_position(), joint, distance, share)
+        return self.stream(path, on_samples, control=control)
+
+    def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
+        """Somebody who looks at the arm says where it stands; the drives' positions must say the same.
+
+        Needed once after every opening where a drive's ``position_reference`` is "homing".
+
+        Args:
+            posture: (n,) joint positions as the marks on the arm show them, rad or m.
+            tolerance: rad or m.
+
+        Raises:
+            DriveError: a joint reads otherwise.
+        """
+        attest(self.robot, self.actual_position(), np.asarray(posture, dtype=np.float64), tolerance)
+        self._attested = True
 
     def _refuse_elsewhere(self, first: FloatArray) -> None:
         actual = self.actual_position()
@@ -195,15 +309,13 @@ class ArmSession:
             if state in (State.FAULT, State.FAULT_REACTION):
                 raise DriveError(f"{name} is in state {state.value!r}; acknowledge it before enabling")
 
-    def _job(self, targets: FloatArray) -> Job:
+    def _job(self, targets: FloatArray, period_ends: tuple[int, ...]) -> Job:
         robot = self.robot
         window = following_error_window(robot, robot.bus.cycle_time)
         return Job(
             channel=self.channel,
             bitrate=robot.bus.bitrate,
-            nodes=self._nodes,
-            drives=self._names,
-            control_signal_bits=tuple(report.control_signal_bits for report in self.drives),
+            links=self._links(),
             cycle_time=robot.bus.cycle_time,
             units=self.units,
             reference=self.units.counts(targets),
@@ -214,4 +326,10 @@ class ArmSession:
             budgets=self._budgets,
             parent=os.getpid(),
             ring_capacity=int(np.clip(2 * len(targets), MIN_RING_ROWS, MAX_RING_ROWS)),
+            master_node=robot.bus.master_node_id,
+            period_ends=period_ends,
+            torque_limits=torque_limits(robot),
+            position_limits=(robot.lower, robot.upper),
+            brake_release=max(drive.brake.release for drive in robot.drive),
+            brake_engage=max(drive.brake.engage for drive in robot.drive),
         )

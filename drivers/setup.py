@@ -1,4 +1,4 @@
-"""Configuration of one drive over SDO: identity, mapping, mode, period. It never enables torque."""
+"""Configuration of one drive over SDO: identity, mapping, mode, period, watch. It never enables torque."""
 
 from __future__ import annotations
 
@@ -6,23 +6,25 @@ import time
 from dataclasses import dataclass, field
 
 from drivers.cia402 import objects
+from drivers.cia402.emcy import describe_emcy
 from drivers.cia402.states import TORQUE_STATES, State, state_of
 from drivers.errors import DriveError
-from drivers.layout import RPDO_OBJECTS, MappedObject, rpdo_cob_id, tpdo_cob_id, tpdo_objects
+from drivers.findings import Finding
+from drivers.guarding import has_consumer, set_abort_option, set_deadline
+from drivers.layout import DriveLink, MappedObject
+from drivers.limits import compare_limits
+from drivers.mapping import map_pdos
+from drivers.period import interpolation_period
 from drivers.sdo import SdoAccess
-from robots.description import Drive
+from robots.description import Drive, Robot
 
-DISABLED = 1 << 31
-"""Bit 31 of a PDO's COB-ID entry: the PDO does not exist."""
-SYNCHRONOUS = 1
-"""Transmission type: at every SYNC."""
-OTHER_PDOS = (1, 2, 3)
-"""Number of the second to fourth PDO, counted from the first."""
 HEARTBEAT_MILLISECONDS = 100
 READY_TIMEOUT = 3.0
 """s that a drive may take for its self-test."""
 MODE_TIMEOUT = 1.0
 """s that a drive may take to show a mode that it accepted."""
+
+_MODE_NAMES = {objects.CYCLIC_SYNCHRONOUS_POSITION: "csp", objects.INTERPOLATED_POSITION: "ip"}
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,35 @@ class DriveReport:
     serial: int | None
     device_type: int
     supported_modes: int | None
+    mode: int
+    """6060h: 8 is csp, 7 is ip."""
     control_signal_bits: int
+    heartbeat: float
+    """s between its heartbeats; 0 where it sends none."""
+    watches: bool
+    """Whether it has a heartbeat consumer."""
+    deadline: bool
+    """Whether it has an RPDO deadline."""
     statusword: int
     settings: dict[str, int | None] = field(default_factory=dict)
-    """Safety-relevant objects by name; None where the drive does not have one."""
-    notes: tuple[str, ...] = ()
+    """Objects for safety and units, by index (and subindex); None where the drive does not have one."""
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The findings that somebody should know of."""
+        return tuple(str(finding) for finding in self.findings if finding.severity != "info")
+
+    def link(self, name: str) -> DriveLink:
+        """How the cycle speaks to this drive."""
+        return DriveLink(
+            node=self.node_id,
+            name=name,
+            control_signal_bits=self.control_signal_bits,
+            interpolated=self.mode == objects.INTERPOLATED_POSITION,
+            heartbeat=self.heartbeat,
+            watches=self.watches,
+        )
 
     @property
     def state(self) -> State:
@@ -49,56 +75,44 @@ class DriveReport:
         return state_of(self.statusword)
 
 
-def interpolation_period(seconds: float) -> tuple[int, int]:
-    """60C2h for a SYNC period: value (1–255) and power of ten, with value · 10^power = period.
-
-    Raises:
-        DriveError: no such pair gives the period exactly.
-    """
-    for power in range(0, -7, -1):
-        value = seconds * 10.0**-power
-        if 1 <= round(value) <= 255 and abs(value - round(value)) < 1e-6 * value:
-            return round(value), power
-    raise DriveError(
-        f"bus.cycle_time {seconds} s cannot be written as interpolation period (60C2); "
-        "allowed: 1 to 255 times a power of ten from 1 µs"
-    )
-
-
-def configure(sdo: SdoAccess, drive: Drive, joint: str, cycle_time: float) -> DriveReport:
+def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> DriveReport:
     """Bring one drive, in NMT pre-operational, to where the cyclic process can take over.
 
-    Every setting is written and read back. Order of the mapping as in CiA 301, 7.5.2.36: PDO off, mapping
-    off, entries, mapping on, PDO on.
+    Every setting is written and read back.
 
     Args:
         sdo: its object dictionary.
-        drive: its description.
-        joint: name of its joint.
-        cycle_time: SYNC period, s.
+        robot: the arm's description.
+        axis: which drive of it, from 0.
+        watch_seconds: how long the drive may hear no RPDO, where it can watch for that.
 
     Raises:
-        DriveError: no answer, a refused or changed value, a drive that carries torque, no CSP.
+        DriveError: no answer, another identity, a refused or changed value, a drive that carries torque or
+            has no mode for set-points at each SYNC.
     """
+    drive = robot.drive[axis]
+    findings: list[Finding] = []
     _refuse_torque(sdo)
-    identity = _identity(sdo)
-    notes: list[str] = []
-    modes = _check_modes(sdo, notes)
+    identity = _identity(sdo, drive, findings)
+    modes = sdo.read_optional(objects.SUPPORTED_MODES)
     control_signal = _control_signal(sdo, drive)
-    _silence_other_pdos(sdo)
-    _map_pdo(sdo, objects.RPDO_COMMUNICATION, objects.RPDO_MAPPING, rpdo_cob_id(drive.node_id), RPDO_OBJECTS)
-    _map_pdo(
-        sdo,
-        objects.TPDO_COMMUNICATION,
-        objects.TPDO_MAPPING,
-        tpdo_cob_id(drive.node_id),
-        tpdo_objects(control_signal),
-    )
-    _set_mode(sdo)
-    _set_period(sdo, cycle_time)
-    _set_heartbeat(sdo, notes)
+    mode = _choose_mode(sdo, modes, findings)
+    map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION)
+    _set_mode(sdo, mode)
+    _set_period(sdo, robot.bus.cycle_time)
+    heartbeat = _set_heartbeat(sdo, findings)
+    findings += set_abort_option(sdo)
+    deadline = set_deadline(sdo, watch_seconds)
+    watches = has_consumer(sdo)
+    settings = {
+        name: sdo.read_optional(index, subindex, signed=signed)
+        for name, (index, subindex, signed) in objects.SETTINGS.items()
+    }
+    findings += _watch_findings(watches, deadline)
+    findings += _standing_error(settings)
+    findings += compare_limits(robot, axis, settings)
     return DriveReport(
-        joint=joint,
+        joint=robot.joint[axis].name,
         node_id=drive.node_id,
         vendor=identity[0] or 0,
         product=identity[1],
@@ -106,14 +120,55 @@ def configure(sdo: SdoAccess, drive: Drive, joint: str, cycle_time: float) -> Dr
         serial=identity[3],
         device_type=sdo.read_int(objects.DEVICE_TYPE),
         supported_modes=modes,
+        mode=mode,
         control_signal_bits=control_signal.bits,
+        heartbeat=heartbeat,
+        watches=watches,
+        deadline=deadline,
         statusword=sdo.read_int(objects.STATUSWORD),
-        settings={
-            name: sdo.read_optional(index, subindex, signed=signed)
-            for name, (index, subindex, signed) in objects.SETTINGS.items()
-        },
-        notes=tuple(notes),
+        settings=settings,
+        findings=tuple(findings),
     )
+
+
+def refuse(reports: tuple[DriveReport, ...], names: tuple[str, ...]) -> None:
+    """Refuse an arm one of whose drives has a finding that forbids to enable it.
+
+    Raises:
+        DriveError: the first one, with the number of the others.
+    """
+    forbidding = [
+        f"{name}: {finding}"
+        for report, name in zip(reports, names, strict=True)
+        for finding in report.findings
+        if finding.severity == "refusal"
+    ]
+    if forbidding:
+        more = f" (and {len(forbidding) - 1} more)" if len(forbidding) > 1 else ""
+        raise DriveError(forbidding[0] + more)
+
+
+def _watch_findings(watches: bool, deadline: bool) -> list[Finding]:
+    if watches:
+        return []
+    if deadline:
+        return [
+            Finding("warning", "1016", "absent: the drive notices a lost master by its RPDO deadline only")
+        ]
+    return [
+        Finding(
+            "refusal",
+            "1016",
+            "no heartbeat consumer and no RPDO deadline (1400:05): the drive would go on without a master",
+        )
+    ]
+
+
+def _standing_error(settings: dict[str, int | None]) -> list[Finding]:
+    code = settings.get("603F")
+    if not code or not settings.get("1001"):
+        return []
+    return [Finding("warning", "603F", f"an error stands: {describe_emcy(code)}")]
 
 
 def _refuse_torque(sdo: SdoAccess) -> None:
@@ -130,19 +185,44 @@ def _refuse_torque(sdo: SdoAccess) -> None:
         raise DriveError(f"{sdo.drive} is in state {state.value!r}: something else controls it")
 
 
-def _identity(sdo: SdoAccess) -> tuple[int | None, ...]:
-    """Vendor id (mandatory), product code, revision and serial number (1018h)."""
+def _identity(sdo: SdoAccess, drive: Drive, findings: list[Finding]) -> tuple[int | None, ...]:
+    """Vendor id (mandatory), product code, revision and serial number (1018h), as described.
+
+    Raises:
+        DriveError: an entry that the description names is another.
+    """
     vendor = sdo.read_int(objects.IDENTITY, 1)
-    return vendor, *(sdo.read_optional(objects.IDENTITY, subindex) for subindex in (2, 3, 4))
+    found = (vendor, *(sdo.read_optional(objects.IDENTITY, subindex) for subindex in (2, 3, 4)))
+    wanted = drive.identity
+    entries = ("vendor", "product", "revision", "serial")
+    for entry, value in zip(entries, found, strict=True):
+        expected = getattr(wanted, entry)
+        if expected is not None and value != expected:
+            shown = "nothing" if value is None else f"0x{value:08X}"
+            raise DriveError(
+                f"{sdo.drive}: another drive than described: its {entry} (1018) is {shown}, "
+                f"identity.{entry} is 0x{expected:08X}"
+            )
+    if wanted.vendor is None and wanted.product is None:
+        text = f"not described; vendor = 0x{vendor:08X}, product = 0x{found[1] or 0:08X} were found"
+        findings.append(Finding("info", "identity", text))
+    return found
 
 
-def _check_modes(sdo: SdoAccess, notes: list[str]) -> int | None:
-    modes = sdo.read_optional(objects.SUPPORTED_MODES)
+def _choose_mode(sdo: SdoAccess, modes: int | None, findings: list[Finding]) -> int:
+    """Cyclic synchronous position; interpolated position for drives that have only that."""
     if modes is None:
-        notes.append("supported modes (6502) absent: not checked")
-    elif not modes >> (objects.CYCLIC_SYNCHRONOUS_POSITION - 1) & 1:
-        raise DriveError(f"{sdo.drive}: 6502 = 0x{modes:08X} has no cyclic synchronous position mode (bit 7)")
-    return modes
+        findings.append(Finding("warning", "6502", "supported modes absent: csp is tried"))
+        return objects.CYCLIC_SYNCHRONOUS_POSITION
+    for mode in (objects.CYCLIC_SYNCHRONOUS_POSITION, objects.INTERPOLATED_POSITION):
+        if modes >> (mode - 1) & 1:
+            if mode == objects.INTERPOLATED_POSITION:
+                findings.append(Finding("info", "6502", "no csp: interpolated position mode is used"))
+            return mode
+    raise DriveError(
+        f"{sdo.drive}: 6502 = 0x{modes:08X} has neither cyclic synchronous position mode (bit 7) nor "
+        "interpolated position mode (bit 6)"
+    )
 
 
 def _control_signal(sdo: SdoAccess, drive: Drive) -> MappedObject:
@@ -151,40 +231,14 @@ def _control_signal(sdo: SdoAccess, drive: Drive) -> MappedObject:
     return MappedObject(signal.index, signal.subindex, 8 * len(sdo.read(signal.index, signal.subindex)))
 
 
-def _silence_other_pdos(sdo: SdoAccess) -> None:
-    """Disable the second to fourth PDOs: they would load the bus or share a COB-ID."""
-    for first in (objects.RPDO_COMMUNICATION, objects.TPDO_COMMUNICATION):
-        for number in OTHER_PDOS:
-            cob_id = sdo.read_optional(first + number, 1)
-            if cob_id is not None and not cob_id & DISABLED:
-                sdo.write_checked(first + number, 1, cob_id | DISABLED, 4)
-
-
-def _map_pdo(
-    sdo: SdoAccess, communication: int, mapping: int, cob_id: int, entries: tuple[MappedObject, ...]
-) -> None:
-    sdo.write(communication, 1, cob_id | DISABLED, 4)
-    sdo.write(mapping, 0, 0, 1)
-    for number, entry in enumerate(entries, start=1):
-        sdo.write_checked(mapping, number, entry.word, 4)
-    sdo.write_checked(mapping, 0, len(entries), 1)
-    sdo.write_checked(communication, 2, SYNCHRONOUS, 1)
-    sdo.write(communication, 1, cob_id, 4)
-    # Bit 30 (no remote frames) is the drive's own affair; id and validity are ours.
-    found = sdo.read_int(communication, 1)
-    if found & ~(1 << 30) != cob_id:
-        raise DriveError(
-            f"{sdo.drive}: {communication:04X}:01 was set to 0x{cob_id:X} but reads back as 0x{found:X}"
-        )
-
-
-def _set_mode(sdo: SdoAccess) -> None:
-    mode = objects.CYCLIC_SYNCHRONOUS_POSITION
+def _set_mode(sdo: SdoAccess, mode: int) -> None:
+    if mode == objects.INTERPOLATED_POSITION and sdo.read_optional(objects.INTERPOLATION_SUBMODE) is not None:
+        sdo.write_checked(objects.INTERPOLATION_SUBMODE, 0, 0, 2)  # linear
     sdo.write(objects.MODE, 0, mode, 1)
     deadline = time.monotonic() + MODE_TIMEOUT
     while (shown := sdo.read_int(objects.MODE_DISPLAY, signed=True)) != mode:
         if time.monotonic() > deadline:
-            raise DriveError(f"{sdo.drive}: mode {mode} (csp) was set but 6061 shows {shown}")
+            raise DriveError(f"{sdo.drive}: mode {mode} ({_MODE_NAMES[mode]}) was set but 6061 shows {shown}")
         time.sleep(0.02)
 
 
@@ -194,24 +248,12 @@ def _set_period(sdo: SdoAccess, cycle_time: float) -> None:
     sdo.write_checked(objects.INTERPOLATION_PERIOD, 2, power, 1)
 
 
-def _set_heartbeat(sdo: SdoAccess, notes: list[str]) -> None:
+def _set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
+    """Seconds between the drive's heartbeats, 0 where it has none."""
     if sdo.read_optional(objects.HEARTBEAT_PRODUCER) is None:
-        notes.append("heartbeat producer (1017) absent: only missing TPDOs show a dead drive")
-    else:
-        sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
-
-
-def acknowledge_fault(sdo: SdoAccess, timeout: float = 1.0) -> None:
-    """Reset a drive's fault by a rising edge of controlword bit 7.
-
-    Raises:
-        DriveError: the fault stays.
-    """
-    sdo.write(objects.CONTROLWORD, 0, 0x00, 2)
-    sdo.write(objects.CONTROLWORD, 0, 0x80, 2)
-    deadline = time.monotonic() + timeout
-    while state_of(sdo.read_int(objects.STATUSWORD)) in (State.FAULT, State.FAULT_REACTION):
-        if time.monotonic() > deadline:
-            raise DriveError(f"{sdo.drive}: the fault stays after a fault reset")
-        time.sleep(0.02)
-    sdo.write(objects.CONTROLWORD, 0, 0x00, 2)
+        findings.append(
+            Finding("warning", "1017", "heartbeat producer absent: only missing TPDOs show a dead drive")
+        )
+        return 0.0
+    sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
+    return HEARTBEAT_MILLISECONDS / 1000

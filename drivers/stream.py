@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 import drivers
 from drivers.errors import BusError
 from drivers.job import Job
+from drivers.requests import Request, StreamControl
 from drivers.ring import Ring
 from drivers.samples import Samples, StreamResult
 
@@ -32,36 +33,42 @@ log = logging.getLogger(__name__)
 FETCH_SECONDS = 0.05
 """Between two batches."""
 
+PLAIN_REASONS = ("stop requested", "halt requested")
+"""What the cyclic process says of a request; who asked knows a better one."""
+
 OnSamples = Callable[[Samples], None]
 
 
-def run_stream(job: Job, on_samples: OnSamples, stop: threading.Event | None) -> StreamResult:
+def run_stream(job: Job, on_samples: OnSamples, control: StreamControl) -> StreamResult:
     """Stream in a process of its own and hand the samples over as they come.
 
-    While it runs, Ctrl-C and SIGTERM (where this is the main thread) and the event ask for a controlled
-    stop; this returns when the drives are disabled. An exception in ``on_samples`` stops the arm and is
+    While it runs, Ctrl-C and SIGTERM (where this is the main thread) ask for a controlled ramp, as an abort
+    does; this returns when the drives are disabled. An exception in ``on_samples`` stops the arm and is
     raised then.
 
     Raises:
         BusError: the cyclic process could not open the bus.
     """
-    ring = Ring.create(len(job.nodes), job.ring_capacity)
-    with tempfile.TemporaryFile() as errors, _signals_stop(ring) as reasons:
+    ring = Ring.create(len(job.links), job.ring_capacity)
+    with tempfile.TemporaryFile() as errors, _signals_abort(control):
         process = _start(job, ring, errors)
+        control.attach(ring)
         try:
-            _attend(process, job, ring, on_samples, stop, reasons)
+            _attend(process, job, ring, on_samples, control)
             answer = process.stdout.read() if process.stdout else b""
         finally:
             # Also where on_samples has raised: nobody leaves while the arm moves.
-            ring.request_stop()
+            ring.request(Request.ABORT)
             process.wait()
+            control.detach()
             ring.close()
             if process.stdout is not None:
                 process.stdout.close()
         result = _result(answer, process.returncode, errors)
     for note in result.notes:
         log.info("cyclic process: %s", note)
-    return replace(result, reason=reasons[0]) if reasons and result.outcome == "stopped" else result
+    reason = control.reason
+    return replace(result, reason=reason) if reason and result.reason in PLAIN_REASONS else result
 
 
 def _start(job: Job, ring: Ring, errors: IO[bytes]) -> subprocess.Popen[bytes]:
@@ -87,20 +94,13 @@ def _start(job: Job, ring: Ring, errors: IO[bytes]) -> subprocess.Popen[bytes]:
 
 
 def _attend(
-    process: subprocess.Popen[bytes],
-    job: Job,
-    ring: Ring,
-    on_samples: OnSamples,
-    stop: threading.Event | None,
-    reasons: list[str],
+    process: subprocess.Popen[bytes], job: Job, ring: Ring, on_samples: OnSamples, control: StreamControl
 ) -> None:
     """Fetch samples until the process has ended and the ring is empty."""
     running = True
     while running:
         running = process.poll() is None
-        if stop is not None and stop.is_set() and not reasons:
-            reasons.append("stop requested")
-            ring.request_stop()
+        control.poll()
         rows = ring.read()
         if len(rows):
             on_samples(_samples(rows, job))
@@ -109,20 +109,18 @@ def _attend(
 
 
 @contextmanager
-def _signals_stop(ring: Ring) -> Iterator[list[str]]:
-    """Let SIGINT and SIGTERM ask for a controlled stop; yields the reasons given so far."""
-    reasons: list[str] = []
+def _signals_abort(control: StreamControl) -> Iterator[None]:
+    """Let SIGINT and SIGTERM ask for a controlled ramp."""
 
     def note(number: int, frame: FrameType | None) -> None:
-        reasons.append("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
-        ring.request_stop()
+        control.abort("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
     if threading.current_thread() is not threading.main_thread():
-        yield reasons
+        yield
         return
     before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield reasons
+        yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -134,7 +132,7 @@ def _result(answer: bytes, code: int, errors: IO[bytes]) -> StreamResult:
         if "bus_error" in message:
             raise BusError(message["bus_error"])
         fields = message["result"]
-        return StreamResult(**{**fields, "notes": tuple(fields["notes"])})
+        return StreamResult(**{**fields, "notes": tuple(fields["notes"]), "pauses": tuple(fields["pauses"])})
     errors.seek(0)
     log.error("the cyclic process failed: %s", errors.read().decode(errors="replace").strip())
     return StreamResult("aborted", f"the cyclic process ended without a result (exit code {code})", 0, 0, 0)

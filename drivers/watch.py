@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from drivers.cia402.emcy import describe_emcy
-from drivers.cia402.states import FOLLOWING_ERROR_BIT, Goal, State, refusal, state_of
+from drivers.cia402.states import (
+    FOLLOWING_ERROR_BIT,
+    FOLLOWS_BIT,
+    Goal,
+    State,
+    refusal,
+    state_of,
+)
 from drivers.exchange import OPERATIONAL, Exchange
 from drivers.job import Job
+from drivers.motion_checks import MotionChecks
 from drivers.pacemaker import Pacemaker
+from drivers.requests import Request
 from drivers.ring import Ring
 from drivers.samples import Outcome
+
+_STATE_BITS = 0x6F
+_ENABLED_BITS = 0x27
+_PATIENCE = 3
+"""SYNCs in which a statusword bit may contradict before it is believed."""
 
 
 class Watch:
@@ -20,8 +33,9 @@ class Watch:
         job: with windows and budgets.
         exchange: latest words of the drives.
         pace: deadlines.
-        ring: carries the parent's request to stop.
+        ring: carries the parent's requests.
         parent_alive, terminated: asked once per cycle.
+        clock: s.
     """
 
     def __init__(
@@ -32,24 +46,41 @@ class Watch:
         ring: Ring,
         parent_alive: Callable[[], bool],
         terminated: Callable[[], bool],
+        clock: Callable[[], float],
     ) -> None:
         self.enabled = False
         """Whether every axis is meant to be in operation enabled."""
+        self.request: Request | None = None
+        """The most urgent request of the parent, as of the latest check."""
         self._job = job
         self._exchange = exchange
         self._pace = pace
         self._ring = ring
         self._parent_alive = parent_alive
         self._terminated = terminated
-        self._window = [int(counts) for counts in job.following_error]
-        self._unanswered = [0] * len(job.nodes)
-        self._answered = [False] * len(job.nodes)
+        self._clock = clock
+        n = len(job.links)
+        self._motion = MotionChecks(job)
+        self._unanswered = [0] * n
+        self._answered = [False] * n
+        self._follows = [link.interpolated for link in job.links]
+        self._astray = [0] * n
+        self._warned = [0] * n
+        budgets = job.budgets
+        self._heartbeat_patience = [
+            budgets.heartbeat_periods * link.heartbeat + budgets.stall_seconds for link in job.links
+        ]
         self._verdict: tuple[Outcome, str, int | None] | None = None
 
     @property
     def fine(self) -> bool:
         """Whether there is no reason yet to end."""
         return self._verdict is None
+
+    @property
+    def halting(self) -> bool:
+        """Whether the drives are to stop by themselves, on request."""
+        return self.request is Request.HALT
 
     def abort(self, reason: str) -> None:
         """End for a reason that the master found."""
@@ -68,8 +99,12 @@ class Watch:
         if self._verdict is None:
             return "completed", "the whole reference was streamed"
         outcome, reason, axis = self._verdict
-        codes = dict.fromkeys(self._exchange.emergencies[axis]) if axis is not None else {}
-        return outcome, "; ".join([reason, *(describe_emcy(code) for code in codes)])
+        told = (
+            dict.fromkeys(str(message) for message in self._exchange.emergencies[axis])
+            if axis is not None
+            else {}
+        )
+        return outcome, "; ".join([reason, *told])
 
     def check(self, set_points: Sequence[int], goals: list[Goal]) -> None:
         """Judge the cycle whose TPDOs have come.
@@ -78,11 +113,14 @@ class Watch:
             set_points: counts that the drives' set-points have reached at this SYNC.
             goals: per axis; an axis that has left operation enabled is not led back up.
         """
+        seen = self._exchange
+        now = self._clock()
         for axis in range(len(goals)):
             self._check_answer(axis)
+            self._check_life(axis, now)
             self._check_state(axis, goals)
-            if self.enabled and self._exchange.complete[axis]:
-                self._check_following(axis, set_points[axis])
+        if self.enabled and (reason := self._motion.check(seen, set_points)) is not None:
+            self.abort(reason)
         self._check_surroundings()
 
     def lost(self, axis: int) -> bool:
@@ -99,38 +137,68 @@ class Watch:
         if self._answered[axis] and self.lost(axis):
             self.abort(f"no TPDO from {self._job.drives[axis]} in {self._unanswered[axis]} SYNCs")
 
+    def _check_life(self, axis: int, now: float) -> None:
+        """Heartbeats: the NMT state in them, and that they come."""
+        seen = self._exchange
+        nmt = seen.nmt_state[axis]
+        if nmt is None:
+            return
+        if seen.booted[axis]:
+            self.fault(axis, f"{self._job.drives[axis]} has started anew (boot-up message)")
+        elif nmt != OPERATIONAL:
+            self.fault(axis, f"{self._job.drives[axis]} left NMT operational (its heartbeat says {nmt})")
+        period = self._job.links[axis].heartbeat
+        if period > 0 and (silence := now - seen.heard[axis]) > self._heartbeat_patience[axis]:
+            self.abort(
+                f"no heartbeat from {self._job.drives[axis]} in {silence:.2f} s; it has one each {period:g} s"
+            )
+
     def _check_state(self, axis: int, goals: list[Goal]) -> None:
-        seen, drive = self._exchange, self._job.drives[axis]
-        if (nmt := seen.nmt_state[axis]) is not None and nmt != OPERATIONAL:
-            self.fault(axis, f"{drive} left NMT operational (its heartbeat says {nmt})")
+        seen = self._exchange
         if not seen.complete[axis]:
             return
         word = seen.statusword[axis]
-        state = state_of(word)
-        if self.enabled and state is not State.OPERATION_ENABLED:
-            goals[axis] = Goal.SWITCH_ON_DISABLED
-            self.fault(axis, f"{drive} left operation enabled: it is in state {state.value!r}")
-        elif goals[axis] > Goal.SWITCH_ON_DISABLED and (reason := refusal(word)) is not None:
-            self.fault(axis, f"{drive} cannot be enabled: {reason}")
-        elif self.enabled and word & FOLLOWING_ERROR_BIT:
-            self.fault(axis, f"{drive} reports a following error (statusword 0x{word:04X})")
+        if not self.enabled:
+            if goals[axis] > Goal.SWITCH_ON_DISABLED and (reason := refusal(word)) is not None:
+                self.fault(axis, f"{self._job.drives[axis]} cannot be enabled: {reason}")
+            return
+        if word & _STATE_BITS != _ENABLED_BITS:
+            state = state_of(word)
+            if state is not State.OPERATION_ENABLED:
+                goals[axis] = Goal.SWITCH_ON_DISABLED
+                drive = self._job.drives[axis]
+                self.fault(axis, f"{drive} left operation enabled: it is in state {state.value!r}")
+        elif word & FOLLOWING_ERROR_BIT:
+            self.fault(axis, f"{self._job.drives[axis]} reports a following error (statusword 0x{word:04X})")
+        else:
+            self._check_obedience(axis, word)
+        if seen.emergencies[axis]:
+            # Where the drive goes to fault with it, its state says more and comes with the same SYNC.
+            self._warned[axis] += 1
+            if self._warned[axis] > _PATIENCE:
+                self.fault(axis, f"{self._job.drives[axis]} sent an emergency")
 
-    def _check_following(self, axis: int, set_point: int) -> None:
-        error = abs(set_point - self._exchange.position[axis])
-        if error > self._window[axis]:
-            self.abort(
-                f"following error of {self._job.drives[axis]} is {error} counts; "
-                f"allowed: {self._window[axis]}"
-            )
+    def _check_obedience(self, axis: int, word: int) -> None:
+        """Bit 12, where the drive has it: does it follow its set-points?"""
+        if word & FOLLOWS_BIT:
+            self._follows[axis], self._astray[axis] = True, 0
+        elif self._follows[axis]:
+            self._astray[axis] += 1
+            if self._astray[axis] > _PATIENCE:
+                drive = self._job.drives[axis]
+                self.fault(axis, f"{drive} does not follow its set-points (statusword 0x{word:04X}, bit 12)")
 
     def _check_surroundings(self) -> None:
-        if self._ring.stop_requested:
+        self.request = self._ring.requested()
+        if self.request is Request.ABORT:
             self.stop("stop requested")
+        elif self.request is Request.HALT:
+            self.stop("halt requested")
         if self._terminated():
             self.stop("the cyclic process was told to end (SIGTERM)")
         if not self._parent_alive():
             self.abort("the process that started the stream died")
-        if self._exchange.bus_off:
-            self.abort("the CAN controller went off the bus (bus-off)")
+        if self._exchange.bus_failure is not None:
+            self.abort(self._exchange.bus_failure)
         if self.enabled and self._pace.missed_now > self._job.budgets.missed_in_a_row:
             self.abort(f"the cyclic process stood still for {self._pace.missed_now} SYNC periods")

@@ -43,6 +43,9 @@ def _one_entry_per_axis(robot: Robot) -> None:
     lists |= {("transmission", i): len(row) for i, row in enumerate(robot.transmission)}
     for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
         lists[("controller", key)] = len(getattr(robot.controller, key))
+    for key in ("friction_feed_forward", "acceleration_feed_forward"):
+        if getattr(robot.controller, key):
+            lists[("controller", key)] = len(getattr(robot.controller, key))
     for path, length in lists.items():
         if length != n:
             raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
@@ -51,6 +54,11 @@ def _one_entry_per_axis(robot: Robot) -> None:
 def _names_and_node_ids_differ(robot: Robot) -> None:
     _all_differ("joint", "name", [joint.name for joint in robot.joint])
     _all_differ("drive", "node_id", [drive.node_id for drive in robot.drive])
+    master = robot.bus.master_node_id
+    if master in {drive.node_id for drive in robot.drive}:
+        raise ValueNotAllowed(
+            ("bus", "master_node_id"), "is also the node_id of a drive", "a node id that no drive has"
+        )
 
 
 def _transmission_is_invertible(robot: Robot) -> None:

@@ -71,6 +71,25 @@ class DriveDynamics(_Frozen):
     coulomb: NonNegative = Field(description="Fc, N·m or N")
 
 
+UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
+
+
+class Identity(_Frozen):
+    """What the drive's identity object (1018h) must say; only the entries given are compared."""
+
+    vendor: UInt32 | None = Field(default=None, description="1018:01")
+    product: UInt32 | None = Field(default=None, description="1018:02")
+    revision: UInt32 | None = Field(default=None, description="1018:03")
+    serial: UInt32 | None = Field(default=None, description="1018:04")
+
+
+class Brake(_Frozen):
+    """How long the holding brake takes, so that nothing moves against it or falls before it holds."""
+
+    release: NonNegative = Field(default=0.0, le=10.0, description="s from torque on to an open brake")
+    engage: NonNegative = Field(default=0.0, le=10.0, description="s from the command to a brake that holds")
+
+
 class Drive(_Frozen):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
@@ -86,6 +105,14 @@ class Drive(_Frozen):
     gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
     gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
     dynamics: DriveDynamics
+    identity: Identity = Identity()
+    eds: str | None = Field(
+        default=None, min_length=1, description="EDS or DCF of the drive, relative to robot.toml"
+    )
+    position_reference: Literal["absolute", "homing"] = Field(
+        default="absolute", description="homing: the position is lost with the supply and must be attested"
+    )
+    brake: Brake = Brake()
 
 
 class Controller(_Frozen):
@@ -94,7 +121,8 @@ class Controller(_Frozen):
     ``cascade_p_pi``: v = velocity_gain · (position_gain·e + feed_forward·q̇_r − q̇) + its integral,
     ``pd``:           v = position_gain·e + velocity_gain·(feed_forward·q̇_r − q̇),
     ``pid``:          the same with integral_gain · ∫e.
-    e is reference minus position at the drive output; v is the control signal v_τ.
+    e is reference minus position at the drive output; v is the control signal v_τ. To each of them comes
+    friction_feed_forward · q̇_r + acceleration_feed_forward · q̈_r, before the limit.
     """
 
     type: Literal["cascade_p_pi", "pd", "pid"]
@@ -105,6 +133,12 @@ class Controller(_Frozen):
         description="1/s on the velocity error for cascade_p_pi; v_τ per (rad·s) for pid; 0 for pd"
     )
     velocity_feed_forward: tuple[NonNegative, ...]
+    friction_feed_forward: tuple[NonNegative, ...] = Field(
+        default=(), description="v_τ per rad/s of the set-point's velocity, added to the output; () is none"
+    )
+    acceleration_feed_forward: tuple[NonNegative, ...] = Field(
+        default=(), description="v_τ per rad/s² of the set-point's acceleration, added; () is none"
+    )
     velocity_difference_samples: int = Field(
         default=1,
         ge=1,
@@ -135,6 +169,10 @@ class Bus(_Frozen):
     channel: str = "239.74.163.40"
     bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000, description="bit/s")
     cycle_time: Positive = Field(default=0.004, description="SYNC period, s")
+    load_limit: Positive = Field(
+        default=0.7, le=1.0, description="largest worst-case load of the bus, as a share of the bit rate"
+    )
+    master_node_id: int = Field(default=127, ge=1, le=127, description="node id in the master's heartbeat")
 
 
 class Identification(_Frozen):

@@ -38,6 +38,8 @@ class Command(IntEnum):
 class Goal(IntEnum):
     """How far up the state machine a drive shall be; the order is the order of the steps."""
 
+    QUICK_STOP = -1
+    """Stop by the drive's own quick stop (605Ah), then stay down."""
     SWITCH_ON_DISABLED = 0
     READY = 1
     SWITCHED_ON = 2
@@ -58,6 +60,11 @@ STATUSWORD_PATTERNS: tuple[tuple[State, int, int], ...] = (
 
 TORQUE_STATES = (State.OPERATION_ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
 """States in which a drive may put torque on its motor."""
+
+FOLLOWS_BIT = 0x1000
+"""Bit 12 of the statusword: in csp the drive follows the command value, in ip interpolation is active."""
+INTERPOLATE = 0x10
+"""Bit 4 of the controlword in ip: enable interpolation."""
 
 FOLLOWING_ERROR_BIT = 0x2000
 """Bit 13 of the statusword in the modes csp and ip: the drive's own following error window was left."""
@@ -115,6 +122,9 @@ def next_controlword(statusword: int, goal: Goal) -> int:
         goal: how far up the drive shall be.
     """
     state = state_of(statusword)
+    if goal is Goal.QUICK_STOP:
+        stops = state in (State.OPERATION_ENABLED, State.QUICK_STOP)
+        return int(Command.QUICK_STOP if stops else Command.DISABLE_VOLTAGE)
     level = LEVEL.get(state)
     if level is None:
         return int(Command.DISABLE_VOLTAGE)

@@ -11,15 +11,16 @@ from enum import IntEnum
 
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.emergency import Emergency, record_error
-from drivers.simulated.object_dictionary import VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
-from drivers.simulated.parameters import set_parameters
+from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
+from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.pdo import Pdo
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
-from drivers.simulated.state_machine import POWERED, State, StateMachine, StopOptions, statusword
+from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
+from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 
-CYCLIC_SYNCHRONOUS_POSITION = 8
+INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 _STANDSTILL_SPEED = 0.02
 """Speed of a drive output below which a stop is over, rad/s or m/s."""
 _STANDSTILL_PATIENCE = 1.0
@@ -53,27 +54,39 @@ class Drive:
         self._control_key = (signal.index, signal.subindex)
         self._counts_per_unit = abs(float(robot.counts_per_output_unit[axis]))
         self._next_heartbeat = 0.0
+        saturation = robot.controller.saturation[axis] / signal.per_count
+        self._current_share = 1.0 / saturation
+        self.temperature = MotorTemperature()
+        self.changed_values: dict[tuple[int, int], int] = {}
+        """Objects that this device has otherwise than the EDS says, after every reset."""
         self._start()
 
     def _start(self) -> None:
         self.nmt = Nmt.INITIALISING
-        self.machine = StateMachine()
+        brake = self._robot.drive[self._axis].brake
+        self.machine = StateMachine(brake_opens_slowly=brake.release > 0)
         self.dictionary = dictionary = ObjectDictionary(self.node_id)
         if not dictionary.has(*self._control_key):
-            dictionary.add(Entry(*self._control_key, "h", "ro", 0, None, None, mappable=True))
+            width = "h" if control_signal_bits(self._robot, self._axis) == 16 else "i"
+            dictionary.add(Entry(*self._control_key, width, "ro", 0, None, None, mappable=True))
         set_parameters(dictionary, self._robot, self._axis, self._serial)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
         dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
+        dictionary.listeners[0x60C1] = lambda subindex, value: self._note_target()
+        dictionary.listeners[0x1016] = lambda subindex, value: self._forget_master()
         dictionary.guards[0x6060] = self._guard_mode
+        for key, value in self.changed_values.items():
+            dictionary.set(*key, value)
         dictionary.listeners[0x6060] = lambda subindex, value: dictionary.set(0x6061, 0, value)
         self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, self._has_torque)
         self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
+        self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, self._has_torque)
         self._sdo = SdoServer(dictionary)
         self._received: bytes | None = None
         self._target_known = False
         self._limited = False
         self._following_error = False
-        self._error_time = self._rpdo_age = self._ramp_time = 0.0
+        self._error_time = self._rpdo_age = self._ramp_time = self._brake_time = 0.0
         self._syncs = 0
         self._master_due: float | None = None
         self.sync_period = self.period
@@ -149,6 +162,14 @@ class Drive:
         """Forgets what would have been latched next: a frame lost on the bus."""
         self._received = None
 
+    def delay_rpdo(self) -> bytes | None:
+        """What would have been latched now, to be given back after the SYNC: a frame that came too late."""
+        late, self._received = self._received, None
+        return late
+
+    def _forget_master(self) -> None:
+        self._master_due = None
+
     def latch(self, sync_period: float) -> None:
         """A SYNC: takes the RPDO that came before it and obeys its controlword.
 
@@ -170,7 +191,7 @@ class Drive:
         if not self.rpdo.unpack(data):
             return
         self._rpdo_age = 0.0
-        if self.rpdo.maps(0x607A):
+        if self.rpdo.maps(0x607A) or self.rpdo.maps(0x60C1):
             self._note_target()
         if self.rpdo.maps(0x6040):
             self._obey()
@@ -188,23 +209,34 @@ class Drive:
         dictionary.set(0x60F4, 0, set_point - position)
         dictionary.set(*self._control_key, control_signal)
         self._watch_following_error(abs(set_point - position))
+        self._watch_temperature(control_signal)
         self.refresh_statusword()
 
     def publish(self) -> None:
-        """Sends the TPDO that belongs to a SYNC."""
+        """Sends the TPDOs that belong to a SYNC."""
+        for cob_id, data in self.tpdo_frames():
+            self._send(cob_id, data)
+
+    def tpdo_frames(self) -> list[tuple[int, bytes]]:
+        """The TPDOs that belong to a SYNC: COB-ID and payload."""
         self._syncs += 1
-        due = self._syncs % self.tpdo.transmission_type == 0
-        if due and self.nmt is Nmt.OPERATIONAL and self.tpdo.valid:
-            self._send(self.tpdo.cob_id, self.tpdo.pack())
+        if self.nmt is not Nmt.OPERATIONAL:
+            return []
+        return [
+            (pdo.cob_id, pdo.pack())
+            for pdo in (self.tpdo, self.second_tpdo)
+            if pdo.valid and self._syncs % pdo.transmission_type == 0
+        ]
 
     def refresh_statusword(self) -> None:
         """Brings 6041 up to date."""
         word = statusword(
             self.machine.state,
             remote=self.nmt is Nmt.OPERATIONAL,
-            following=self.machine.mode is AxisMode.TRACKING,
+            following=self.mode is AxisMode.TRACKING,
             limited=self._limited,
             error=self._following_error,
+            warning=self.temperature.warns,
         )
         self.dictionary.set(0x6041, 0, word)
 
@@ -218,13 +250,25 @@ class Drive:
 
     def target(self, position: int) -> int:
         """Target position in counts within 607D; the present position while no target is known."""
+        key = (0x60C1, 1) if self._interpolating else (0x607A, 0)
         if not self._target_known:
-            self.dictionary.set(0x607A, 0, position)
-        wanted = self.dictionary.integer(0x607A)
+            self.dictionary.set(*key, position)
+        wanted = self.dictionary.integer(*key)
         low, high = self.dictionary.integer(0x607D, 1), self.dictionary.integer(0x607D, 2)
         allowed = min(max(wanted, low), high)
         self._limited = allowed != wanted
         return allowed
+
+    @property
+    def _interpolating(self) -> bool:
+        return self.dictionary.integer(0x6060) == INTERPOLATED_POSITION
+
+    @property
+    def mode(self) -> AxisMode:
+        """What the axis does now; in interpolated position mode it follows only while bit 4 says so."""
+        mode = self.machine.mode
+        idle = self._interpolating and not self.dictionary.integer(0x6040) & 0x10
+        return AxisMode.STOPPING if mode is AxisMode.TRACKING and idle else mode
 
     def deceleration(self) -> float:
         """Ramp of the present stop, counts/s²."""
@@ -246,15 +290,20 @@ class Drive:
     def follow_stop(self, set_point_stands: bool) -> None:
         """End of a SYNC period: finishes a stop when set-point and axis stand still."""
         if self.machine.pending is None or not set_point_stands:
-            self._ramp_time = 0.0
+            self._ramp_time = self._brake_time = 0.0
             return
         self._ramp_time += self.sync_period
         speed = abs(self.dictionary.integer(0x606C)) / self._counts_per_unit
         if speed < _STANDSTILL_SPEED or self._ramp_time > _STANDSTILL_PATIENCE:
-            self.machine.standstill()
+            # The axis is held while the brake opens, and until it has fallen in.
+            brake = self._robot.drive[self._axis].brake
+            opens = self.machine.pending is State.OPERATION_ENABLED
+            if self._brake_time >= (brake.release if opens else brake.engage):
+                self.machine.standstill()
+            self._brake_time += self.sync_period
 
     def _has_torque(self) -> bool:
-        return self.machine.state in POWERED
+        return self.machine.mode is not AxisMode.BRAKED
 
     def _options(self) -> StopOptions:
         read = self.dictionary.integer
@@ -278,13 +327,18 @@ class Drive:
         self.refresh_statusword()
 
     def _parameters_fit(self) -> bool:
-        position_mode = self.dictionary.integer(0x6060) == CYCLIC_SYNCHRONOUS_POSITION
+        modes = (CYCLIC_SYNCHRONOUS_POSITION, INTERPOLATED_POSITION)
+        position_mode = self.dictionary.integer(0x6060) in modes
         same_period = abs(self.period - self.sync_period) < 1e-9
         return position_mode and same_period and is_multiple(self.period, self._robot.controller.sample_time)
 
     def _guard_mode(self, subindex: int, value: int | bytes) -> None:
-        if value not in (0, CYCLIC_SYNCHRONOUS_POSITION):
+        assert isinstance(value, int)
+        supported = self.dictionary.integer(0x6502)
+        if value != 0 and not (value > 0 and supported >> (value - 1) & 1):
             raise SdoAbort(VALUE_RANGE)
+        if self._has_torque():
+            raise SdoAbort(DEVICE_STATE)
 
     def _abort_connection(self, code: int) -> None:
         """The master is gone: what 6007 says where there is torque, and an EMCY in any case."""
@@ -300,9 +354,16 @@ class Drive:
             self._report(code)
             self.machine.quick_stop(self._options())
 
+    def _watch_temperature(self, control_signal: int) -> None:
+        if self._has_torque() or self.temperature.extra_rate:
+            self.temperature.advance(control_signal * self._current_share, self.sync_period)
+            self.dictionary.set(0x2200, 0, round(10 * min(self.temperature.celsius, 3000.0)))
+        if self.temperature.too_hot and self._has_torque():
+            self.fail(Emergency.MOTOR_TEMPERATURE)
+
     def _watch_following_error(self, error: int) -> None:
         window = self.dictionary.integer(0x6065)
-        if self.machine.mode is not AxisMode.TRACKING or window == 0xFFFFFFFF or error <= window:
+        if self.mode is not AxisMode.TRACKING or window == 0xFFFFFFFF or error <= window:
             self._error_time = 0.0
             return
         self._error_time += self.sync_period

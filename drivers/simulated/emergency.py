@@ -15,6 +15,7 @@ class Emergency(IntEnum):
     """Error codes that the drive finds by itself (CiA 301 table 26, CiA 402)."""
 
     NO_ERROR = 0x0000
+    MOTOR_TEMPERATURE = 0x4310
     PARAMETER = 0x6320
     COMMUNICATION = 0x8100
     HEARTBEAT = 0x8130

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from drivers.bus_errors import BUS_OFF, ERROR_FLAG
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
 from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency
@@ -50,9 +51,15 @@ class DriveGroup:
         self._faults = faults
         self._counts = np.abs(robot.counts_per_output_unit)
         self.drives = tuple(
-            Drive(robot, axis, serial_number(robot, truth.seed, axis), send) for axis in range(robot.n)
+            Drive(robot, axis, serial_number(robot, truth.seed, axis), self._put) for axis in range(robot.n)
         )
         self._by_node = {drive.node_id: drive for drive in self.drives}
+        for wrong in faults.identities:
+            if wrong.node in self._by_node:
+                self._by_node[wrong.node].changed_values[0x1018, 2] = wrong.product
+        self._send = send
+        self._late: list[tuple[int, bytes]] = []
+        self._off_bus = False
         self._dead: set[int] = set()
         self._last_sync = 0.0
         self.cycle = -1
@@ -66,6 +73,8 @@ class DriveGroup:
 
     def receive(self, cob_id: int, data: bytes, now: float) -> None:
         """One frame from the bus at a time of the monotonic clock, s."""
+        if self._off_bus:
+            return
         if cob_id == SYNC:
             self._last_sync = now
             self.run_period(on_sync=True)
@@ -110,9 +119,11 @@ class DriveGroup:
         """One SYNC period of drives and plant; without ``on_sync`` nothing is latched and nothing sent."""
         self._choose_period()
         if on_sync:
-            self._inject()
+            late = self._inject()
             for drive in self._alive():
                 drive.latch(self.bench.period)
+            for drive, data in late:
+                drive.receive_rpdo(data)
         snapshot = self.bench.begin_cycle(self._modes(), self._targets())
         self._count_cycle()
         self._observe(snapshot)
@@ -160,9 +171,7 @@ class DriveGroup:
                 self.bench.set_period(period)
 
     def _modes(self) -> IntArray:
-        modes = [
-            AxisMode.BRAKED if drive.node_id in self._dead else drive.machine.mode for drive in self.drives
-        ]
+        modes = [AxisMode.BRAKED if drive.node_id in self._dead else drive.mode for drive in self.drives]
         set_points = self.bench.set_points
         for axis, mode in enumerate(modes):
             if mode is AxisMode.STOPPING:
@@ -186,19 +195,34 @@ class DriveGroup:
         for axis, drive in enumerate(self.drives):
             drive.observe(position[axis], set_point[axis], control[axis])
 
+    def _put(self, cob_id: int, data: bytes) -> None:
+        """A frame of a drive, which no longer reaches a master that is off the bus."""
+        if not self._off_bus:
+            self._send(cob_id, data)
+
     def _publish(self) -> None:
+        late, self._late = self._late, []
+        for cob_id, data in late:
+            self._put(cob_id, data)
         for drive in self._alive():
-            if not self._faults.loses_tpdo(drive.node_id, self.cycle):
+            if self._faults.loses_tpdo(drive.node_id, self.cycle):
+                continue
+            if self._faults.delays_tpdo(drive.node_id, self.cycle):
+                self._late += drive.tpdo_frames()
+            else:
                 drive.publish()
 
-    def _inject(self) -> None:
-        """Faults due at the cycle that this SYNC begins."""
+    def _inject(self) -> list[tuple[Drive, bytes]]:
+        """Faults due at the cycle that this SYNC begins; RPDOs that are to come only after it."""
+        late: list[tuple[Drive, bytes]] = []
         if self.cycle < 0:
-            return
+            return late
         cycle = self.cycle + 1
         for drive in self._alive():
             if self._faults.loses_rpdo(drive.node_id, cycle):
                 drive.drop_rpdo()
+            if self._faults.delays_rpdo(drive.node_id, cycle) and (data := drive.delay_rpdo()) is not None:
+                late.append((drive, data))
         for emergency in self._faults.emergencies:
             if emergency.cycle == cycle and emergency.node in self._by_node:
                 self._by_node[emergency.node].fail(emergency.code)
@@ -207,6 +231,20 @@ class DriveGroup:
                 log.info("node %d goes silent", dead.node)
                 self._dead.add(dead.node)
                 self._by_node[dead.node].machine.cut(State.SWITCH_ON_DISABLED)
+        self._inject_into_hardware(cycle)
+        return late
+
+    def _inject_into_hardware(self, cycle: int) -> None:
+        frozen = {fault.node for fault in self._faults.frozen_encoders if fault.cycle <= cycle}
+        if frozen:
+            self.bench.freeze_encoders(np.array([drive.node_id in frozen for drive in self.drives]))
+        for drive in self.drives:
+            for hot in self._faults.hot_motors:
+                if (hot.node, hot.cycle) == (drive.node_id, cycle):
+                    drive.temperature.extra_rate = hot.rate
+        if any(off.cycle == cycle for off in self._faults.bus_off):
+            self._put(ERROR_FLAG | BUS_OFF, bytes(8))
+            self._off_bus = True
 
 
 def serial_number(robot: Robot, seed: int, axis: int) -> int:

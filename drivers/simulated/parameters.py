@@ -11,6 +11,8 @@ from robots import Robot
 from robots.arrays import FloatArray
 
 _GEAR_DENOMINATOR = 10_000
+_PROFILE = 0x6000
+_FITTING_BITS, _WIDE_BITS = 16, 32
 _FOLLOWING_MARGIN = 1.5
 _FOLLOWING_FLOOR = 0.02
 """Following error that is allowed besides the loop's own lag, rad or m."""
@@ -46,8 +48,19 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
     rated = drive.gain * robot.controller.saturation[axis] / drive.gear
     dictionary.set(0x6076, 0, _uint32(rated * 1000))
     signal = drive.control_signal
-    dictionary.set(0x1A00, 3, signal.index << 16 | signal.subindex << 8 | 16)
+    word = signal.index << 16 | signal.subindex << 8
+    if control_signal_bits(robot, axis) == _FITTING_BITS:
+        dictionary.set(0x1A00, 3, word | _FITTING_BITS)
+    else:
+        dictionary.set(0x1A00, 0, 2)
+        dictionary.set(0x1A01, 1, word | _WIDE_BITS)
+        dictionary.set(0x1A01, 0, 1)
     _set_period(dictionary, robot.bus.cycle_time)
+
+
+def control_signal_bits(robot: Robot, axis: int) -> int:
+    """Width of the control-signal object: 16 for one of the profile (6000h and up), 32 for a maker's own."""
+    return _FITTING_BITS if robot.drive[axis].control_signal.index >= _PROFILE else _WIDE_BITS
 
 
 def output_range(robot: Robot) -> FloatArray:

@@ -21,6 +21,7 @@ import can
 
 from drivers import realtime
 from drivers.bus import BusLock, listen_for_traffic, open_bus
+from drivers.bus_errors import ERROR_FLAG
 from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
@@ -81,9 +82,13 @@ def main() -> int:
 
 
 def frame_sender(bus: can.BusABC) -> Callable[[int, bytes], None]:
-    """What puts a frame on a bus: COB-ID and payload."""
+    """What puts a frame on a bus: COB-ID and payload; with ERROR_FLAG, a report of the controller."""
 
     def send(cob_id: int, data: bytes) -> None:
+        if cob_id & ERROR_FLAG:
+            kind = cob_id & ~ERROR_FLAG
+            bus.send(can.Message(arbitration_id=kind, data=data, is_error_frame=True, check=False))
+            return
         bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
 
     return send

@@ -91,10 +91,15 @@ class StateMachine:
     """The power state of one drive, and what its axis does in it.
 
     A stop with a ramp keeps the torque on until :meth:`standstill` is told; ``pending`` is the state
-    that follows.
+    that follows. Where the brake takes its time to open, operation enabled is pending, too, with torque on
+    and the axis held, until :meth:`standstill`.
+
+    Args:
+        brake_opens_slowly: whether it does.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, brake_opens_slowly: bool = False) -> None:
+        self._slow_brake = brake_opens_slowly
         self.state = State.SWITCH_ON_DISABLED
         self.pending: State | None = None
         self._reset_was_high = False
@@ -102,6 +107,8 @@ class StateMachine:
     @property
     def mode(self) -> AxisMode:
         """What the axis does now."""
+        if self.pending is State.OPERATION_ENABLED:
+            return AxisMode.STOPPING
         if self.state not in POWERED:
             return AxisMode.BRAKED
         if self.state is State.OPERATION_ENABLED and self.pending is None:
@@ -125,7 +132,10 @@ class StateMachine:
             if rising:
                 self._enter(State.SWITCH_ON_DISABLED)
             return None
+        opening = self.pending is State.OPERATION_ENABLED
         for transition in _BY_SOURCE[self.state]:
+            if opening and transition.target is State.OPERATION_ENABLED:
+                continue
             if transition.command.given(controlword):
                 if transition.target is State.OPERATION_ENABLED and not may_enable:
                     return None
@@ -160,12 +170,14 @@ class StateMachine:
     def _take(self, transition: Transition, options: StopOptions) -> None:
         if transition.number == 11:
             self._quick_stop(options)
-        elif self._ramps(transition.number, options):
+        elif self._takes_time(transition.number, options):
             self.pending = transition.target
         else:
             self._enter(transition.target)
 
-    def _ramps(self, number: int, options: StopOptions) -> bool:
+    def _takes_time(self, number: int, options: StopOptions) -> bool:
+        if number == 4:
+            return self._slow_brake
         codes = {5: options.disable_operation, 8: options.shutdown}
         return codes.get(number, 0) != 0
 
@@ -182,9 +194,12 @@ class StateMachine:
         self.pending = None
 
 
-def statusword(state: State, *, remote: bool, following: bool, limited: bool, error: bool) -> int:
-    """Object 6041: state bits, voltage enabled (4), remote (9), internal limit (11), CSP's bits 12 and 13."""
+def statusword(
+    state: State, *, remote: bool, following: bool, limited: bool, error: bool, warning: bool = False
+) -> int:
+    """Object 6041: state, voltage enabled (4), warning (7), remote (9), limit (11), CSP's bits 12 and 13."""
     bits = state.value | 0x10
+    bits |= 0x80 if warning else 0
     bits |= 0x200 if remote else 0
     bits |= 0x800 if limited else 0
     bits |= 0x1000 if following else 0

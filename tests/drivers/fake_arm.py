@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import can
 
 from drivers.cia402.states import State
-from drivers.layout import RPDO, tpdo_layout
+from drivers.layout import RPDO, tpdo_layouts
 
 WORDS = {
     State.SWITCH_ON_DISABLED: 0x0040,
@@ -99,7 +99,7 @@ class FakeArm(can.BusABC):
         self.sync_times: list[float] = []
         self.order: list[int] = []
         self._queue: deque[tuple[float, can.Message]] = deque()
-        self._layout = tpdo_layout(16)
+        self._layout = tpdo_layouts(16)[0]
         self.channel_info = "fake"
         super().__init__("fake")
 

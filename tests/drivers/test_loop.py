@@ -14,7 +14,9 @@ import robots
 from drivers import Budgets, Channel, StreamResult
 from drivers.cia402 import State
 from drivers.job import Job
+from drivers.layout import DriveLink
 from drivers.loop import Loop
+from drivers.requests import Request
 from drivers.ring import Ring
 from drivers.units import Units
 from tests.drivers.fake_arm import Clock, FakeArm
@@ -59,9 +61,7 @@ def run(
     job = Job(
         channel=Channel("virtual", "unused"),
         bitrate=1_000_000,
-        nodes=NODES,
-        drives=tuple(f"drive {node}" for node in NODES),
-        control_signal_bits=(16, 16, 16),
+        links=tuple(DriveLink(node, f"drive {node}") for node in NODES),
         cycle_time=PERIOD,
         units=UNITS,
         reference=UNITS.counts(reference() if path is None else path),
@@ -79,7 +79,7 @@ def run(
         if script is not None:
             script(number, arm)
         if number == stop_at:
-            ring.request_stop()
+            ring.request(Request.ABORT)
 
     clock = Clock()
     arm = FakeArm(NODES, clock, whole_script)
@@ -112,9 +112,11 @@ def test_every_cycle_is_sync_then_one_rpdo_per_drive() -> None:
     order = run().arm.order
     syncs = [i for i, cob_id in enumerate(order) if cob_id == 0x080]
     cycles = [order[a + 1 : b] for a, b in pairwise(syncs)]
-    with_rpdos = [cycle for cycle in cycles if cycle]
+    bare = [[cob_id for cob_id in cycle if cob_id != 0x77F] for cycle in cycles]
+    with_rpdos = [cycle for cycle in bare if cycle]
     assert all(cycle == [0x201, 0x202, 0x203] for cycle in with_rpdos)
-    assert cycles.index(with_rpdos[0]) <= 1, "SYNCs without RPDO only before the first answers"
+    assert bare.index(with_rpdos[0]) <= 1, "SYNCs without RPDO only before the first answers"
+    assert all(cycle[0] == 0x77F for cycle in cycles if 0x77F in cycle), "the heartbeat follows the SYNC"
 
 
 def test_axes_climb_together_and_hold_their_position_while_they_do() -> None:
@@ -157,7 +159,7 @@ def test_a_drive_in_fault_is_never_commanded() -> None:
     done = run(fault)
     assert done.result.outcome == "fault"
     assert done.result.reason.startswith("drive 2 cannot be enabled: it is in state 'fault'; EMCY 0x7305")
-    assert set(done.arm.order) == {0x080}
+    assert set(done.arm.order) == {0x080, 0x77F, 0x000}
 
 
 def test_a_silent_drive_is_named_before_anything_is_enabled() -> None:
@@ -166,7 +168,7 @@ def test_a_silent_drive_is_named_before_anything_is_enabled() -> None:
 
     done = run(silent)
     assert done.result.reason == "drive 1 sends no TPDO after 1 s of SYNC"
-    assert set(done.arm.order) == {0x080}
+    assert set(done.arm.order) == {0x080, 0x77F, 0x000}
 
 
 def test_an_arm_that_stands_elsewhere_does_not_move() -> None:

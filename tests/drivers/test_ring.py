@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.pacemaker import Pacemaker
+from drivers.requests import Request
 from drivers.ring import Ring
 from tests.drivers.fake_arm import Clock
 
@@ -43,9 +44,9 @@ def test_two_openings_share_rows_and_the_stop() -> None:
     child = Ring(os.dup(parent.descriptor), 2, 8)
     child.write(*row(1))
     assert parent.read()["cycle"].tolist() == [1]
-    assert not child.stop_requested
-    parent.request_stop()
-    assert child.stop_requested
+    assert child.requested() is None
+    parent.request(Request.ABORT)
+    assert child.requested() is Request.ABORT
     child.close()
     parent.close()
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers import DriveError
-from drivers.layout import MappedObject, tpdo_layout, tpdo_objects
+from drivers.layout import MappedObject, tpdo_layouts, tpdo_objects
 from drivers.units import Units
 from robots import Robot
 
@@ -58,13 +58,17 @@ def test_positions_outside_32_bits_are_refused(tx40: Robot) -> None:
 
 @given(st.integers(0, 0xFFFF), st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1))
 def test_layout_is_little_endian_without_gaps(status: int, position: int, signal: int) -> None:
-    data = tpdo_layout(16).pack(status, position, signal)
+    data = tpdo_layouts(16)[0].pack(status, position, signal)
     assert data[:2] == status.to_bytes(2, "little")
     assert data[2:6] == position.to_bytes(4, "little", signed=True)
     assert data[6:] == signal.to_bytes(2, "little", signed=True)
 
 
 def test_mapping_words_and_the_room_in_a_tpdo() -> None:
-    assert [e.word for e in tpdo_objects(MappedObject(0x6077, 0, 16))] == [0x60410010, 0x60640020, 0x60770010]
-    with pytest.raises(DriveError, match="30D1:02 has 32 bits; allowed: 8 or 16"):
-        tpdo_objects(MappedObject(0x30D1, 2, 32))
+    words = [[e.word for e in entries] for entries in tpdo_objects(MappedObject(0x6077, 0, 16))]
+    assert words == [[0x60410010, 0x60640020, 0x60770010]]
+    words = [[e.word for e in entries] for entries in tpdo_objects(MappedObject(0x30D1, 2, 32))]
+    assert words == [[0x60410010, 0x60640020], [0x30D10220]], "a second one where the first is full"
+    assert [layout.size for layout in tpdo_layouts(32)] == [6, 4]
+    with pytest.raises(DriveError, match="30D1:02 has 24 bits; allowed: 8, 16, 32"):
+        tpdo_objects(MappedObject(0x30D1, 2, 24))

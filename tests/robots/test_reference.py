@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 import robots
+from robots import description
 from robots.allowed import keys_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "robot-toml.md"
@@ -20,6 +21,8 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "## [[drive]]": robots.Drive,
     "### control_signal": robots.ControlSignal,
     "### dynamics": robots.DriveDynamics,
+    "### identity": description.Identity,
+    "### brake": description.Brake,
     "## [controller]": robots.Controller,
     "## [bus]": robots.Bus,
     "## [identification]": robots.Identification,

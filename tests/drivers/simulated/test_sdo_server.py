@@ -94,7 +94,7 @@ def node(serve_drives: Callable[..., Channel]) -> Iterator[canopen.RemoteNode]:
 
 def test_a_client_reads_every_object(node: canopen.RemoteNode, tx40: Robot) -> None:
     assert node.sdo[0x1008].raw == "armhil simulated servo drive"
-    assert node.sdo[0x6502].raw == 1 << 7
+    assert node.sdo[0x6502].raw == 0xC0
     assert node.sdo[0x608F][1].raw == tx40.drive[1].encoder_counts
     assert node.sdo[0x6091][1].raw == 32
     assert node.sdo[0x60C2][1].raw * 10 ** node.sdo[0x60C2][2].raw == pytest.approx(0.004)

@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 
@@ -56,10 +57,21 @@ def test_an_occupied_bus_is_refused_in_one_line(new_channel: Callable[[], Channe
 def test_frames_of_somebody_else_occupy_a_bus(new_channel: Callable[[], Channel]) -> None:
     channel = new_channel()
     with open_bus(channel) as bus:
-        task = bus.send_periodic(can.Message(arbitration_id=0x705, is_extended_id=False, data=b"\x05"), 0.05)
-        with pytest.raises(BusError, match="0x705"):
-            SimulatedArm("emps", channel)
-        task.stop()
+        message = can.Message(arbitration_id=0x705, is_extended_id=False, data=b"\x05")
+        done = threading.Event()
+
+        def talk() -> None:
+            while not done.wait(0.02):
+                bus.send(message)
+
+        thread = threading.Thread(target=talk)
+        thread.start()
+        try:
+            with pytest.raises(BusError, match="0x705"):
+                SimulatedArm("emps", channel)
+        finally:
+            done.set()
+            thread.join()
 
 
 def test_an_unknown_arm_is_refused_in_one_line(new_channel: Callable[[], Channel]) -> None:
