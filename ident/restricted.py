@@ -1,19 +1,26 @@
-"""AR errors of a regression by restricted maximum likelihood.
-
-Sources: Patterson and Thompson 1971; Cheang and Reinsel 2000.
+"""AR errors of a regression from its residuals, without the bias that residuals have.
 
 Residuals r = y − Xβ̂ are what b columns leave of the errors e. Slow columns take slow errors with them, so an
-AR model of r forgets too fast, and a test on rows that it whitens rejects too often. What was taken is known
-in mean: with β̂ by GLS, E(eeᵀ | y) = rrᵀ + X(XᵀΓ⁻¹X)⁻¹Xᵀ. Fitting the AR model to these expected products,
-then β̂ again, is the EM algorithm of restricted maximum likelihood.
+AR model of r forgets too fast, and a test on rows that it whitens rejects too often. With the weighted basis
+U of X and the covariance Γ of the errors what was taken is known in mean,
+
+    E(rrᵀ) = Γ − UUᵀΓ − ΓUUᵀ + U(UᵀΓU)Uᵀ,
+
+so the products of residuals, plus those that a model says are missing, give the next model, until it stands
+still. To first order these are the equations of restricted maximum likelihood (Patterson and Thompson 1971;
+Cheang and Reinsel 2000). Those take r by generalised least squares; here it is by weighted least squares:
+whitening dims the motion and leaves the noise of its derivatives, which pulls β̂ towards zero; what β̂ then
+leaves of the motion in r makes the next model slower still, and so on without end.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import matmul_toeplitz
 
+from ident.covariance import autocovariance
 from ident.whitening import (
     Whitening,
     autoregressive_whitening,
@@ -25,15 +32,15 @@ from ident.whitening import (
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
 
-_ITERATIONS = 50
+_ITERATIONS = 30
 _STILL = 1e-4
-"""Change of a coefficient at which the EM steps end; its standard deviation, 1/√samples, is far more."""
+"""Change of a coefficient at which the steps end; its standard deviation, 1/√samples, is far more."""
 
 _ORDERS_BEYOND = 4
 """Orders that are tried beyond the one that the residuals themselves ask for."""
 
 _DEPENDENT = 1e-12
-"""Eigenvalues of the scaled XᵀΓ⁻¹X below this share of the largest are no information."""
+"""Eigenvalues of the scaled XᵀΩ⁻¹X below this share of the largest are no information."""
 
 _COLUMNS_AT_ONCE = 16
 """Columns whose lagged products are summed together: bounds the memory."""
@@ -52,13 +59,16 @@ def regression_whitening(
         segment: (samples,) recording index.
         used: samples × joints, the rows of the fit.
     """
-    whitening = independent_whitening(target, regressor, segment, used)
-    residual = _solve(whitening, target, regressor, segment, used)[0]
+    omega = independent_whitening(target, regressor, segment, used)
+    fit = _fit(omega, target, regressor, used)
+    residual = target - regressor @ fit.beta
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
+    products = [_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)]
+    counts = [_whole(segment, used[:, j], largest) for j in _axes(used)]
     for _ in range(_ITERATIONS):
-        residual, taken = _solve(whitening, target, regressor, segment, used)
-        before, whitening = whitening, _expected_fit(residual, taken, segment, used, largest)
+        missing = _missing(whitening, fit.basis, omega.sigma, segment, used, largest)
+        before, whitening = whitening, _model(products, missing, counts)
         if _change(before, whitening) < _STILL:
             break
     return replace(whitening, white_p=_whiteness(whitening, residual, segment, used))
@@ -74,9 +84,21 @@ def independent_whitening(
     """
     whitening = _start(target, used)
     for _ in range(2):
-        residual = _solve(whitening, target, regressor, segment, used)[0]
-        whitening = block_whitening(residual, used, regressor.shape[2])
+        fit = _fit(whitening, target, regressor, used)
+        whitening = block_whitening(target - regressor @ fit.beta, used, regressor.shape[2])
     return whitening
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Weighted least squares: β̂ (b,), and U, samples × joints × b', orthonormal over the weighted rows."""
+
+    beta: FloatArray
+    basis: FloatArray
+
+
+def _axes(used: BoolArray) -> range:
+    return range(used.shape[1])
 
 
 def _start(target: FloatArray, used: BoolArray) -> Whitening:
@@ -86,64 +108,84 @@ def _start(target: FloatArray, used: BoolArray) -> Whitening:
     return Whitening("block", empty, np.where(size > 0, size, 1.0))
 
 
-def _solve(
-    whitening: Whitening, target: FloatArray, regressor: FloatArray, segment: IntArray, used: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """GLS residual (samples × joints) and W (samples × joints × b') with WWᵀ = X(XᵀΓ⁻¹X)⁻¹Xᵀ."""
-    y = whitening.apply(target[:, :, np.newaxis], segment, used)[:, 0]
-    x = whitening.apply(regressor, segment, used)
-    scale = np.linalg.norm(x, axis=0)
+def _fit(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> _Fit:
+    weight = used / omega.sigma
+    x = regressor * weight[:, :, np.newaxis]
+    scale = np.sqrt(np.sum(x**2, axis=(0, 1)))
     scale[scale == 0.0] = 1.0
     x /= scale
-    values, directions = np.linalg.eigh(x.T @ x)
+    flat = x.reshape(-1, x.shape[2])
+    values, directions = np.linalg.eigh(flat.T @ flat)
     held = values > _DEPENDENT * values[-1]
     root = directions[:, held] / np.sqrt(values[held])
-    basis = root / scale[:, np.newaxis]
-    beta = basis @ (root.T @ (x.T @ y))
-    return target - regressor @ beta, np.asarray(regressor @ basis)
+    basis = x @ root
+    shares = basis.reshape(flat.shape[0], -1).T @ (target * weight).ravel()
+    return _Fit((root @ shares) / scale, np.asarray(basis))
 
 
-def _change(before: Whitening, after: Whitening) -> float:
-    """Largest change of a coefficient; one that is new or gone counts in full."""
-    order = max(before.order, after.order)
-    pairs = zip(before.coefficients, after.coefficients, strict=True)
-    padded = [np.pad(a, (0, order - a.size)) - np.pad(b, (0, order - b.size)) for a, b in pairs]
-    return float(max(np.abs(difference).max(initial=0.0) for difference in padded))
+def _missing(
+    whitening: Whitening,
+    basis: FloatArray,
+    omega: FloatArray,
+    segment: IntArray,
+    used: BoolArray,
+    largest: int,
+) -> list[FloatArray]:
+    """Per joint: lagged products of e that the fit has taken from those of r, if the model is right."""
+    names = np.unique(segment)
+    moved = np.empty_like(basis)
+    for joint, coefficients in enumerate(whitening.coefficients):
+        for name in names:
+            chosen = np.flatnonzero(segment == name)
+            gamma = autocovariance(coefficients, float(whitening.sigma[joint] / omega[joint]), chosen.size)
+            moved[chosen, joint] = matmul_toeplitz(gamma, basis[chosen, joint])
+    between = np.einsum("sja,sjb->ab", basis, moved, optimize=True)
+    found = []
+    for joint in _axes(used):
+        one = basis[:, joint] * omega[joint]
+        other = moved[:, joint] * omega[joint] - 0.5 * one @ between
+        half = _products(one, other, segment, used[:, joint], largest)
+        found.append(half + half.T)
+    return found
 
 
-def _expected_fit(
-    residual: FloatArray, taken: FloatArray, segment: IntArray, used: BoolArray, largest: int
-) -> Whitening:
-    """AR model per joint of the errors whose expected products are residual's own plus those of ``taken``."""
-    coefficients, sigma = [], np.empty(residual.shape[1])
-    for joint in range(residual.shape[1]):
-        present = taken[:, joint, np.any(taken[:, joint] != 0.0, axis=0)]
-        columns = np.column_stack([residual[:, joint], present])
-        products, count = _lagged_products(columns, segment, used[:, joint], largest)
-        a, sigma[joint] = _best_of_products(products, count)
-        coefficients.append(a)
-    return Whitening("ar", tuple(coefficients), sigma)
+def _products(
+    one: FloatArray, other: FloatArray, segment: IntArray, used: BoolArray, largest: int
+) -> FloatArray:
+    """Σ over columns and samples of a_{t−k}·b_{t−l}, k, l = 0 … largest, where all these are used.
+
+    Args:
+        one, other: (samples,) or (samples, columns).
+    """
+    products = np.zeros((largest + 1, largest + 1))
+    one, other = one.reshape(segment.size, -1), other.reshape(segment.size, -1)
+    for name in np.unique(segment):
+        chosen = segment == name
+        whole = unbroken(used[chosen], largest)
+        for start in range(0, one.shape[1], _COLUMNS_AT_ONCE):
+            part = slice(start, start + _COLUMNS_AT_ONCE)
+            left = _lags(one[chosen, part], whole, largest)
+            right = left if one is other else _lags(other[chosen, part], whole, largest)
+            products += left.T @ right
+    return products
 
 
-def _lagged_products(
-    columns: FloatArray, segment: IntArray, used: BoolArray, largest: int
-) -> tuple[FloatArray, int]:
-    """Σ over columns and samples of s_{t−k}s_{t−l}, k, l = 0 … largest, and the number of samples."""
-    products, count = np.zeros((largest + 1, largest + 1)), 0
-    for index in np.unique(segment):
-        series = columns[segment == index]
-        whole = unbroken(used[segment == index], largest)
-        count += int(whole.sum())
-        for start in range(0, series.shape[1], _COLUMNS_AT_ONCE):
-            part = series[:, start : start + _COLUMNS_AT_ONCE]
-            lagged = np.stack(
-                [part[largest - k : part.shape[0] - k][whole].ravel() for k in range(largest + 1)], axis=1
-            )
-            products += lagged.T @ lagged
-    return products, count
+def _lags(columns: FloatArray, whole: BoolArray, largest: int) -> FloatArray:
+    """(samples · columns, largest + 1): each sample that counts, and those before it, nearest first."""
+    last = columns.shape[0]
+    return np.stack([columns[largest - k : last - k][whole].ravel() for k in range(largest + 1)], axis=1)
 
 
-def _best_of_products(products: FloatArray, count: int) -> tuple[FloatArray, float]:
+def _whole(segment: IntArray, used: BoolArray, largest: int) -> int:
+    return sum(int(unbroken(used[segment == name], largest).sum()) for name in np.unique(segment))
+
+
+def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[int]) -> Whitening:
+    fits = [_best(one + other, count) for one, other, count in zip(products, missing, counts, strict=True)]
+    return Whitening("ar", tuple(a for a, _ in fits), np.array([sigma for _, sigma in fits]))
+
+
+def _best(products: FloatArray, count: int) -> tuple[FloatArray, float]:
     """AR coefficients of the order with the smallest BIC and the deviation of the innovation."""
     best: FloatArray = np.empty(0)
     variance = products[0, 0] / count
@@ -152,10 +194,20 @@ def _best_of_products(products: FloatArray, count: int) -> tuple[FloatArray, flo
         lags = slice(1, order + 1)
         a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
         left = (products[0, 0] - a @ products[lags, 0]) / count
+        if left <= 0.0:
+            break
         bic = count * np.log(left) + order * np.log(count)
         if bic < smallest and is_stable(a):
             best, smallest, variance = a, bic, left
     return best, float(np.sqrt(variance))
+
+
+def _change(before: Whitening, after: Whitening) -> float:
+    """Largest change of a coefficient; one that is new or gone counts in full."""
+    order = max(before.order, after.order)
+    pairs = zip(before.coefficients, after.coefficients, strict=True)
+    padded = [np.pad(a, (0, order - a.size)) - np.pad(b, (0, order - b.size)) for a, b in pairs]
+    return float(max(np.abs(difference).max(initial=0.0) for difference in padded))
 
 
 def _whiteness(whitening: Whitening, residual: FloatArray, segment: IntArray, used: BoolArray) -> FloatArray:

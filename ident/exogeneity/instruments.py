@@ -73,7 +73,7 @@ def instruments_gate(
         for k, name in enumerate(names)
     )
     shift = _parameter_shift(white, projection)
-    weakest, strength = _relevance(white, names)
+    weakest, strength = _relevance(block, names)
     worst = max(checks, key=lambda check: check.size)
     parts = [
         f"largest departure {100 * worst.size:.3g} % of {worst.column} (margin {100 * settings.margin:g} %)",
@@ -118,9 +118,9 @@ def _parameter_shift(white: WhiteRows, projection: FloatArray) -> FloatArray:
     return np.asarray(np.abs((projection - np.eye(beta.size)) @ beta) / np.sqrt(np.diag(inverse)))
 
 
-def _relevance(white: WhiteRows, names: tuple[str, ...]) -> tuple[str, float]:
+def _relevance(rows: WhiteRows, names: tuple[str, ...]) -> tuple[str, float]:
     """The parameter whose regressor the instruments move least, given the others, and its conditional F."""
-    found = conditional_f(white)
+    found = conditional_f(rows)
     if not found:
         return "", np.inf
     column = min(found, key=lambda k: found[k].statistic)

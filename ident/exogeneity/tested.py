@@ -20,6 +20,7 @@ class TestedRows:
         instruments: samples × joints × b.
         segment: (samples,) which recording a sample comes from.
         used: samples × joints, false where a row is left out.
+        known_errors: their AR process where it was fitted before.
     """
 
     __test__ = False  # a value, whatever its name looks like to a collector of tests
@@ -29,9 +30,12 @@ class TestedRows:
     instruments: FloatArray
     segment: IntArray
     used: BoolArray
+    known_errors: Whitening | None = None
 
     def errors(self) -> Whitening:
         """The AR process of the errors per joint."""
+        if self.known_errors is not None:
+            return self.known_errors
         return regression_whitening(self.torque, self.regressor, self.segment, self.used)
 
     def omega(self) -> Whitening:
