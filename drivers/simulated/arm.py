@@ -33,6 +33,7 @@ class SimulatedArm:
         seed: which arm is drawn around the description, and which noise it has.
         faults: what goes wrong.
         truth: an arm to simulate instead of one drawn from the seed.
+        scenario: file that says what the arm has besides; only the process of the drives reads it.
 
     Raises:
         BusError: the bus cannot be opened or is occupied.
@@ -47,6 +48,7 @@ class SimulatedArm:
         *,
         faults: Faults = NO_FAULTS,
         truth: PlantTruth | None = None,
+        scenario: str | Path | None = None,
     ) -> None:
         order = {
             "robot": str(robot_source),
@@ -55,6 +57,7 @@ class SimulatedArm:
             "seed": seed,
             "faults": faults.as_dict(),
             "truth": truth.as_dict() if truth is not None else None,
+            "scenario": str(scenario) if scenario is not None else None,
         }
         self._process = subprocess.Popen(
             [sys.executable, "-m", "drivers.simulated"],

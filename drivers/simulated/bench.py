@@ -1,8 +1,8 @@
 """The drives' position loops coupled to the plant, from one SYNC to the next.
 
-This is the one code path of the simulated arm: the process on the bus and the run without a bus both
-call :meth:`Bench.begin_cycle` and :meth:`Bench.finish_cycle`, so equal references give equal bits. Time
-advances by one SYNC period per cycle, whatever the clock says.
+The process on the bus calls :meth:`Bench.begin_cycle` and :meth:`Bench.finish_cycle`, the run without a bus
+:meth:`Bench.run`. Both call the same compiled code with the same random streams, so equal references give
+equal bits. Time advances by one SYNC period per cycle, whatever the clock says.
 """
 
 from __future__ import annotations
@@ -15,13 +15,18 @@ import numpy as np
 from drivers.errors import DriveError
 from drivers.simulated import noise
 from drivers.simulated.control_loop import ControlLoop
+from drivers.simulated.disturbances import Disturbances
+from drivers.simulated.physics.entry_points import compiled
 from drivers.simulated.plant import STEP_RATE, Plant
-from drivers.simulated.set_points import AxisMode, SetPoints
+from drivers.simulated.scenario import EMPTY, Scenario
+from drivers.simulated.set_points import AxisMode, SetPoints, interpolate
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray, IntArray
 
-_TORQUE_STREAM, _ENCODER_STREAM, _IDLE_STREAM = 1, 2, 3
+_ENCODER_STREAM, _IDLE_STREAM = 2, 3
+_CYCLES_AT_ONCE = 1000
+"""SYNC periods for which a run without a bus draws its noise in one go: a few MB."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,19 @@ class Snapshot:
     """What the controller step at this instant puts on the motors."""
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """A run without a bus, one row per SYNC, each (N, n)."""
+
+    counts: FloatArray
+    """Encoder readings (whole numbers)."""
+    control_signal: FloatArray
+    position: FloatArray
+    """True joint positions."""
+    velocity: FloatArray
+    """True joint velocities."""
+
+
 class Bench:
     """Position loops, encoders and plant of one simulated arm.
 
@@ -45,34 +63,40 @@ class Bench:
     Args:
         robot: the description; its controller is what the drives run.
         truth: the arm that is driven.
+        scenario: what the arm has besides.
 
     Raises:
-        DriveError: the SYNC period is no multiple of the controller's sample time.
+        DriveError: the SYNC period is no multiple of the controller's sample time, or the scenario does not
+            fit the arm.
     """
 
-    def __init__(self, robot: Robot, truth: PlantTruth) -> None:
+    def __init__(self, robot: Robot, truth: PlantTruth, scenario: Scenario = EMPTY) -> None:
         self.robot = robot
         self.seed = truth.seed
         sample_time = robot.controller.sample_time
         self._steps = max(1, math.ceil(sample_time * STEP_RATE - 1e-9))
-        self.plant = Plant(robot, truth, sample_time / self._steps)
-        self._loop = ControlLoop(robot.controller)
-        self.set_points = SetPoints(robot.n, robot.controller.interpolation)
-        counts = robot.counts_per_output_unit
-        self.encoder = noise.Encoder(counts, np.array(truth.encoder_noise))
-        self._counts_per_unit = counts
-        self._torque_noise = noise.TorqueNoise(
-            np.array(truth.torque_noise), truth.torque_noise_time_constant, self.plant.step_time
+        self.plant = Plant(robot, truth, sample_time / self._steps, scenario)
+        self._counts_per_unit = robot.counts_per_output_unit
+        drives = self.plant.arm.drives
+        self._loop = ControlLoop(
+            robot.controller,
+            self._counts_per_unit,
+            self._steps,
+            math.ceil(drives["position_delay"].max() / self.plant.step_time),
+            math.ceil(drives["torque_delay"].max() / sample_time),
         )
+        self.set_points = SetPoints(robot.n, robot.controller.interpolation)
+        louder = scenario.noise.encoder if scenario.noise is not None else 1.0
+        self.encoder = noise.Encoder(self._counts_per_unit, louder * np.array(truth.encoder_noise))
+        self._disturbances = Disturbances(truth, scenario, self.plant.step_time, self._steps)
         self._gain = np.array(truth.gain)
         self._idle = noise.stream(self.seed, 0, _IDLE_STREAM)
-        self._torque_stream = self._encoder_stream = self._idle
+        self._encoder_stream = self._idle
         self.runs = 0
         self.period = 0.0
         self._samples = 0
         self.set_period(robot.bus.cycle_time)
         self._errors = np.zeros((self._samples, robot.n))
-        self._output = np.zeros(robot.n)
         self._off: BoolArray = np.ones(robot.n, dtype=np.bool_)
 
     def set_period(self, period: float) -> None:
@@ -95,6 +119,15 @@ class Bench:
         """True where all brakes are engaged and the arm stands still."""
         return self.plant.at_rest
 
+    def freeze_encoders(self, frozen: BoolArray) -> None:
+        """Makes the encoders that are True repeat their last reading, (n,); the others read again."""
+        self._loop.memory.frozen[:] = frozen
+
+    def stand(self, position: FloatArray) -> None:
+        """Puts the braked arm at a posture, joint positions (n,)."""
+        self.plant.stand(position)
+        self._loop.memory.path[:] = self.plant.drive_position()
+
     def begin_cycle(self, modes: IntArray, targets: FloatArray) -> Snapshot:
         """The instant of a SYNC: latches modes and targets, reads the encoders, takes a controller step.
 
@@ -108,50 +141,127 @@ class Bench:
             self._start_run()
         stream = self._idle if self._off.all() and not released.any() else self._encoder_stream
         self._errors = self.encoder.block(stream, self._samples)
-        counts = self.encoder.read(self.plant.drive_position(), self._errors[0])
-        position = counts / self._counts_per_unit
         if released.any():
-            self._release(released, position)
+            counts = self.encoder.read(self.plant.drive_position(), self._errors[0])
+            self._release(released, counts / self._counts_per_unit)
         if released.any() or (off != self._off).any():
-            self.plant.engage(off)
-        self._off = off
+            self._switch(off)
         self.set_points.set_modes(modes)
         self.set_points.latch(targets / self._counts_per_unit, self.period, self._samples)
         self.set_points.sample(0)
-        self._control(position)
-        following = np.where(off, position, self.set_points.position)
-        return Snapshot(counts, following * self._counts_per_unit, self._output)
+        memory = self._loop.memory
+        compiled.sample(
+            self.plant.arm,
+            self.plant.motion,
+            self._loop.law,
+            memory,
+            self.set_points.position,
+            self.set_points.velocity,
+            self._errors[0],
+        )
+        reached = self.set_points.position * self._counts_per_unit
+        return Snapshot(
+            memory.reported_counts.copy(),
+            np.where(off, memory.counts, reached),
+            memory.reported_signal.copy(),
+        )
 
     def finish_cycle(self) -> None:
         """From the SYNC to the next one: controller samples and plant steps of one period."""
         if self.plant.at_rest:
             return
-        torques = self._torque_noise.block(self._torque_stream, self._samples * self._steps)
+        block = self._disturbances.block(self._samples)
+        set_points, slopes = np.empty((2, self._samples, self.robot.n))
         for sample in range(self._samples):
             if sample > 0:
                 self.set_points.sample(sample)
-                counts = self.encoder.read(self.plant.drive_position(), self._errors[sample])
-                self._control(counts / self._counts_per_unit)
-            drive = self._gain * self._output
-            for step in range(self._steps):
-                self.plant.step(drive + torques[sample * self._steps + step])
+            set_points[sample], slopes[sample] = self.set_points.position, self.set_points.velocity
+        state = compiled.period(
+            self.plant.arm,
+            self.plant.motion,
+            self._loop.law,
+            self._loop.memory,
+            set_points,
+            slopes,
+            self._errors,
+            block.scales,
+            block.torques,
+        )
+        self.plant.require_fine(state)
 
-    def _control(self, position: FloatArray) -> None:
-        if self._off.all():
-            self._output = np.zeros(self.robot.n)
-            return
-        output = self._loop.step(self.set_points.position, self.set_points.velocity, position)
-        self._output = np.where(self._off, 0.0, output)
+    def run(self, targets: FloatArray) -> Recorded:
+        """Releases all axes and streams targets to them, as one call of compiled code after the other.
+
+        The same as :meth:`begin_cycle` (all axes tracking) and :meth:`finish_cycle` for each row, from an arm
+        whose axes are all braked.
+
+        Args:
+            targets: target positions in counts at the drive outputs, (N, n).
+        """
+        self._start_run()
+        first = self.encoder.read(self.plant.drive_position(), self._first_errors())
+        everything = np.ones(self.robot.n, dtype=np.bool_)
+        position = first / self._counts_per_unit
+        self._release(everything, position)
+        self._switch(~everything)
+        rows = np.vstack([position, position, targets / self._counts_per_unit])
+        found = np.empty((4, *targets.shape))
+        for start in range(0, len(targets), _CYCLES_AT_ONCE):
+            stop = min(start + _CYCLES_AT_ONCE, len(targets))
+            self._run_block(rows[start : stop + 2], found[:, start:stop])
+        return Recorded(*found)
+
+    def _run_block(self, rows: FloatArray, found: FloatArray) -> None:
+        """Some cycles: ``rows`` begins with the two targets before them; ``found`` is written."""
+        cycles, samples = len(rows) - 2, self._samples
+        # set-points and slopes as (cycles, samples, n), each sample of all periods at once.
+        filled = np.empty((2, cycles, samples, self.robot.n))
+        # The period from SYNC k runs from the target latched at k − 1 to that latched at k.
+        targets = (rows[:-2], rows[1:-1], rows[2:])
+        length = samples * (self.period / samples)
+        for sample in range(samples):
+            filled[0, :, sample], filled[1, :, sample] = interpolate(
+                self.robot.controller.interpolation, targets, sample / samples, length
+            )
+        flat = filled.reshape(2, cycles * samples, self.robot.n)
+        errors = self.encoder.block(self._encoder_stream, cycles * samples)
+        block = self._disturbances.block(cycles * samples)
+        state = compiled.run(
+            self.plant.arm,
+            self.plant.motion,
+            self._loop.law,
+            self._loop.memory,
+            samples,
+            flat[0],
+            flat[1],
+            errors,
+            block.scales,
+            block.torques,
+            found[0],
+            found[1],
+            found[2],
+            found[3],
+        )
+        self.plant.require_fine(state)
+
+    def _first_errors(self) -> FloatArray:
+        """The first reading's errors of the run that has just started, which the run will draw again."""
+        return np.asarray(self.encoder.block(noise.stream(self.seed, self.runs - 1, _ENCODER_STREAM), 1)[0])
+
+    def _switch(self, off: BoolArray) -> None:
+        self.plant.engage(off)
+        self._off = off
+        self._loop.memory.off[:] = off
 
     def _start_run(self) -> None:
-        self._torque_stream = noise.stream(self.seed, self.runs, _TORQUE_STREAM)
+        self._disturbances.start(self.runs)
         self._encoder_stream = noise.stream(self.seed, self.runs, _ENCODER_STREAM)
-        self._torque_noise.reset()
         self.runs += 1
 
     def _release(self, axes: BoolArray, position: FloatArray) -> None:
         self.set_points.start_at(axes, position)
         self._loop.reset(axes, position, self.plant.holding_torque() / self._gain)
+        self._loop.memory.path[:] = self.plant.drive_position()
 
 
 def is_multiple(period: float, sample_time: float) -> bool:

@@ -14,6 +14,7 @@ from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.offline import control_signal_counts
+from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State
 from drivers.simulated.truth import PlantTruth
@@ -37,6 +38,7 @@ class DriveGroup:
         truth: the arm that is driven.
         send: puts a frame on the bus: COB-ID and payload.
         faults: what goes wrong.
+        scenario: what the arm has besides.
     """
 
     def __init__(
@@ -45,8 +47,9 @@ class DriveGroup:
         truth: PlantTruth,
         send: Callable[[int, bytes], None],
         faults: Faults = NO_FAULTS,
+        scenario: Scenario = EMPTY,
     ) -> None:
-        self.bench = Bench(robot, truth)
+        self.bench = Bench(robot, truth, scenario)
         self._robot = robot
         self._faults = faults
         self._counts = np.abs(robot.counts_per_output_unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import lfilter
 
 from robots.arrays import FloatArray
 
@@ -36,10 +37,10 @@ class TorqueNoise:
         if self._memory == 0.0:
             return white
         fresh = np.sqrt(1.0 - self._memory**2)
-        for k in range(steps):
-            self._level = self._memory * self._level + fresh * white[k]
-            white[k] = self._level
-        return white
+        start = (self._memory * self._level)[None, :]
+        coloured, _ = lfilter([1.0], [1.0, -self._memory], fresh * white, axis=0, zi=start)
+        self._level = np.array(coloured[-1])
+        return np.asarray(coloured)
 
     def reset(self) -> None:
         """Forgets the colour's state."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drivers.errors import DriveError
 from drivers.simulated.bench import Bench
-from drivers.simulated.set_points import AxisMode
+from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
 from robots.arrays import FloatArray, IntArray
@@ -31,52 +31,82 @@ class SimulatedRun:
     true_velocity: FloatArray
     """Joint velocities, (N, n)."""
 
+    def after(self, cycles: int) -> SimulatedRun:
+        """The same without its first cycles."""
+        arrays = {name: getattr(self, name)[cycles:] for name in self.__dataclass_fields__}
+        return SimulatedRun(**arrays)
+
 
 def simulate_offline(
-    robot: Robot, truth: PlantTruth, reference: FloatArray, *, cycle_time: float | None = None
+    robot: Robot,
+    truth: PlantTruth,
+    reference: FloatArray,
+    *,
+    cycle_time: float | None = None,
+    scenario: Scenario = EMPTY,
+    periods: int = 1,
+    warm_up: int = 0,
+    start: FloatArray | None = None,
+    seed: int | None = None,
 ) -> SimulatedRun:
     """Streams a reference to the simulated arm without a bus.
 
     Row 0 is the target that the drives latch at the SYNC that enables them; the arm then stands at
-    ``robot.home``.
+    ``start``.
 
     Args:
         robot: the description.
         truth: the arm that is driven.
-        reference: joint positions, (N, n), one row per SYNC, rad or m.
+        reference: joint positions, (N, n), one row per SYNC, rad or m: one period of them.
         cycle_time: SYNC period, s; the robot's own where None.
+        scenario: what the arm has besides.
+        periods: how often the reference is repeated, one period after the other.
+        warm_up: how many further periods come before those and are left out of the result: the arm is then
+            in its periodic motion, and warm.
+        start: joint positions, (n,), where the arm stands at first; ``robot.home`` where None.
+        seed: of the noise; the truth's own where None.
+
+    Returns:
+        ``periods`` · N rows; ``cycle`` goes on counting through the warm-up.
 
     Raises:
-        DriveError: the reference has the wrong shape, is not finite, or the cycle does not fit.
+        DriveError: the reference has the wrong shape, is not finite, or the cycle or the scenario does not
+            fit.
     """
+    rows = _checked(robot, reference)
+    if periods < 1 or warm_up < 0:
+        raise DriveError(f"periods {periods} and warm_up {warm_up}; allowed: at least 1 and at least 0")
+    noisy = truth if seed is None else replace(truth, seed=seed)
+    bench = Bench(robot, noisy, scenario)
+    if cycle_time is not None:
+        bench.set_period(cycle_time)
+    if start is not None:
+        bench.stand(np.asarray(start, dtype=np.float64))
+    scale = robot.counts_per_output_unit
+    targets = np.tile(np.rint(rows @ robot.transmission_matrix.T * scale), (warm_up + periods, 1))
+    found = bench.run(targets)
+    to_joint = np.linalg.inv(robot.transmission_matrix).T
+    cycle = np.arange(len(targets), dtype=np.int64)
+    resolution = control_signal_resolution(robot)
+    run = SimulatedRun(
+        cycle=cycle,
+        time=cycle.astype(np.float64) * bench.period,
+        reference=(targets / scale) @ to_joint,
+        position=(found.counts / scale) @ to_joint,
+        control_signal=control_signal_counts(robot, found.control_signal) * resolution,
+        true_position=found.position,
+        true_velocity=found.velocity,
+    )
+    return run.after(warm_up * len(rows)) if warm_up else run
+
+
+def _checked(robot: Robot, reference: FloatArray) -> FloatArray:
     rows = np.asarray(reference, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != robot.n:
         raise DriveError(f"reference has shape {rows.shape}; allowed: (N, {robot.n})")
     if not np.isfinite(rows).all():
         raise DriveError("reference holds values that are not finite")
-    bench = Bench(robot, truth)
-    if cycle_time is not None:
-        bench.set_period(cycle_time)
-    scale = robot.counts_per_output_unit
-    targets = np.rint(rows @ robot.transmission_matrix.T * scale)
-    tracking = np.full(robot.n, AxisMode.TRACKING, dtype=np.int64)
-    counts, control, position, velocity = (np.empty_like(rows) for _ in range(4))
-    for k in range(len(rows)):
-        position[k], velocity[k] = bench.plant.position, bench.plant.velocity
-        snapshot = bench.begin_cycle(tracking, targets[k])
-        counts[k], control[k] = snapshot.position, snapshot.control_signal
-        bench.finish_cycle()
-    to_joint = np.linalg.inv(robot.transmission_matrix).T
-    cycle = np.arange(len(rows), dtype=np.int64)
-    return SimulatedRun(
-        cycle=cycle,
-        time=cycle.astype(np.float64) * bench.period,
-        reference=(targets / scale) @ to_joint,
-        position=(counts / scale) @ to_joint,
-        control_signal=control_signal_counts(robot, control) * control_signal_resolution(robot),
-        true_position=position,
-        true_velocity=velocity,
-    )
+    return rows
 
 
 def control_signal_resolution(robot: Robot) -> FloatArray:

@@ -1,33 +1,28 @@
-"""The arm as truth: coupled axes with rotor inertia, dry and viscous friction, offsets and brakes.
+"""The arm as truth: links, drives and gears with states of their own, moved by compiled code.
 
-With w = T q̇ at the drive outputs, T the transmission matrix and off a torque offset per joint,
-
-    (M(q) + Tᵀ diag(Ia) T) q̈ = Tᵀ (τ − Fv∘w − dry friction − brake) − off − c(q, q̇) − g(q).
-
-The step is semi-implicit (symplectic) Euler: velocities first, positions with the new velocities. Viscous
-friction enters as the mean of old and new velocity, dry friction at the new one, so that neither limits
-the step nor acts as extra inertia.
+The equations stand in :mod:`drivers.simulated.physics.step`. The step is semi-implicit (symplectic) Euler:
+velocities first, positions with the new velocities.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg.lapack import dposv
 
 from drivers.errors import DriveError
-from drivers.simulated.brake import Brakes
-from drivers.simulated.friction import Bristle
+from drivers.simulated.physics import records
+from drivers.simulated.physics.assemble import assemble, true_model
+from drivers.simulated.physics.energy import stored_in_gears, stored_in_joints
+from drivers.simulated.physics.entry_points import compiled
+from drivers.simulated.physics.standing import gear_stretch
+from drivers.simulated.physics.step import FINE
+from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.truth import PlantTruth
-from robots import Robot, rigid_body_model
+from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
 STEP_RATE = 4000.0
 """Plant steps per second, rounded up so that a controller sample holds a whole number of them."""
-BRAKE_RATIO = 3.0
-"""Holding torque of a brake over the torque limit of its axis."""
-_STANDSTILL = 1e-4
-"""Drive output speed below which engaged brakes hold for good, rad/s or m/s."""
 
 
 class Plant:
@@ -37,59 +32,119 @@ class Plant:
         robot: transmission, limits and URDF (gravity, kinematics).
         truth: inertial and friction figures; they replace those of the URDF.
         step: s.
+        scenario: what the arm has besides.
 
     Raises:
-        DriveError: the mass matrix of this truth is not positive definite.
+        DriveError: the scenario names an axis that the arm does not have, or a gear is too stiff.
     """
 
-    def __init__(self, robot: Robot, truth: PlantTruth, step: float = 1.0 / STEP_RATE) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        truth: PlantTruth,
+        step: float = 1.0 / STEP_RATE,
+        scenario: Scenario = EMPTY,
+    ) -> None:
+        scenario.check(robot)
         self.step_time = step
-        self.model = true_model(robot, truth)
+        self.model = true_model(robot, truth, scenario)
         self._data = self.model.createData()
-        self.transmission = robot.transmission_matrix
-        self._back = np.ascontiguousarray(self.transmission.T)
-        self.rotor_inertia = truth.per_drive("Ia")
-        self.viscous = truth.per_drive("Fv")
-        self.offset = truth.per_drive("off")
-        self.position = np.array(robot.home, dtype=np.float64)
-        self.velocity = np.zeros(robot.n)
-        self._last_change = np.zeros(robot.n)
-        width = np.array(truth.bristle_width)
-        inertia = np.maximum(self.rotor_inertia, 1e-9)
-        self.friction = Bristle(truth.per_drive("Fc"), width, inertia, step)
-        torque_limits = np.abs(np.linalg.inv(self.transmission).T) @ robot.torque_limits
-        self.brakes = Brakes(BRAKE_RATIO * torque_limits)
-        self.at_rest = True
-        """True where every brake is engaged and nothing moves any more."""
-        self._constant_mass = self._back @ np.diag(self.rotor_inertia) @ self.transmission
+        self.arm = assemble(robot, truth, scenario, self.model, step)
+        self._n = robot.n
+        self._described = robot.transmission_matrix
+        self.motion = records.resting(np.array(robot.home), len(self.arm.drives))
+        self.stand(np.array(robot.home))
+
+    @property
+    def position(self) -> FloatArray:
+        """Positions of the joints, (n,), rad or m; may be written to while every gear is rigid."""
+        return self.motion.position
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Velocities of the joints, (n,); may be written to while every gear is rigid."""
+        return self.motion.velocity
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether every brake is engaged and nothing moves any more."""
+        return bool(self.motion.at_rest[0])
+
+    @property
+    def braked(self) -> BoolArray:
+        """Which brakes are engaged, (n,)."""
+        return self.motion.braked[: self._n].copy()
+
+    def stand(self, position: FloatArray) -> None:
+        """Puts the braked arm where its drives read this posture, at rest and cold.
+
+        Gears that give way are wound up by gravity, so that the brakes' release starts no swing.
+
+        Args:
+            position: joint positions as the described transmission understands the drives, (n,).
+        """
+        drives = len(self.arm.drives)
+        fresh = records.resting(position, drives)
+        for ours, new in zip(self.motion, fresh, strict=True):
+            ours[...] = new
+        rotors = self._described @ position
+        active = self.arm.transmission[: self._n]
+        self.motion.position[:] = np.linalg.solve(active, rotors)
+        for _ in range(20):
+            holding = self.holding_torque()
+            wound = gear_stretch(self.arm, self.motion, rotors, holding)
+            self.motion.position[:] = np.linalg.solve(active, rotors - wound)
+        self.motion.motors["position"] = self.arm.transmission @ self.motion.position
+        self.motion.motors["position"][: self._n] = rotors
+        self.motion.motors["warmth"] = self.arm.drives["start_warmth"]
+        self.motion.joints["slosh_position"] = self.motion.position
+        self.motion.motors["load"][: self._n] = self.holding_torque()
 
     def drive_position(self) -> FloatArray:
-        """Positions of the drive outputs, (n,), rad or m."""
-        return np.asarray(self.transmission @ self.position)
+        """Positions that the encoders see: of the rotors, at the drive outputs, (n,), rad or m."""
+        return np.array(self.motion.motors["position"][: self._n])
 
     def drive_velocity(self) -> FloatArray:
-        """Velocities of the drive outputs, (n,)."""
-        return np.asarray(self.transmission @ self.velocity)
+        """Velocities of the rotors at the drive outputs, (n,)."""
+        return np.array(self.motion.motors["velocity"][: self._n])
+
+    def temperature(self) -> FloatArray:
+        """Warmth of the gears above that at which their figures hold, (n,), K."""
+        return np.array(self.motion.motors["warmth"][: self._n])
 
     def mass_matrix(self) -> FloatArray:
-        """M(q) + Tᵀ diag(Ia) T, n × n."""
-        links = pin.crba(self.model, self._data, self.position)
-        return np.asarray(links + self._constant_mass)
+        """M(q) + Tᵀ diag(Ia) T of links and of the drives that move rigidly with them, n × n."""
+        compiled.posture(self.arm, self.motion)
+        rigid = np.where(self.arm.drives["compliant"] == 0, self.arm.drives["inertia"], 0.0)
+        matrix = self.arm.transmission
+        return np.asarray(self.motion.mass + (matrix.T * rigid) @ matrix)
 
     def holding_torque(self) -> FloatArray:
         """Torque at the drive outputs that holds the arm still without friction, (n,), N·m."""
-        gravity = pin.computeGeneralizedGravity(self.model, self._data, self.position)
-        return np.asarray(np.linalg.solve(self._back, gravity + self.offset))
+        moving = self.motion.velocity.copy()
+        self.motion.velocity[:] = 0.0
+        compiled.static_loads(self.arm, self.motion)
+        self.motion.velocity[:] = moving
+        active = self.arm.transmission[: self._n]
+        return np.asarray(np.linalg.solve(active.T, self.motion.loads))
 
     def energy(self) -> float:
-        """Kinetic and potential energy, rotors included, J."""
+        """Kinetic and potential energy, rotors, gears and springs included, J."""
         kinetic = 0.5 * self.velocity @ self.mass_matrix() @ self.velocity
-        return float(kinetic + pin.computePotentialEnergy(self.model, self._data, self.position))
+        soft = self.arm.drives["compliant"] != 0
+        kinetic += 0.5 * np.sum(
+            (self.arm.drives["inertia"] * np.square(self.motion.motors["velocity"]))[soft]
+        )
+        gravity = pin.computePotentialEnergy(self.model, self._data, self.position)
+        return float(kinetic + gravity + stored_in_gears(self.arm, self.motion)) + stored_in_joints(
+            self.arm, self.motion
+        )
 
     def engage(self, braked: BoolArray) -> None:
         """Engages the brakes that are True and releases the others, (n,)."""
-        self.brakes.engage(braked)
-        self.at_rest = self.at_rest and self.brakes.all
+        self.motion.braked[: self._n] = braked
+        self.motion.braked[self._n :] = braked.all()
+        self.motion.at_rest[0] = self.motion.at_rest[0] and bool(braked.all())
 
     def step(self, drive_torque: FloatArray) -> None:
         """Moves the arm by one step under constant torques at the drive outputs, (n,), N·m.
@@ -97,43 +152,12 @@ class Plant:
         Raises:
             DriveError: the mass matrix is not positive definite in this posture.
         """
-        if self.at_rest:
-            return
-        step = self.step_time
-        speed = self.transmission @ self.velocity
-        predicted = speed + self._last_change
-        dry, slope = self.friction.linearise(predicted)
-        if self.brakes.any:
-            slope = slope + self.brakes.slope(speed)
-        drive = drive_torque - self.viscous * speed - dry - slope * speed
-        bias = pin.nonLinearEffects(self.model, self._data, self.position, self.velocity)
-        damped = self.rotor_inertia + step * (0.5 * self.viscous + slope)
-        mass = pin.crba(self.model, self._data, self.position) + (self._back * damped) @ self.transmission
-        _, change, info = dposv(mass, step * (self._back @ drive - self.offset - bias))
-        if info:
+        self.require_fine(
+            compiled.plant_step(self.arm, self.motion, np.asarray(drive_torque, dtype=np.float64))
+        )
+
+    def require_fine(self, state: int) -> None:
+        """Raises DriveError where compiled code ended with a mass matrix that is not positive definite."""
+        if state != FINE:
             where = self.position.round(3).tolist()
             raise DriveError(f"simulated arm: the mass matrix is not positive definite at {where}")
-        self.velocity += change
-        self._last_change = self.transmission @ change
-        self.position += step * self.velocity
-        new_speed = speed + self._last_change
-        self.friction.advance(new_speed)
-        if self.brakes.all:
-            self._settle(new_speed)
-
-    def _settle(self, speed: FloatArray) -> None:
-        if np.abs(speed).max() < _STANDSTILL:
-            self.velocity[:] = 0.0
-            self._last_change[:] = 0.0
-            self.friction.reset()
-            self.at_rest = True
-
-
-def true_model(robot: Robot, truth: PlantTruth) -> pin.Model:
-    """The arm's rigid-body model with the links of ``truth`` in place of those of the URDF."""
-    model = rigid_body_model(robot)
-    for j in range(1, robot.n + 1):
-        link = truth.link(j)
-        inertia = pin.Inertia.FromDynamicParameters(link) if link[0] > 0 else pin.Inertia.Zero()
-        model.inertias[j] = inertia
-    return model

@@ -26,6 +26,7 @@ from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
 from drivers.simulated.group import DriveGroup
+from drivers.simulated.scenario import EMPTY, load_scenario
 from drivers.simulated.truth import PlantTruth, draw_truth
 from robots import RobotFileError, load
 
@@ -65,10 +66,12 @@ def main() -> int:
     try:
         robot = load(order["robot"])
         truth = PlantTruth.from_dict(order["truth"]) if order["truth"] else draw_truth(robot, order["seed"])
+        scenario = load_scenario(order["scenario"]) if order["scenario"] else EMPTY
         with BusLock(channel, LOCK_ROLE):
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
-                group = DriveGroup(robot, truth, frame_sender(bus), Faults.from_dict(order["faults"]))
+                faults = Faults.from_dict(order["faults"])
+                group = DriveGroup(robot, truth, frame_sender(bus), faults, scenario)
                 group.boot(time.monotonic())
                 # Answers in time even where ordinary processes keep the processors busy.
                 realtime.freeze_heap()

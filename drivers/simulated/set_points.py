@@ -93,15 +93,33 @@ class SetPoints:
     def _interpolated(self, share: float) -> tuple[FloatArray, FloatArray]:
         """Set-point and its velocity, (n,), when a share of the period (0 to 1) is over."""
         period = self._samples * self._sample_time
-        last, coming = self._start - self._before, self._end - self._start
-        if self._interpolation == "spline":
-            middle = self._start - 0.5 * last
-            way = share * last + 0.5 * share**2 * (coming - last)
-            return middle + way, (last + share * (coming - last)) / period
-        if self._interpolation == "linear":
-            return self._start + share * coming, coming / period
-        return self._end, coming / period
+        return interpolate(self._interpolation, (self._before, self._start, self._end), share, period)
 
     def stopped(self) -> BoolArray:
         """True for stopping axes whose set-point stands still, (n,)."""
         return np.asarray(self._stopping & (self.velocity == 0.0))
+
+
+def interpolate(
+    interpolation: Interpolation,
+    targets: tuple[FloatArray, FloatArray, FloatArray],
+    share: float,
+    period: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Set-points and their velocities within a SYNC period.
+
+    Args:
+        interpolation: as in the arm's description.
+        targets: those latched two SYNCs, one SYNC and no SYNC before the period began, of equal shapes.
+        share: of the period that is over, 0 to 1.
+        period: s.
+    """
+    before, start, end = targets
+    last, coming = start - before, end - start
+    if interpolation == "spline":
+        middle = start - 0.5 * last
+        way = share * last + 0.5 * share**2 * (coming - last)
+        return middle + way, (last + share * (coming - last)) / period
+    if interpolation == "linear":
+        return start + share * coming, coming / period
+    return end, coming / period

@@ -388,4 +388,4 @@ def test_lost_frames_and_dead_nodes(wire: Callable[..., Wire]) -> None:
     w.send(0x606, bytes.fromhex("4000100000000000"))
     w.wait(0.3)
     assert not [cob_id for cob_id, _ in w.frames if cob_id & 0x7F == 6]
-    assert w.group.bench.plant.brakes.engaged.tolist()[5]
+    assert w.group.bench.plant.braked.tolist()[5]

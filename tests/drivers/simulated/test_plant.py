@@ -9,7 +9,8 @@ import pinocchio as pin
 import pytest
 
 from drivers.simulated import PlantTruth, draw_truth, nominal_truth
-from drivers.simulated.plant import Plant, true_model
+from drivers.simulated.physics.assemble import true_model
+from drivers.simulated.plant import Plant
 from robots import Robot
 
 RELEASED = np.zeros(6, dtype=np.bool_)

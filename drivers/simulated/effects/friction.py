@@ -1,0 +1,78 @@
+"""Friction other than the constant figures of the arm."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from drivers.simulated.effects.entry import DriveEntry, Finite, NonNegative, Positive, Share
+
+
+class ViscousFriction(DriveEntry):
+    sentence: ClassVar[str] = "more (or less) viscous friction than the arm was drawn with"
+    change: Share = Field(description="relative change of Fv")
+
+
+class CoulombFriction(DriveEntry):
+    sentence: ClassVar[str] = "more (or less) Coulomb friction than the arm was drawn with"
+    change: Share = Field(description="relative change of Fc")
+
+
+class AsymmetricFriction(DriveEntry):
+    sentence: ClassVar[str] = "friction that differs with the direction: levels (1 ± c)·Fc and (1 ± v)·Fv"
+    coulomb: float = Field(default=0.0, gt=-0.95, lt=0.95, description="c")
+    viscous: float = Field(default=0.0, gt=-0.95, lt=0.95, description="v")
+
+
+class StribeckFriction(DriveEntry):
+    sentence: ClassVar[str] = "level Fc·(1 + rise·exp(−|q̇/speed|^exponent))"
+    rise: Share = Field(description="at low speed, relative to Fc")
+    speed: Positive = Field(description="Stribeck speed, rad/s or m/s")
+    exponent: float = Field(default=1.0, ge=0.5, le=4.0, description="1 is Tustin's form, 2 is Gauss'")
+
+
+class StaticFriction(DriveEntry):
+    sentence: ClassVar[str] = "stiction: a higher level near standstill and a long pre-sliding displacement"
+    rise: NonNegative = Field(description="breakaway level above Fc, relative to Fc")
+    speed: Positive = Field(default=0.003, description="speed at which the rise is nearly gone, rad/s")
+    displacement: Positive | None = Field(
+        default=None, description="pre-sliding displacement, rad or m; the arm's own where absent"
+    )
+
+
+class NonlinearViscousFriction(DriveEntry):
+    sentence: ClassVar[str] = "Fv·q̇·(1 − share + share·|q̇/reference|^(exponent − 1)) + cubic·q̇³"
+    share: float = Field(default=0.0, ge=-1.0, le=1.0, description="share of Fv that follows the power law")
+    exponent: float = Field(default=0.5, ge=0.0, le=4.0, description="below 1 sub-linear, 1 linear")
+    reference: Positive = Field(default=1.0, description="speed at which the torque is the linear one, rad/s")
+    cubic: NonNegative = Field(default=0.0, description="N·m·(s/rad)³")
+
+
+class LoadDependentFriction(DriveEntry):
+    sentence: ClassVar[str] = "the level grows with the torque through the gear: Fc + coefficient·|load|"
+    coefficient: NonNegative = Field(description="N·m of friction per N·m through the gear")
+    time_constant: Positive = Field(default=0.005, description="the lubricant's, of the load, s")
+
+
+class PositionDependentFriction(DriveEntry):
+    sentence: ClassVar[str] = "a level that varies with the drive's position: a wave, or one tight spot"
+    wave: float = Field(default=0.0, gt=-0.95, lt=0.95, description="height of the wave relative to Fc")
+    order: Positive = Field(default=1.0, description="waves per 2π of the drive output (per 2π m)")
+    phase: Finite = Field(default=0.0, description="position of the crest times order, rad")
+    spot: Share = Field(default=0.0, description="height of the spot relative to Fc")
+    spot_centre: Finite = Field(default=0.0, description="rad or m")
+    spot_width: Positive = Field(default=0.2, description="standard deviation of the spot, rad or m")
+
+
+class DriftingFriction(DriveEntry):
+    sentence: ClassVar[str] = "friction that changes while the gear warms up, cools or follows the room"
+    viscous_per_kelvin: float = Field(default=-0.012, ge=-0.2, le=0.2, description="relative, 1/K")
+    coulomb_per_kelvin: float = Field(default=-0.003, ge=-0.2, le=0.2, description="relative, 1/K")
+    start: Finite = Field(
+        default=0.0, description="gear above the temperature of the figures at the start, K"
+    )
+    ambient: Finite = Field(default=0.0, description="surroundings above the same, K")
+    ambient_rate: Finite = Field(default=0.0, description="drift of the surroundings, K/s")
+    heating: NonNegative = Field(default=0.3, description="final warmth per power of friction, K/W")
+    time_constant: Positive = Field(default=60.0, description="of warming and cooling, s")

@@ -1,0 +1,94 @@
+"""What hangs on the arm, pulls at it, or stands in its way."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from drivers.simulated.effects.entry import Entry, Finite, JointEntry, NonNegative, Positive
+
+Vector = tuple[Finite, Finite, Finite]
+Tilt = Annotated[float, Field(ge=-0.6, le=0.6)]
+
+
+class Payload(Entry):
+    sentence: ClassVar[str] = "a rigid body on the last link"
+    mass: Positive = Field(description="kg")
+    centre: Vector = Field(default=(0.0, 0.0, 0.0), description="centre of mass in the last link's frame, m")
+    inertia: tuple[NonNegative, NonNegative, NonNegative] = Field(
+        default=(0.0, 0.0, 0.0), description="moments about axes through its centre, along the link's, kg·m²"
+    )
+
+
+class GravitySpring(JointEntry):
+    sentence: ClassVar[str] = "a spring between two anchors beside a joint, and/or a plain torsion spring"
+    stiffness: NonNegative = Field(default=0.0, description="of the spring between the anchors, N/m")
+    length: NonNegative = Field(default=0.0, description="free length of the spring, m")
+    fixed_radius: Positive = Field(default=0.2, description="from the axis to the fixed anchor, m")
+    moving_radius: Positive = Field(default=0.08, description="from the axis to the moving anchor, m")
+    angle: Finite = Field(default=0.0, description="joint position at which both anchors are in line, rad")
+    torsion: NonNegative = Field(default=0.0, description="stiffness of the torsion spring, N·m/rad")
+    centre: Finite = Field(default=0.0, description="joint position at which it is at rest, rad")
+
+
+class BaseTilt(Entry):
+    sentence: ClassVar[str] = "the base does not stand as described: turned about its x axis, then about y"
+    roll: Tilt = Field(default=0.0, description="rad")
+    pitch: Tilt = Field(default=0.0, description="rad")
+
+
+class CableSpring(JointEntry):
+    sentence: ClassVar[str] = "a cable or dress pack that pulls back, stiffer the further it is bent"
+    stiffness: NonNegative = Field(default=0.0, description="N·m/rad")
+    cubic: NonNegative = Field(default=0.0, description="N·m/rad³")
+    centre: Finite = Field(default=0.0, description="joint position at which it does not pull, rad")
+
+
+class Contact(JointEntry):
+    sentence: ClassVar[str] = "a wall at a joint: a stiff spring and damper that only push"
+    upper: Finite | None = Field(default=None, description="position from which the wall pushes down, rad")
+    lower: Finite | None = Field(default=None, description="position below which it pushes up, rad")
+    stiffness: Positive = Field(default=300.0, description="N·m/rad")
+    damping: NonNegative = Field(default=1.0, description="N·m·s/rad")
+
+
+class ToolContact(Entry):
+    sentence: ClassVar[str] = "a plane that the tool runs into: n·p ≥ distance in the base frame"
+    normal: Vector = Field(description="out of the obstacle, of any length but 0")
+    distance: Finite = Field(description="of the plane from the base's origin along the normal, m")
+    stiffness: Positive = Field(default=5000.0, description="N/m")
+    damping: NonNegative = Field(default=20.0, description="N·s/m")
+    point: Vector = Field(default=(0.0, 0.0, 0.1), description="the tool in the last link's frame, m")
+
+
+class Vibration(JointEntry):
+    sentence: ClassVar[str] = (
+        "a machine next door: a sinusoidal torque of fixed frequency (outside the vocabulary)"
+    )
+    repeats: ClassVar[bool] = True
+    amplitude: Positive = Field(description="N·m")
+    frequency: Positive = Field(description="Hz, in no relation to the motion")
+    phase: Finite = Field(default=0.0, description="rad")
+
+
+class Slosh(JointEntry):
+    sentence: ClassVar[str] = (
+        "a mass that swings on the link by a soft spring, as liquid does (outside the vocabulary)"
+    )
+    inertia: Positive = Field(description="kg·m² about the joint")
+    frequency: Positive = Field(le=50.0, description="of the mass on the link held still, Hz")
+    damping: NonNegative = Field(default=0.03, description="ratio to critical damping")
+
+
+class TorqueBursts(JointEntry):
+    sentence: ClassVar[str] = "a torque that wanders by a random walk, in bursts (outside the vocabulary)"
+    deviation: Positive = Field(description="standard deviation at the end of a burst, N·m")
+    duration: Positive = Field(default=1.0, description="of a burst, s")
+    rate: Positive = Field(default=0.3, le=10.0, description="mean number of bursts per second")
+
+
+class Dither(JointEntry):
+    sentence: ClassVar[str] = "a square wave of torque of fixed frequency (outside the vocabulary)"
+    amplitude: Positive = Field(description="N·m")
+    frequency: Positive = Field(default=37.0, description="Hz")
