@@ -44,8 +44,9 @@ def _one_entry_per_axis(robot: Robot) -> None:
     for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
         lists[("controller", key)] = len(getattr(robot.controller, key))
     for key in ("friction_feed_forward", "acceleration_feed_forward"):
-        if getattr(robot.controller, key):
-            lists[("controller", key)] = len(getattr(robot.controller, key))
+        gains = getattr(robot.controller, key)
+        if gains is not None:
+            lists[("controller", key)] = len(gains)
     for path, length in lists.items():
         if length != n:
             raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")

@@ -133,11 +133,11 @@ class Controller(_Frozen):
         description="1/s on the velocity error for cascade_p_pi; v_τ per (rad·s) for pid; 0 for pd"
     )
     velocity_feed_forward: tuple[NonNegative, ...]
-    friction_feed_forward: tuple[NonNegative, ...] = Field(
-        default=(), description="v_τ per rad/s of the set-point's velocity, added to the output; () is none"
+    friction_feed_forward: tuple[NonNegative, ...] | None = Field(
+        default=None, description="v_τ per rad/s of the set-point's velocity, added to the output"
     )
-    acceleration_feed_forward: tuple[NonNegative, ...] = Field(
-        default=(), description="v_τ per rad/s² of the set-point's acceleration, added; () is none"
+    acceleration_feed_forward: tuple[NonNegative, ...] | None = Field(
+        default=None, description="v_τ per rad/s² of the set-point's acceleration, added to the output"
     )
     velocity_difference_samples: int = Field(
         default=1,

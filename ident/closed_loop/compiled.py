@@ -6,89 +6,147 @@ import math
 
 import numpy as np
 
-from ident.closed_loop import kernel
+from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
+from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms
+from ident.closed_loop.kernel.extended import closed_loop_with_extras
+from ident.closed_loop.kernel.loop import closed_loop
+from ident.closed_loop.kernel.rigid_bodies import mass_and_bias
+from ident.closed_loop.kernel.values import RUNS, TERM_HEAD, Drives, Dynamics, Run
 from ident.closed_loop.simulate import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray, IntArray
-from robots.description import Robot
 
 
-def run_compiled(
-    frames: FloatArray, gravity: FloatArray, leading: Leading, parts: TorqueParts
-) -> SimulatedRun:
-    """One run of a serial chain (``frames`` as of ``chain_frames``) whose friction is speed terms.
+def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> SimulatedRun:
+    """One run of a serial chain (``frames`` as of ``chain_frames``) without effects of unknown shape.
 
     Raises:
         IdentificationError: the mass matrix is not positive definite, or the loop is unstable.
     """
     robot, recording = leading.robot, leading.recording
-    position, velocity, signal = (np.empty(recording.position.shape) for _ in range(3))
-    position[0], signal[0] = recording.position[0], recording.control_signal[0]
-    run = kernel.Run(
-        reference=leading.points,
-        feed_forward=leading.speeds * np.array(robot.controller.velocity_feed_forward),
-        position=position,
-        velocity=velocity,
-        control_signal=signal,
-        speed_limit=RUNAWAY * robot.velocity_limits,
-    )
-    dynamics = kernel.Dynamics(
-        frames=frames,
-        links=parts.links,
-        gravity=np.array(gravity, dtype=np.float64),
-        inertia=parts.inertia,
-        damping=parts.damping,
-        constant=parts.constant,
-        terms=parts.terms,
-        spans=_spans(parts.terms, robot.n),
-    )
-    ending, sample = kernel.closed_loop(
-        tuple(range(robot.n)), dynamics, _drives(robot), run, leading.substeps
-    )
-    if ending != kernel.RUNS:
-        check_stable(velocity[sample], run.speed_limit, float(recording.time[sample]))
-        check_mass_matrix(mass_matrix(dynamics, position[sample]), position[sample])
+    h = robot.controller.sample_time / leading.substeps
+    axes = tuple(range(robot.n))
+    coordinates = coordinates_of(robot, parts.inertia, parts.extra.springs, h)
+    drives = _drives(coordinates, gain_errors(parts.extra.drives, robot.n))
+    run = _run(coordinates, leading)
+    if parts.usual:
+        terms, strength = lifted_terms(parts.friction, coordinates), parts.friction.strength
+        dynamics = _dynamics(frames, parts, coordinates, terms, strength)
+        ending, sample = closed_loop(axes, dynamics, drives, run, leading.substeps)
+    else:
+        extras, terms, strength = extras_of(
+            parts.extra, coordinates, parts.friction, recording.time, h, leading.substeps
+        )
+        dynamics = _dynamics(frames, parts, coordinates, terms, strength)
+        start = recording.position[0], leading.velocity
+        run = run._replace(start=coordinates.start(*start, _bias(dynamics, *start)))
+        ending, sample = closed_loop_with_extras(
+            axes, np.arange(coordinates.count), dynamics, drives, run, leading.substeps, extras
+        )
+    if ending != RUNS:
+        q, v = run.start
+        check_stable(v, run.speed_limit, float(recording.time[sample]))
+        check_mass_matrix(mass_matrix(dynamics, q), q[: robot.n])
         raise IdentificationError(f"the simulation fails at {recording.time[sample]:.3f} s")
-    return SimulatedRun(recording.time, position, velocity, signal)
+    return SimulatedRun(recording.time, run.position, run.velocity, run.control_signal)
 
 
-def mass_matrix(dynamics: kernel.Dynamics, position: FloatArray) -> FloatArray:
-    """M(q) with the drives' inertia, (n, n)."""
+def mass_matrix(dynamics: Dynamics, q: FloatArray) -> FloatArray:
+    """M(q) with the drives' inertia, (m, m)."""
+    n = dynamics.links.shape[0]
+    whole = dynamics.inertia.copy()
+    whole[:n, :n] += _mass_and_bias(dynamics, q[:n], np.zeros(n))[0]
+    return whole
+
+
+def _bias(dynamics: Dynamics, position: FloatArray, velocity: FloatArray) -> FloatArray:
+    return _mass_and_bias(dynamics, position, velocity)[1]
+
+
+def _mass_and_bias(
+    dynamics: Dynamics, position: FloatArray, velocity: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     n = position.shape[0]
     mass, bias, work = np.empty((n, n)), np.empty(n), np.empty((n, 22))
     turn = np.column_stack([np.cos(position), np.sin(position)])
-    kernel.mass_and_bias(
+    mass_and_bias(
         tuple(range(n)),
         dynamics.frames,
         dynamics.links,
         dynamics.gravity,
         position,
         turn,
-        np.zeros(n),
+        velocity,
         mass,
         bias,
         work,
     )
-    return np.asarray(mass + dynamics.inertia)
+    return mass, bias
 
 
-def _spans(terms: FloatArray, n: int) -> IntArray:
+def _dynamics(
+    frames: FloatArray,
+    parts: TorqueParts,
+    coordinates: Coordinates,
+    terms: FloatArray,
+    strength: FloatArray,
+) -> Dynamics:
+    damping = coordinates.split(parts.damping)
+    for index, gear in enumerate(coordinates.gears):
+        if not gear.gap:
+            row = coordinates.across(index)
+            damping += gear.damping * np.outer(row, row)
+    return Dynamics(
+        frames=frames,
+        links=parts.links,
+        gravity=parts.gravity,
+        inertia=coordinates.split(parts.inertia),
+        damping=damping,
+        constant=coordinates.split_torque(parts.constant),
+        terms=terms,
+        spans=_spans(terms, coordinates.count),
+        strength=strength,
+    )
+
+
+def _run(coordinates: Coordinates, leading: Leading) -> Run:
+    robot, recording = leading.robot, leading.recording
+    position, velocity, signal = (np.empty(recording.position.shape) for _ in range(3))
+    signal[0] = recording.control_signal[0]
+    limits = robot.velocity_limits
+    at_drives = np.abs(robot.transmission_matrix) @ limits
+    fastest = np.concatenate([limits, at_drives[[gear.drive for gear in coordinates.gears]]])
+    return Run(
+        reference=leading.points,
+        speed=leading.speeds * np.array(robot.controller.velocity_feed_forward),
+        added=leading.added,
+        start=np.array([recording.position[0], leading.velocity]),
+        position=position,
+        velocity=velocity,
+        control_signal=signal,
+        speed_limit=RUNAWAY * fastest,
+    )
+
+
+def _spans(terms: FloatArray, m: int) -> IntArray:
     """Begin and end of what is not zero in the speed row and the torque row of each term, (K, 4)."""
     spans = np.zeros((terms.shape[0], 4), dtype=np.int64)
     for span, term in zip(spans, terms, strict=True):
-        for column, row in ((0, term[3 : 3 + n]), (2, term[3 + n :])):
+        for column, row in ((0, term[TERM_HEAD : TERM_HEAD + m]), (2, term[TERM_HEAD + m :])):
             filled = np.flatnonzero(row)
             if filled.size:
                 span[column : column + 2] = filled[0], filled[-1] + 1
     return spans
 
 
-def _drives(robot: Robot) -> kernel.Drives:
+def _drives(coordinates: Coordinates, gain: FloatArray) -> Drives:
+    robot = coordinates.robot
     controller = robot.controller
     cutoff = controller.velocity_cutoff_hz
-    return kernel.Drives(
+    transmission = coordinates.transmission
+    return Drives(
         cascade=controller.type == "cascade_p_pi",
         sample_time=controller.sample_time,
         position_gain=np.array(controller.position_gain),
@@ -98,6 +156,6 @@ def _drives(robot: Robot) -> kernel.Drives:
         reach=controller.velocity_difference_samples,
         smoothing=1.0 if cutoff is None else 1.0 - math.exp(-2 * math.pi * cutoff * controller.sample_time),
         delay=controller.delay_samples,
-        transmission=robot.transmission_matrix,
-        torque=np.ascontiguousarray(robot.transmission_matrix.T * robot.gains),
+        transmission=transmission,
+        torque=np.ascontiguousarray(transmission.T * (robot.gains * gain)),
     )

@@ -10,6 +10,21 @@ from robots.arrays import FloatArray
 from robots.description import Controller
 
 
+def fed_forward(controller: Controller, speeds: FloatArray, accelerations: FloatArray) -> FloatArray:
+    """Control signal fed forward at each sample, (samples, n), or (0, n) where the gains are all zero.
+
+    Args:
+        controller: has the gains.
+        speeds, accelerations: (samples, n) of the set-points at the drive outputs.
+    """
+    n = speeds.shape[1]
+    viscous = np.array(controller.friction_feed_forward or (0.0,) * n)
+    inertia = np.array(controller.acceleration_feed_forward or (0.0,) * n)
+    if not (viscous.any() or inertia.any()):
+        return np.empty((0, n))
+    return np.asarray(viscous * speeds + inertia * accelerations)
+
+
 class ControlLaw:
     """The sampled controller of all drives, at the drive outputs.
 
@@ -17,8 +32,10 @@ class ControlLaw:
     the outputs on their way.
     """
 
-    def __init__(self, controller: Controller, position: FloatArray, control_signal: FloatArray) -> None:
-        """Start at rest at a drive position (n,) while the drives put out ``control_signal`` (n,)."""
+    def __init__(
+        self, controller: Controller, position: FloatArray, velocity: FloatArray, control_signal: FloatArray
+    ) -> None:
+        """Start at a drive position and velocity (n,) while the drives put out ``control_signal`` (n,)."""
         self._controller = controller
         self._position_gain = np.array(controller.position_gain)
         self._velocity_gain = np.array(controller.velocity_gain)
@@ -26,8 +43,9 @@ class ControlLaw:
         self._feed_forward = np.array(controller.velocity_feed_forward)
         self._limit = np.array(controller.saturation)
         reach = controller.velocity_difference_samples
-        self._past = deque([position.copy() for _ in range(reach)], maxlen=reach)
-        self._velocity = np.zeros_like(position)
+        steps = controller.sample_time * np.arange(-reach, 0)
+        self._past = deque([position + step * velocity for step in steps], maxlen=reach)
+        self._velocity = velocity.copy()
         self._integral: FloatArray | None = None
         self._start_signal = control_signal.copy()
         self._coming = deque(control_signal.copy() for _ in range(controller.delay_samples))
@@ -36,11 +54,16 @@ class ControlLaw:
             1.0 if cutoff is None else 1.0 - float(np.exp(-2 * np.pi * cutoff * controller.sample_time))
         )
 
-    def step(self, reference: FloatArray, reference_velocity: FloatArray, position: FloatArray) -> FloatArray:
-        """Control signal (n,) that acts from now on, given set-point and position at the drive outputs."""
+    def step(
+        self, reference: FloatArray, reference_velocity: FloatArray, added: FloatArray, position: FloatArray
+    ) -> FloatArray:
+        """Control signal (n,) that acts from now on, given set-point and position at the drive outputs.
+
+        ``added`` (n,) is what :func:`fed_forward` adds to it.
+        """
         velocity = self._measured_velocity(position)
         proportional, rate = self._errors(reference - position, reference_velocity, velocity)
-        output = self._integrate(proportional, rate)
+        output = self._integrate(proportional + added, rate)
         self._coming.append(output)
         return self._coming.popleft()
 

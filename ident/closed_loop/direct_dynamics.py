@@ -31,11 +31,14 @@ class DirectDynamics:
         """A model's structure with one parameter vector's parts."""
         self._parts = parts
         self._pin = _loaded_links(structure.rigid_body, parts.links)
+        self._pin.gravity.linear = parts.gravity
         self._data = self._pin.createData()
         self._step_of_difference = 1e-6 * float(structure.robot.velocity_limits.min())
-        n = structure.robot.n
-        self._inverse_width, self._linear, self._direction = parts.terms[:, :3].T
-        self._speed_rows, self._torque_rows = parts.terms[:, 3 : 3 + n], parts.terms[:, 3 + n :]
+        rows = parts.friction
+        self._inverse_width, self._linear, self._direction = rows.heads[:, :3].T
+        self._speed_rows = rows.speed
+        self._held = np.maximum(rows.strength, 0.0)[:, np.newaxis] * rows.torque
+        self._pushing = np.minimum(rows.strength, 0.0)[:, np.newaxis] * rows.torque
 
     def mass_matrix(self, position: FloatArray) -> FloatArray:
         """M(q) with the drives' inertia, n × n.
@@ -52,7 +55,8 @@ class DirectDynamics:
         """Joint velocity (n,) after ``h`` seconds of joint torque (n,)."""
         mass = self.mass_matrix(position)
         gravity = pinocchio.nonLinearEffects(self._pin, self._data, position, velocity)
-        push = h * (torque - gravity - self._parts.constant - self._parts.damping @ velocity)
+        pushing = self._laws(velocity)[0] @ self._pushing
+        push = h * (torque - gravity - pushing - self._parts.constant - self._parts.damping @ velocity)
         implicit = mass + h * self._parts.damping
         return self._solve_with_friction(position, velocity, push, implicit, h)
 
@@ -84,14 +88,18 @@ class DirectDynamics:
             guess, rest, size = trial, rest_trial, size_trial
         return guess
 
-    def _friction(self, position: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Torque (n,) of speed terms and of all that is not linear, and its slope over velocity (n, n)."""
+    def _laws(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Each speed term's law and its slope over the speed, (K,)."""
         x = (self._speed_rows @ velocity) * self._inverse_width
         acts = self._direction * x >= 0
         law = np.where(self._linear, x, np.tanh(x)) * acts
-        steepness = np.where(self._linear, 1.0, 1.0 - law**2) * acts * self._inverse_width
-        torque = law @ self._torque_rows
-        slope = (self._torque_rows.T * steepness) @ self._speed_rows
+        return law, np.where(self._linear, 1.0, 1.0 - law**2) * acts * self._inverse_width
+
+    def _friction(self, position: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Torque (n,) of speed terms and of all that is not linear, and its slope over velocity (n, n)."""
+        law, steepness = self._laws(velocity)
+        torque = law @ self._held
+        slope = (self._held.T * steepness) @ self._speed_rows
         if not self._parts.others:
             return torque, slope
         n = velocity.shape[0]

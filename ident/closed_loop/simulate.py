@@ -11,9 +11,10 @@ from functools import partial
 import numpy as np
 
 from ident.closed_loop.chain import chain_frames
-from ident.closed_loop.control_law import ControlLaw
+from ident.closed_loop.control_law import ControlLaw, fed_forward
 from ident.closed_loop.direct_dynamics import DirectDynamics
-from ident.closed_loop.set_points import set_points
+from ident.closed_loop.set_points import set_point_accelerations, set_points
+from ident.closed_loop.start import start_velocity
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.errors import IdentificationError
 from ident.recording import Recording
@@ -46,6 +47,8 @@ class Leading:
         robot: the arm.
         recording: whose initial state and sampling count.
         points, speeds: (controller samples, n) set-points at the drive outputs and their velocities.
+        added: (controller samples, n) control signal fed forward, or (0, n) where the controller does not.
+        velocity: (n,) of the joints at the start.
         per_sample: controller samples per recorded sample.
         substeps: integration steps per controller sample.
     """
@@ -54,6 +57,8 @@ class Leading:
     recording: Recording
     points: FloatArray
     speeds: FloatArray
+    added: FloatArray
+    velocity: FloatArray
     per_sample: int
     substeps: int
 
@@ -104,7 +109,7 @@ def simulate_many(
     # Imported here: the compiler takes a second to load, and most commands do not simulate.
     from ident.closed_loop.compiled import run_compiled
 
-    run = partial(run_compiled, frames, structure.rigid_body.gravity.linear, leading)
+    run = partial(run_compiled, frames, leading)
     return tuple(_in_threads(run, parts, threads))
 
 
@@ -124,10 +129,14 @@ def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Lead
     per_sample = _controller_samples(robot, recording)
     # Not the product of a library that spreads it over threads: small, and the same bits everywhere.
     targets = np.einsum("sj,dj->sd", recording.reference, robot.transmission_matrix)
-    points, speeds = set_points(robot, targets, recording.sample_time, per_sample)
+    velocity = start_velocity(recording, robot.velocity_limits)
+    moving = bool(velocity.any())
+    points, speeds = set_points(robot, targets, recording.sample_time, per_sample, moving)
     if substeps is None:
         substeps = max(1, int(np.ceil(robot.controller.sample_time / _LONGEST_STEP * (1 - 1e-9))))
-    return Leading(robot, recording, points, speeds, per_sample, substeps)
+    accelerations = set_point_accelerations(targets, recording.sample_time, per_sample, moving)
+    added = fed_forward(robot.controller, speeds, accelerations)
+    return Leading(robot, recording, points, speeds, added, velocity, per_sample, substeps)
 
 
 def _controller_samples(robot: Robot, recording: Recording) -> int:
@@ -150,14 +159,18 @@ def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leadin
     robot, recording = leading.robot, leading.recording
     dynamics = DirectDynamics(structure, parts)
     transmission = robot.transmission_matrix
-    position, velocity = recording.position[0].copy(), np.zeros(robot.n)
-    law = ControlLaw(robot.controller, transmission @ position, recording.control_signal[0])
+    position, velocity = recording.position[0].copy(), leading.velocity.copy()
+    law = ControlLaw(
+        robot.controller, transmission @ position, transmission @ velocity, recording.control_signal[0]
+    )
+    nothing = np.zeros(robot.n)
     h = robot.controller.sample_time / leading.substeps
     samples = recording.time.shape[0]
     run = SimulatedRun(recording.time, *(np.empty((samples, robot.n)) for _ in range(3)))
     for step in range(samples * leading.per_sample):
         sample, part = divmod(step, leading.per_sample)
-        signal = law.step(leading.points[step], leading.speeds[step], transmission @ position)
+        added = leading.added[step] if leading.added.size else nothing
+        signal = law.step(leading.points[step], leading.speeds[step], added, transmission @ position)
         if part == 0:
             run.position[sample], run.velocity[sample] = position, velocity
             run.control_signal[sample] = signal

@@ -1,8 +1,9 @@
 """How each effect enters the direct dynamic model (eq. 3), found from the columns of the regressor.
 
-Links are the rigid-body dynamics; speed terms say their own shape. The columns of all else are probed
-once: through q̈ (it adds to the mass matrix), linearly through q̇ (damping), as a constant, or in any other
-way (evaluated at every step). So simulation and regressor rest on one definition of an effect.
+Links are the rigid-body dynamics; speed terms say their own shape; some effects return their parts. The
+columns of all else are probed once: through q̈ (it adds to the mass matrix), linearly through q̇ (damping), as
+a constant, or in any other way (evaluated at every step). So simulation and regressor rest on one definition
+of an effect.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 import pinocchio
 
 from ident.base import random_states
+from ident.closed_loop.friction_rows import FrictionRows, speed_term_rows
 from ident.effects import (
     Effect,
     FrictionSign,
@@ -23,6 +25,7 @@ from ident.effects import (
     State,
     speed_columns,
 )
+from ident.effects.simulated import HasSimulatedParts, SimulatedParts
 from ident.errors import IdentificationError
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
@@ -38,20 +41,29 @@ class TorqueParts:
 
     Attributes:
         links: (n, 10) standard parameters of the links.
+        gravity: (3,) m/s².
         inertia: (n, n) of the drives, times q̈.
         damping: (n, n), times q̇.
         constant: (n,).
-        terms: (K, 3 + 2n) speed terms: 1/width (1 where the law is the speed itself), 1 for such a law,
-            direction, speed row, torque row times parameter.
+        friction: the speed terms of the usual effects.
+        extra: what only some models have.
         others: effects that fit none of these, with their parameters.
     """
 
     links: FloatArray
+    gravity: FloatArray
     inertia: FloatArray
     damping: FloatArray
     constant: FloatArray
-    terms: FloatArray
+    friction: FrictionRows
+    extra: SimulatedParts
     others: tuple[tuple[Effect, FloatArray], ...]
+
+    @property
+    def usual(self) -> bool:
+        """Whether drives move rigidly with the joints and friction is speed terms: nothing extra."""
+        extra = self.extra
+        return not (extra.position or extra.friction or extra.springs or extra.errors or extra.drives)
 
 
 @dataclass(frozen=True)
@@ -84,39 +96,63 @@ class ModelStructure:
             raise IdentificationError("the model has no rigid bodies; the simulation needs them")
         self.rigid_body: pinocchio.Model = links[0].model
         self._structures = tuple(
-            None if isinstance(effect, RigidBody) else _structure(effect, model.robot)
+            None if isinstance(effect, RigidBody | HasSimulatedParts) else _structure(effect, model.robot)
             for effect in self._effects
         )
 
     def parts(self, standard: FloatArray) -> TorqueParts:
         """The parts of one standard parameter vector (p,)."""
         n = self.robot.n
-        links = np.zeros((n, 10))
+        links, gravity = np.zeros((n, 10)), np.array(self.rigid_body.gravity.linear, dtype=np.float64)
         inertia, damping, constant = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
-        terms: list[FloatArray] = []
+        terms: list[tuple[SpeedTerm, float]] = []
         others: list[tuple[Effect, FloatArray]] = []
+        extras: list[SimulatedParts] = []
         start = 0
         for effect, structure in zip(self._effects, self._structures, strict=True):
             end = start + len(effect.parameter_names)
             values = np.asarray(standard[start:end], dtype=np.float64)
             start = end
-            if structure is None:
+            if isinstance(effect, RigidBody):
                 links += values.reshape(n, 10)
-                continue
-            inertia += structure.inertial @ values
-            damping += structure.damping @ values
-            constant += structure.constant @ values
-            terms += [_term_row(term, values[term.parameter]) for term in structure.terms]
-            if structure.other.any():
-                others.append((effect, values * structure.other))
-        rows = np.array(terms).reshape(-1, 3 + 2 * n)
-        return TorqueParts(links, inertia, damping, constant, rows, tuple(others))
+            elif structure is None:
+                extras.append(_simulated(effect, values))
+            else:
+                inertia += structure.inertial @ values
+                damping += structure.damping @ values
+                constant += structure.constant @ values
+                terms += [(term, float(values[term.parameter])) for term in structure.terms]
+                if structure.other.any():
+                    others.append((effect, values * structure.other))
+        for total, name in (
+            (links, "links"),
+            (gravity, "gravity"),
+            (inertia, "inertia"),
+            (damping, "damping"),
+            (constant, "constant"),
+        ):
+            for parts in extras:
+                if getattr(parts, name) is not None:
+                    total += getattr(parts, name)
+        rows = speed_term_rows(terms, n)
+        return TorqueParts(links, gravity, inertia, damping, constant, rows, _together(extras), tuple(others))
 
 
-def _term_row(term: SpeedTerm, value: float) -> FloatArray:
-    law = (1.0, 1.0) if term.law is None else (1.0 / term.law.width, 0.0)
-    torque = [value * share for share in term.torque_row]
-    return np.array([*law, term.direction, *term.speed_row, *torque])
+def _simulated(effect: Effect, values: FloatArray) -> SimulatedParts:
+    if not isinstance(effect, HasSimulatedParts):
+        raise TypeError(effect.name)
+    return effect.simulated(values)
+
+
+def _together(parts: list[SimulatedParts]) -> SimulatedParts:
+    """The parts that are not sums, one after the other."""
+    return SimulatedParts(
+        position=tuple(torque for one in parts for torque in one.position),
+        friction=tuple(torque for one in parts for torque in one.friction),
+        springs=tuple(spring for one in parts for spring in one.springs),
+        errors=tuple(error for one in parts for error in one.errors),
+        drives=tuple(change for one in parts for change in one.drives),
+    )
 
 
 def _sharpened(effect: Effect, robot: Robot) -> Effect:

@@ -9,8 +9,9 @@ import pinocchio
 import pytest
 
 import robots
-from ident.closed_loop import kernel
 from ident.closed_loop.chain import chain_frames
+from ident.closed_loop.kernel.friction import WORK_ROWS, friction, implicit_step
+from ident.closed_loop.kernel.rigid_bodies import is_positive_definite, mass_and_bias
 
 
 def random_chain(seed: int) -> pinocchio.Model:
@@ -46,7 +47,7 @@ def evaluate(
 ) -> None:
     turn = np.column_stack([np.cos(q), np.sin(q)])
     gravity = np.array(model.gravity.linear)
-    kernel.mass_and_bias(tuple(range(q.size)), frames, links, gravity, q, turn, *others)
+    mass_and_bias(tuple(range(q.size)), frames, links, gravity, q, turn, *others)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -98,9 +99,9 @@ def test_a_matrix_is_positive_definite_when_its_eigenvalues_are() -> None:
         half = generator.normal(size=(4, 4))
         matrix = half + half.T + 2.0 * shift * np.eye(4)
         verdicts.append(bool(np.linalg.eigvalsh(matrix)[0] > 0))
-        assert kernel.is_positive_definite((0, 1, 2, 3), matrix, np.empty((4, 4))) is verdicts[-1]
+        assert is_positive_definite((0, 1, 2, 3), matrix, np.empty((4, 4))) is verdicts[-1]
     assert any(verdicts) and not all(verdicts)
-    assert not kernel.is_positive_definite((0, 1), np.full((2, 2), np.nan), np.empty((2, 2)))
+    assert not is_positive_definite((0, 1), np.full((2, 2), np.nan), np.empty((2, 2)))
 
 
 def solved(width: float, v: np.ndarray, push: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
@@ -108,12 +109,14 @@ def solved(width: float, v: np.ndarray, push: np.ndarray, h: float) -> tuple[np.
     implicit = np.array([[1.0, 0.3], [0.3, 0.2]])
     speed = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
     torque = speed * np.array([[5.0], [2.0], [1.5]])
-    terms = np.column_stack([np.full(3, 1 / width), np.zeros((3, 2)), speed, torque])
+    terms = np.column_stack([np.full(3, 1 / width), np.zeros((3, 3)), speed, torque])
     spans = np.array([[0, 1, 0, 1], [1, 2, 1, 2], [0, 2, 0, 2]])
-    new, work = v.copy(), np.zeros((10, 3))
+    new, work = v.copy(), np.zeros((WORK_ROWS, 3))
     work[0, :2] = v
-    kernel.friction(terms, spans, work, 0, 7)
-    row = kernel.implicit_step((0, 1), terms, spans, implicit, push, new, h, np.empty((2, 2)), work, 7)
+    friction(terms, spans, None, work, 0, 7)
+    row = implicit_step(
+        (0, 1), terms, spans, np.ones(3), None, implicit, push, new, h, np.empty((2, 2)), work, 7
+    )
     # What is handed on to the next step belongs to the new velocity.
     np.testing.assert_allclose(work[row], speed @ new / width, rtol=1e-12, atol=1e-12)
     return new, implicit @ (new - v) + h * np.tanh(speed @ new / width) @ torque - push

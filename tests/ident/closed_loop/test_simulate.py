@@ -236,12 +236,12 @@ def test_an_unstable_loop_is_explained() -> None:
 def test_without_a_place_for_a_cache_it_still_compiles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ident.closed_loop import kernel
+    from ident.closed_loop.kernel import compilation
 
     def no_place(*_: object, **options: object) -> Any:
         if options.get("cache"):
             raise RuntimeError("cannot cache function: no locator available")
         return lambda function: function
 
-    monkeypatch.setattr(kernel.numba, "njit", no_place)
-    assert kernel.compiled(max) is max
+    monkeypatch.setattr(compilation.numba, "njit", no_place)
+    assert compilation.compiled(max) is max

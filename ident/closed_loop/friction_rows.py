@@ -1,0 +1,137 @@
+"""Friction as rows of numbers: what compiled code and plain Python both work on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ident.closed_loop.kernel.values import BRISTLE, LAW_CELLS, LINEAR, SLIP, TABULATED, TANH
+from ident.effects import FrictionSign, SpeedTerm
+from ident.effects.simulated import Bristle, FrictionTorque, SpeedLaw
+from robots.arrays import FloatArray
+
+_SHARP = 1e-6
+"""Width of the smooth sign that stands for an exact one, as a share of the arm's velocity limits."""
+
+_FASTEST = 3.0
+"""End of a tabulated law, as a multiple of the speed at the arm's velocity limits."""
+
+
+@dataclass(frozen=True)
+class FrictionRows:
+    """K terms of friction: strength · torque row · law(speed row · q̇), each law growing with speed.
+
+    A parameter that makes friction push (a negative Coulomb friction) is a negative strength: torque row and
+    speed row of a term never point against each other.
+
+    Attributes:
+        heads: (K, 4) 1/width, kind of law, direction, number of the tabulated law or -1.
+        speed, torque: (K, n) rows.
+        strength: (K,).
+        laws: tabulated laws, (2 · LAW_CELLS + 1,) each.
+        sources: (K,) which friction torque a term is of; (0,) for speed terms.
+    """
+
+    heads: FloatArray
+    speed: FloatArray
+    torque: FloatArray
+    strength: FloatArray
+    laws: tuple[FloatArray, ...] = ()
+    sources: tuple[int, ...] = ()
+
+
+def speed_term_rows(terms: Sequence[tuple[SpeedTerm, float]], n: int) -> FrictionRows:
+    """Rows of speed terms with their parameters; an exact sign has become a smooth one before."""
+    rows = _Rows(n)
+    for term, value in terms:
+        kind, scale = _plain(term.law)
+        rows.add(
+            (scale, kind, term.direction, -1),
+            np.array(term.speed_row),
+            value * np.array(term.torque_row),
+        )
+    return rows.rows()
+
+
+def friction_rows(torques: Iterable[FrictionTorque], limits: FloatArray, h: float) -> FrictionRows:
+    """Rows of friction torques.
+
+    A law that is a function is tabulated, with its rising and its falling parts as two terms: the falling
+    one has a strength of the other sign.
+
+    Args:
+        torques: any number.
+        limits: (n,) velocity limits of the joints.
+        h: integration step, s.
+    """
+    rows = _Rows(limits.size)
+    for source, torque in enumerate(torques):
+        speed, share = np.asarray(torque.speed_row, float), np.asarray(torque.torque_row, float)
+        rows.source = source
+        law = torque.law
+        if isinstance(law, FrictionSign) and law.kind == "sign":
+            law = FrictionSign("tanh", _SHARP * float(limits.min()))
+        if isinstance(law, Bristle):
+            kind = BRISTLE if law.kind == "exponential" else SLIP
+            rows.add((h / law.length, kind, torque.direction, -1), speed, share)
+        elif law is None or isinstance(law, FrictionSign):
+            kind, scale = _plain(law)
+            rows.add((scale, kind, torque.direction, -1), speed, share)
+        else:
+            fastest = _FASTEST * float(np.abs(speed) @ limits)
+            for part, sign in zip(_rising_and_falling(law, fastest), (1.0, -1.0), strict=True):
+                if part.any():
+                    head = (1.0 / fastest, TABULATED, torque.direction, len(rows.laws))
+                    rows.laws.append(part)
+                    rows.add(head, speed, share, sign)
+    return rows.rows()
+
+
+@dataclass
+class _Rows:
+    n: int
+    heads: list[tuple[float, ...]] = field(default_factory=list)
+    speed: list[FloatArray] = field(default_factory=list)
+    torque: list[FloatArray] = field(default_factory=list)
+    strength: list[float] = field(default_factory=list)
+    laws: list[FloatArray] = field(default_factory=list)
+    sources: list[int] = field(default_factory=list)
+    source: int = -1
+
+    def add(
+        self, head: tuple[float, ...], speed: FloatArray, torque: FloatArray, strength: float = 1.0
+    ) -> None:
+        against = float(speed @ torque) < 0.0
+        self.heads.append(head)
+        self.speed.append(speed)
+        self.torque.append(-torque if against else torque)
+        self.strength.append(-strength if against else strength)
+        self.sources.append(self.source)
+
+    def rows(self) -> FrictionRows:
+        return FrictionRows(
+            np.array(self.heads, dtype=np.float64).reshape(-1, 4),
+            np.array(self.speed).reshape(-1, self.n),
+            np.array(self.torque).reshape(-1, self.n),
+            np.array(self.strength, dtype=np.float64),
+            tuple(self.laws),
+            tuple(self.sources),
+        )
+
+
+def _plain(law: FrictionSign | None) -> tuple[int, float]:
+    return (LINEAR, 1.0) if law is None else (TANH, 1.0 / law.width)
+
+
+def _rising_and_falling(law: SpeedLaw, fastest: float) -> tuple[FloatArray, FloatArray]:
+    """A law as a rising function less another rising one, at speeds spaced by squares."""
+    assert callable(law)
+    cells = np.arange(-LAW_CELLS, LAW_CELLS + 1)
+    speeds = np.sign(cells) * fastest * (cells / LAW_CELLS) ** 2
+    values = np.asarray(law(speeds), dtype=np.float64)
+    steps = np.diff(values)
+    rising, falling = (np.concatenate([[0.0], np.cumsum(np.maximum(s, 0.0))]) for s in (steps, -steps))
+    at_rest = LAW_CELLS
+    return rising - rising[at_rest] + values[at_rest], falling - falling[at_rest]

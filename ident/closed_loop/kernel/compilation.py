@@ -1,0 +1,51 @@
+"""How functions of the closed loop become machine code that is kept on disk.
+
+Compiled code contains the code of the functions that it calls, but numba takes code from its cache as long
+as the one file of the calling function is unchanged. Here the stamp of every cached function is that of all
+files of this package together, so a change in any of them compiles anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numba
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def stamp_of(folder: Path) -> bytes:
+    """A digest of all Python files in a folder."""
+    digest = hashlib.sha256()
+    for file in sorted(folder.glob("*.py")):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.digest()
+
+
+_STAMP = stamp_of(Path(__file__).parent)
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Machine code, kept on disk where there is a writable place for it; strict IEEE arithmetic, no GIL."""
+    return compiled_with_stamp(function, _STAMP)
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Part of the machine code of each function that calls it."""
+    return numba.njit(inline="always", error_model="numpy")(function)
+
+
+def compiled_with_stamp(function: Callable[P, R], stamp: bytes) -> Callable[P, R]:
+    """The same, where code from the disk counts only if it was kept under the same stamp."""
+    try:
+        dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    except RuntimeError:  # no place for a cache
+        return numba.njit(nogil=True, error_model="numpy")(function)
+    # numba has no setting for this; a test sees to it that the attribute does what is said here.
+    dispatcher._cache._cache_file._source_stamp = stamp
+    machine_code: Callable[P, R] = dispatcher
+    return machine_code

@@ -1,0 +1,461 @@
+"""Compiled motion of an arm with anything that the usual model does not have."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ident.closed_loop.kernel.compilation import compiled
+from ident.closed_loop.kernel.controller import control, start_controller
+from ident.closed_loop.kernel.friction import BRISTLES, WORK_ROWS, friction, implicit_step
+from ident.closed_loop.kernel.rigid_bodies import is_positive_definite, mass_and_bias, turn_on
+from ident.closed_loop.kernel.tables import look_up
+from ident.closed_loop.kernel.values import (
+    BRISTLE,
+    NOT_POSITIVE_DEFINITE,
+    RUNS,
+    UNSTABLE,
+    Arm,
+    Axes,
+    Drives,
+    Dynamics,
+    Extras,
+    Loop,
+    Memory,
+    Run,
+)
+from robots.arrays import FloatArray, IntArray
+
+_CURVES_HEAD, _CHANGING_HEAD = 2, 5
+"""Columns of ``Extras.curves`` and ``Extras.changing`` before their rows."""
+
+_TRIAL = 2
+"""A row of the scratch array that is free between steps."""
+
+
+@compiled
+def read(coordinates: IntArray, drives: Drives, q: FloatArray, measured: FloatArray) -> None:
+    """Drive outputs (n,), or their velocities, of coordinates (m,), or theirs; written to ``measured``."""
+    for i in range(measured.shape[0]):
+        measured[i] = 0.0
+        for j in range(len(coordinates)):
+            measured[i] += drives.transmission[i, j] * q[j]
+
+
+@compiled
+def start_extras(
+    axes: Axes,
+    dynamics: Dynamics,
+    run: Run,
+    extras: Extras,
+    measured: FloatArray,
+    rate: FloatArray,
+    h: float,
+) -> Memory:
+    """Memory at the start: everything as if the arm had moved at constant speed so far.
+
+    Args:
+        axes: of the joints.
+        dynamics, run, extras: as in ``values``.
+        measured, rate: (n,) drive outputs and their velocities.
+        h: integration step, s.
+    """
+    n = len(axes)
+    longest = 0.0
+    for i in range(extras.reading.shape[0]):
+        longest = max(longest, extras.reading[i])
+    kept = int(longest) + 2
+    seen = np.empty((kept, n))
+    for k in range(kept):
+        for i in range(n):
+            seen[(-k) % kept, i] = measured[i] - k * h * rate[i]
+    sends = 2
+    for i in range(n):
+        sends = max(sends, int(extras.chain[i, 2]) + 2)
+    sent = np.empty((sends, n))
+    for k in range(sends):
+        sent[k] = run.control_signal[0]
+    return Memory(
+        strength=dynamics.strength.copy(),
+        last=run.start[1].copy(),
+        lagging=run.control_signal[0].copy(),
+        sent=sent,
+        seen=seen,
+        link_position=np.zeros(n),
+        link_velocity=np.zeros(n),
+        forces=np.zeros(n),
+        bend=np.zeros(n),
+        jacobian=np.zeros((n, n)),
+        product=np.zeros((n, n)),
+        load=np.zeros(n),
+    )
+
+
+@compiled
+def read_with_extras(
+    coordinates: IntArray,
+    drives: Drives,
+    extras: Extras,
+    memory: Memory,
+    q: FloatArray,
+    count: int,
+    measured: FloatArray,
+) -> None:
+    """What the encoders say of the drive outputs, (n,), after ``count`` integration steps."""
+    read(coordinates, drives, q, measured)
+    kept = memory.seen.shape[0]
+    for i in range(extras.reading.shape[0]):
+        whole = int(extras.reading[i])
+        share = extras.reading[i] - whole
+        newer, older = memory.seen[(count - whole) % kept, i], memory.seen[(count - whole - 1) % kept, i]
+        measured[i] = newer + share * (older - newer)
+
+
+@compiled
+def record_with_extras(
+    coordinates: IntArray,
+    drives: Drives,
+    extras: Extras,
+    run: Run,
+    v: FloatArray,
+    sample: int,
+    measured: FloatArray,
+    rate: FloatArray,
+) -> None:
+    """Put the joint positions that the encoders say, and the drives' velocities, into the run."""
+    read(coordinates, drives, v, rate)
+    n = measured.shape[0]
+    for i in range(n):
+        run.position[sample, i], run.velocity[sample, i] = 0.0, 0.0
+        for j in range(n):
+            run.position[sample, i] += extras.back[i, j] * measured[j]
+            run.velocity[sample, i] += extras.back[i, j] * rate[j]
+
+
+@compiled
+def _link_motion(
+    axes: Axes, extras: Extras, memory: Memory, q: FloatArray, v: FloatArray, turn: FloatArray
+) -> None:
+    """Where the links are, given where the gears' inputs are: kinematic errors are added.
+
+    With drive output u = t·q a gear's error e(u) moves the joints by c e(u): q_link = q + c e, so
+    q̇_link = (1 + c e′ tᵀ) q̇, and q̈_link has c e″ u̇² besides.
+    """
+    n = len(axes)
+    for i in range(n):
+        memory.link_position[i], memory.link_velocity[i] = q[i], v[i]
+    count = extras.errors.shape[0]
+    if count == 0:
+        return
+    for i in range(n):
+        memory.bend[i] = 0.0
+        for j in range(n):
+            memory.jacobian[i, j] = 1.0 if i == j else 0.0
+    for k in range(count):
+        output, rate = 0.0, 0.0
+        for j in range(n):
+            output += extras.errors[k, 1 + j] * q[j]
+            rate += extras.errors[k, 1 + j] * v[j]
+        error, slope, bend = look_up(extras.values, extras.tables, int(extras.errors[k, 0]), output)
+        for i in range(n):
+            share = extras.errors[k, 1 + n + i]
+            memory.link_position[i] += share * error
+            memory.link_velocity[i] += share * slope * rate
+            memory.bend[i] += share * bend * rate * rate
+            for j in range(n):
+                memory.jacobian[i, j] += share * slope * extras.errors[k, 1 + j]
+    for i in range(n):
+        turn[i, 0], turn[i, 1] = math.cos(memory.link_position[i]), math.sin(memory.link_position[i])
+
+
+@compiled
+def _seen_from_gears(axes: Axes, memory: Memory, mass: FloatArray, bias: FloatArray) -> None:
+    """Mass matrix and bias of the links as the inputs of the gears see them: Jᵀ M J and Jᵀ (N + M J̇ q̇)."""
+    n = len(axes)
+    jacobian, product = memory.jacobian, memory.product
+    for i in range(n):
+        force = bias[i]
+        for j in range(n):
+            force += mass[i, j] * memory.bend[j]
+            product[i, j] = 0.0
+            for k in range(n):
+                product[i, j] += mass[i, k] * jacobian[k, j]
+        memory.forces[i] = force
+    for i in range(n):
+        bias[i] = 0.0
+        for k in range(n):
+            bias[i] += jacobian[k, i] * memory.forces[k]
+        for j in range(n):
+            mass[i, j] = 0.0
+            for k in range(n):
+                mass[i, j] += jacobian[k, i] * product[k, j]
+
+
+@compiled
+def _drive_signals(
+    axes: Axes, extras: Extras, memory: Memory, step: int, elapsed: float, h: float, signal: FloatArray
+) -> None:
+    """The control signals that become torque in the integration step ``elapsed`` s into a controller sample.
+
+    Delayed (as a mean over the step where the delayed signal jumps within it), lagging, limited; (n,).
+    """
+    kept = memory.sent.shape[0]
+    for i in range(len(axes)):
+        whole, rest = int(extras.chain[i, 2]), extras.chain[i, 3]
+        older = min(max((rest - elapsed) / h, 0.0), 1.0)
+        now, before = memory.sent[(step - whole) % kept, i], memory.sent[(step - whole - 1) % kept, i]
+        wanted = now + older * (before - now)
+        behind = memory.lagging[i] - wanted
+        memory.lagging[i] = wanted + behind * extras.chain[i, 0]
+        mean, limit = wanted + behind * extras.chain[i, 1], extras.chain[i, 4]
+        signal[i] = min(max(mean, -limit), limit)
+
+
+@compiled
+def _position_torques(
+    coordinates: IntArray, extras: Extras, time: float, q: FloatArray, h: float, arm: Arm
+) -> None:
+    """Subtract torques over positions from the push, and add their stiffness to the implicit matrix.
+
+    A quarter of h² times the stiffness there makes the step the trapezoidal rule (Newmark with β = 1/4),
+    stable at any stiffness and without damping of its own.
+    """
+    m = len(coordinates)
+    for k in range(extras.curves.shape[0]):
+        x = 0.0
+        for j in range(m):
+            x += extras.curves[k, _CURVES_HEAD + j] * q[j]
+        value, slope, _ = look_up(extras.values, extras.tables, int(extras.curves[k, 0]), x)
+        course = int(extras.curves[k, 1])
+        if course >= 0:
+            factor = look_up(extras.values, extras.tables, course, time)[0]
+            value, slope = value * factor, slope * factor
+        along = 0.0
+        for i in range(m):
+            share = extras.curves[k, _CURVES_HEAD + m + i]
+            arm.push[i] -= h * share * value
+            along += share * extras.curves[k, _CURVES_HEAD + i]
+        if slope * along > 0.0:
+            for i in range(m):
+                stiffness = 0.25 * h * h * slope * extras.curves[k, _CURVES_HEAD + m + i]
+                if stiffness != 0.0:
+                    for j in range(m):
+                        arm.mass[i, j] += stiffness * extras.curves[k, _CURVES_HEAD + j]
+
+
+@compiled
+def _change_strengths(
+    axes: Axes, coordinates: IntArray, extras: Extras, memory: Memory, time: float, q: FloatArray
+) -> None:
+    """The strength of friction that depends on position, time or load."""
+    n = len(axes)
+    for k in range(extras.changing.shape[0]):
+        factor = extras.changing[k, 1]
+        over_position, over_time = int(extras.changing[k, 2]), int(extras.changing[k, 3])
+        if over_position >= 0:
+            x = 0.0
+            for j in range(len(coordinates)):
+                x += extras.changing[k, _CHANGING_HEAD + n + j] * q[j]
+            factor *= look_up(extras.values, extras.tables, over_position, x)[0]
+        if over_time >= 0:
+            factor *= look_up(extras.values, extras.tables, over_time, time)[0]
+        if extras.changing[k, 4] != 0.0:
+            load = 0.0
+            for i in range(n):
+                load += extras.changing[k, _CHANGING_HEAD + i] * memory.load[i]
+            factor *= abs(load)
+        memory.strength[int(extras.changing[k, 0])] = factor
+
+
+@compiled
+def move_with_extras(  # noqa: C901
+    axes: Axes,
+    coordinates: IntArray,
+    dynamics: Dynamics,
+    drives: Drives,
+    arm: Arm,
+    extras: Extras,
+    memory: Memory,
+    output: FloatArray,
+    h: float,
+    substeps: int,
+    step: int,
+    time: float,
+    here: int,
+) -> int:
+    """Move the arm through one controller sample.
+
+    Args:
+        axes, coordinates: of joints and coordinates.
+        dynamics, drives, arm, extras, memory: as in ``values``.
+        output: (n,) control signals.
+        h, substeps: integration step, s, and how many.
+        step: number of the controller sample.
+        time: s, of the recording.
+        here: row of the scratch array, as for ``implicit_step``.
+
+    Returns:
+        the row of the scratch array; -1 where the mass matrix is not positive definite.
+    """
+    n, m, kept = len(axes), len(coordinates), memory.seen.shape[0]
+    q, v, mass, work = arm.q, arm.v, arm.mass, arm.work
+    bristles = False
+    for k in range(dynamics.terms.shape[0]):
+        bristles = bristles or dynamics.terms[k, 1] >= BRISTLE
+    memory.sent[step % memory.sent.shape[0]] = output
+    for i in range(n):
+        arm.turn[i, 0], arm.turn[i, 1] = math.cos(q[i]), math.sin(q[i])
+    for substep in range(substeps):
+        _link_motion(axes, extras, memory, q, v, arm.turn)
+        mass_and_bias(
+            axes,
+            dynamics.frames,
+            dynamics.links,
+            dynamics.gravity,
+            memory.link_position,
+            arm.turn,
+            memory.link_velocity,
+            mass,
+            arm.bias,
+            arm.links,
+        )
+        if extras.errors.shape[0] > 0:
+            _seen_from_gears(axes, memory, mass, arm.bias)
+        for i in range(n):
+            memory.load[i] = arm.bias[i]
+            for j in range(n):
+                memory.load[i] += mass[i, j] * (v[j] - memory.last[j]) / h
+        for i in range(m):
+            for j in range(m):
+                if i >= n or j >= n:
+                    mass[i, j] = 0.0
+                arm.check[i, j] = mass[i, j] + dynamics.inertia[i, j]
+        if substep == 0 and not is_positive_definite(coordinates, arm.check, arm.factors):
+            return -1
+        _drive_signals(axes, extras, memory, step, substep * h, h, arm.signal)
+        for i in range(m):
+            force = -dynamics.constant[i] - arm.bias[i]
+            for j in range(n):
+                force += drives.torque[i, j] * arm.signal[j]
+            for j in range(m):
+                force -= dynamics.damping[i, j] * v[j]
+                mass[i, j] += arm.implicit[i, j]
+            arm.push[i] = h * force
+            memory.last[i] = v[i]
+        _position_torques(coordinates, extras, time, q, h, arm)
+        _change_strengths(axes, coordinates, extras, memory, time, q)
+        if bristles:
+            for i in range(m):
+                work[_TRIAL, i] = v[i]
+            friction(dynamics.terms, dynamics.spans, extras.laws, work, _TRIAL, here)
+        here = implicit_step(
+            coordinates,
+            dynamics.terms,
+            dynamics.spans,
+            memory.strength,
+            extras.laws,
+            mass,
+            arm.push,
+            v,
+            h,
+            arm.check,
+            work,
+            here,
+        )
+        if bristles:
+            for k in range(dynamics.terms.shape[0]):
+                if dynamics.terms[k, 1] >= BRISTLE:
+                    work[BRISTLES, k] = work[here + 1, k]
+        turn_on(axes, q, arm.turn, v, h)
+        for i in range(n, m):
+            q[i] += h * v[i]
+        if extras.reading.shape[0] > 0:
+            count = step * substeps + substep + 1
+            for i in range(n):
+                memory.seen[count % kept, i] = 0.0
+                for j in range(m):
+                    memory.seen[count % kept, i] += drives.transmission[i, j] * q[j]
+    return here
+
+
+@compiled
+def closed_loop_with_extras(
+    axes: Axes,
+    coordinates: IntArray,
+    dynamics: Dynamics,
+    drives: Drives,
+    run: Run,
+    substeps: int,
+    extras: Extras,
+) -> tuple[int, int]:
+    """Run one simulation of any model, as ``loop.closed_loop``.
+
+    Args:
+        axes: of the joints.
+        coordinates: (m,) of the coordinates; an array, so that one machine code serves any number of them.
+        dynamics, drives, run, extras: as in ``values``.
+        substeps: integration steps per controller sample.
+
+    Returns:
+        as ``loop.closed_loop``.
+    """
+    n, m, samples = len(axes), len(coordinates), run.position.shape[0]
+    per_sample = run.reference.shape[0] // samples
+    h = drives.sample_time / substeps
+    arm = Arm(
+        q=run.start[0].copy(),
+        v=run.start[1].copy(),
+        turn=np.empty((n, 2)),
+        signal=np.zeros(n),
+        push=np.zeros(m),
+        bias=np.zeros(m),
+        mass=np.zeros((m, m)),
+        implicit=dynamics.inertia + h * dynamics.damping,
+        check=np.empty((m, m)),
+        factors=np.empty((m, m)),
+        links=np.empty((n, 22)),
+        work=np.zeros((WORK_ROWS, max(m, dynamics.terms.shape[0]))),
+    )
+    loop = Loop(np.empty((drives.reach, n)), np.empty(n), np.zeros(n), np.empty((drives.delay + 1, n)))
+    output, measured, rate = np.empty(n), np.empty(n), np.empty(n)
+    read(coordinates, drives, arm.q, measured)
+    read(coordinates, drives, arm.v, rate)
+    start_controller(axes, drives, run, loop, measured, rate)
+    memory = start_extras(axes, dynamics, run, extras, measured, rate, h)
+    for i in range(m):
+        arm.work[0, i] = arm.v[i]
+    here, step = 4, 0
+    friction(dynamics.terms, dynamics.spans, extras.laws, arm.work, 0, here)
+    for sample in range(samples):
+        for part in range(per_sample):
+            read_with_extras(coordinates, drives, extras, memory, arm.q, step * substeps, measured)
+            if part == 0:
+                record_with_extras(coordinates, drives, extras, run, arm.v, sample, measured, rate)
+            control(axes, drives, run, loop, measured, step, output)
+            if part == 0:
+                run.control_signal[sample] = output
+            here = move_with_extras(
+                axes,
+                coordinates,
+                dynamics,
+                drives,
+                arm,
+                extras,
+                memory,
+                output,
+                h,
+                substeps,
+                step,
+                extras.time[sample],
+                here,
+            )
+            if here < 0:
+                run.start[0], run.start[1] = arm.q, arm.v
+                return NOT_POSITIVE_DEFINITE, sample
+            step += 1
+        for i in range(m):
+            if not abs(arm.v[i]) <= run.speed_limit[i]:
+                run.start[0], run.start[1] = arm.q, arm.v
+                return UNSTABLE, sample
+    return RUNS, samples

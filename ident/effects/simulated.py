@@ -1,0 +1,202 @@
+"""What an effect is in the closed-loop simulation, for one set of its parameter values.
+
+Most effects need nothing of this: inertia, damping, constants and speed terms are found from the columns. An
+effect whose torque follows from anything else returns :class:`SimulatedParts`, made from the same expressions
+as its columns, and is then simulated in compiled code like all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+from ident.effects.friction_sign import FrictionSign
+from robots.arrays import FloatArray
+
+_FEWEST, _MOST = 64, 65536
+_EXACT_ENOUGH = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A function of one variable by its values at evenly spaced points; beyond the ends it goes on straight.
+
+    Attributes:
+        lower: the first point.
+        spacing: between two points, greater than 0.
+        values: (points,) at least four.
+    """
+
+    lower: float
+    spacing: float
+    values: FloatArray
+
+    @classmethod
+    def of(cls, function: Callable[[FloatArray], FloatArray], lower: float, upper: float) -> Table:
+        """Tabulate a function of an array so finely that the cubic through its points is exact to 1e-7.
+
+        A function with a kink or a jump gets 65 536 cells.
+        """
+        cells = _FEWEST
+        while True:
+            points = np.linspace(lower, upper, cells + 1)
+            values = np.asarray(function(points), dtype=np.float64)
+            between = np.asarray(function(0.5 * (points[1:-2] + points[2:-1])))
+            cubic = (9 * (values[1:-2] + values[2:-1]) - values[:-3] - values[3:]) / 16
+            scale = float(np.abs(values).max())
+            if cells >= _MOST or float(np.abs(cubic - between).max()) <= _EXACT_ENOUGH * scale:
+                return cls(lower, (upper - lower) / cells, values)
+            cells *= 2
+
+
+@dataclass(frozen=True)
+class Bristle:
+    """A deflection that friction builds up and holds: −1 to 1, with a memory.
+
+    Attributes:
+        length: way in rad (or m) over which it builds up.
+        kind: ``exponential``, dz/dx = (1 − z sign ẋ)/length (Dahl 1968), or ``slip``: dz/dx = 1/length until
+            ±1 (an elasto-plastic element of Iwan's).
+    """
+
+    length: float
+    kind: Literal["exponential", "slip"]
+
+
+SpeedLaw = FrictionSign | Bristle | Callable[[FloatArray], FloatArray] | None
+"""Course over a speed: a friction sign, a bristle, a function of an array of speeds, or the speed itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class PositionTorque:
+    """Torque against the motion, on the model's side of eq. 2: torque_row · curve(position_row · q).
+
+    Attributes:
+        position_row: (n,) the position as a combination of joint positions.
+        torque_row: (n,) how the torque falls on the joints.
+        curve: over that position, N·m (or N).
+        course: a factor over time (of the recording, s), if any.
+        side: of an elastic gear on which it acts; friction over a drive's speed is always on the drive's.
+    """
+
+    position_row: FloatArray
+    torque_row: FloatArray
+    curve: Table
+    course: Table | None = None
+    side: Literal["link", "drive"] = "link"
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionTorque:
+    """torque_row · law(speed_row · q̇), times what else its size follows; the torque as a speed term's.
+
+    Attributes:
+        speed_row, torque_row: (n,), as of ``SpeedTerm``.
+        law: its course over speed.
+        direction: 1 or -1 where it acts in that direction of motion only.
+        position_row, curve: a factor over a position, if any; both or none.
+        course: a factor over time (of the recording, s), if any.
+        load_row: (n,) if its size follows a load: |load_row · torque of the links|.
+    """
+
+    speed_row: FloatArray
+    torque_row: FloatArray
+    law: SpeedLaw
+    direction: Literal[-1, 0, 1] = 0
+    position_row: FloatArray | None = None
+    curve: Table | None = None
+    course: Table | None = None
+    load_row: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class GearSpring:
+    """A drive whose output does not move rigidly with the joints; its encoder is on the drive's side.
+
+    Several on one drive are in series: compliances and gaps add up.
+
+    Attributes:
+        drive: which, from 0.
+        compliance: rad per N·m (or m per N) at the drive output.
+        damping: N·m·s/rad (or N·s/m) beside the spring.
+        gap: rad (or m), the whole play.
+    """
+
+    drive: int
+    compliance: float = 0.0
+    damping: float = 0.0
+    gap: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class GearError:
+    """A kinematic error: the gear's output is ahead of what its input says by error(input).
+
+    Attributes:
+        drive: which, from 0.
+        error: rad (or m) over the drive output that the encoder says.
+    """
+
+    drive: int
+    error: Table
+
+
+@dataclass(frozen=True)
+class DriveChange:
+    """How one drive makes torque of its control signal, where that is not torque = g_τ v_τ at once.
+
+    In this order: delay, lag, limit, gain.
+
+    Attributes:
+        drive: which, from 0.
+        gain: relative error of g_τ: torque = (1 + gain) g_τ v_τ.
+        lag: time constant of the current loop, s.
+        delay: from control signal to torque, s.
+        limit: |v_τ| beyond which the torque does not grow.
+        reading_delay: of the position that controller and recording get, s.
+    """
+
+    drive: int
+    gain: float = 0.0
+    lag: float = 0.0
+    delay: float = 0.0
+    limit: float = np.inf
+    reading_delay: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedParts:
+    """All of an effect with its parameters; what is not given is not there.
+
+    Attributes:
+        links: (n, 10) added to the links' standard parameters.
+        gravity: (3,) added to gravity, m/s², in the axes of the base.
+        inertia, damping: (n, n) torque per q̈ and per q̇.
+        constant: (n,) torque.
+        position, friction: torques over positions and over speeds.
+        springs, errors: of gears.
+        drives: what the drives do to the control signal.
+    """
+
+    links: FloatArray | None = None
+    gravity: FloatArray | None = None
+    inertia: FloatArray | None = None
+    damping: FloatArray | None = None
+    constant: FloatArray | None = None
+    position: tuple[PositionTorque, ...] = ()
+    friction: tuple[FrictionTorque, ...] = ()
+    springs: tuple[GearSpring, ...] = ()
+    errors: tuple[GearError, ...] = ()
+    drives: tuple[DriveChange, ...] = ()
+
+
+@runtime_checkable
+class HasSimulatedParts(Protocol):
+    """An effect that says itself what it is in the simulation."""
+
+    def simulated(self, values: FloatArray) -> SimulatedParts:
+        """The parts for parameter values (p,)."""
+        ...
