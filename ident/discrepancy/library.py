@@ -24,7 +24,11 @@ _IN_SPAN = 1e-3
 
 @dataclass(frozen=True)
 class Trial:
-    """One family at one place with one set of shape values, and where its columns are in the library."""
+    """One family at one place with one set of shape values, and where its columns are in the library.
+
+    ``parameters`` (p, columns) makes the effect's parameters of factors of its columns there, which are
+    orthonormal and as many as the data can see.
+    """
 
     family: EffectFamily
     place: Place
@@ -32,6 +36,7 @@ class Trial:
     start: int
     end: int
     shapes: int
+    parameters: FloatArray
 
     @property
     def columns(self) -> slice:
@@ -49,16 +54,14 @@ class Library:
 
     Attributes:
         trials: those that the data can see at all.
-        gram: (m, m) products of the partialled-out columns of unit norm.
+        gram: (m, m) products of the columns.
         score: (m,) their products with the residual.
-        scale: (m,) norms of the columns before.
-        columns: (N, m) the columns themselves, unit norm.
+        columns: (N, m) partialled out, orthonormal within each trial.
     """
 
     trials: tuple[Trial, ...]
     gram: FloatArray
     score: FloatArray
-    scale: FloatArray
     columns: FloatArray
 
     def score_of(self, residual: FloatArray) -> FloatArray:
@@ -70,7 +73,6 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
     """Evaluate every trial at the instruments' motion and partial the present model out of it."""
     trials: list[Trial] = []
     blocks: list[FloatArray] = []
-    scales: list[FloatArray] = []
     robot = examination.base.model.robot
     start = 0
     for family in families:
@@ -78,32 +80,37 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
             shapes = family.shapes(robot, place)
             for values in product(*(shape.grid for shape in shapes)):
                 effect = family.effect(robot, place, values, present)
-                columns = partialled(examination, effect)
-                if columns is None:
+                beyond = partialled(examination, effect)
+                if beyond is None:
                     continue
-                scale = np.linalg.norm(columns, axis=0)
-                blocks.append((columns / scale).astype(np.float32))
-                scales.append(scale)
-                end = start + scale.size
-                trials.append(Trial(family, place, effect, start, end, len(shapes)))
+                basis, parameters = orthonormal(beyond)
+                blocks.append(basis.astype(np.float32))
+                end = start + basis.shape[1]
+                trials.append(Trial(family, place, effect, start, end, len(shapes), parameters))
                 start = end
     matrix = np.concatenate(blocks, axis=1)
     gram = (matrix.T @ matrix).astype(np.float64)
     score = matrix.T @ examination.residual
-    return Library(tuple(trials), gram, score, np.concatenate(scales), matrix)
+    return Library(tuple(trials), gram, score, matrix)
 
 
 def partialled(examination: Examination, effect: PlacedEffect) -> FloatArray | None:
     """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it."""
     white = examination.whiten([effect_rows(scene, effect) for scene in examination.scenes])
     before = np.linalg.norm(white, axis=0)
-    if not before.all() or not np.isfinite(before).all():
+    if not before.any() or not np.isfinite(before).all():
         return None
     beyond = examination.partial_out(white)
-    values = np.linalg.svd(beyond / before, compute_uv=False)
-    if values[-1] < _IN_SPAN:
-        return None
-    return beyond
+    beyond[:, np.linalg.norm(beyond, axis=0) <= _IN_SPAN * before] = 0.0
+    return beyond if beyond.any() else None
+
+
+def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Basis (N, r) of columns (N, p), and (p, r) that makes their factors of the basis's."""
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    left, values, right = np.linalg.svd(columns / scale, full_matrices=False)
+    seen = values > _IN_SPAN * values[0]
+    return left[:, seen], (right[seen].T / values[seen]) / scale[:, np.newaxis]
 
 
 def effect_rows(scene: Scene, effect: PlacedEffect, measured: bool = False) -> FloatArray:

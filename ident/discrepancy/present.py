@@ -54,6 +54,16 @@ class Present:
         upper = np.triu(mass)
         return np.asarray(upper + np.triu(mass, 1).transpose(0, 2, 1))
 
+    def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
+        model = self._links()
+        model.gravity.linear = gravity
+        data = model.createData()
+        torque = np.zeros_like(position)
+        for k in range(position.shape[0]):
+            torque[k] = pinocchio.computeGeneralizedGravity(model, data, position[k])
+        return torque
+
     def _links(self) -> pinocchio.Model:
         links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
         start = self.model.names.index(links.parameter_names[0])

@@ -15,6 +15,10 @@ from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
 from robots.arrays import FloatArray
 
 _EVALUATIONS = 40
+
+_DEPENDENT = 1e-6
+"""Of the products of unit columns: below it a direction of the parameters is not seen."""
+
 _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
@@ -67,27 +71,34 @@ def refine(examination: Examination, components: Sequence[Component], present: P
         present: the present model, for effects that ask it for torques.
     """
     shapes = [shape for component in components for shape in component.shapes(examination)]
+    free = np.array([not shape.fixed for shape in shapes], dtype=np.bool_)
     start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
     limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in shapes]
     best = list(components)
-    if shapes:
+    if free.any():
+        low, high = np.array(limits).T
+
+        def at(point: FloatArray) -> list[Component]:
+            whole = start.copy()
+            whole[free] = np.clip(point, low[free], high[free])
+            return _at(components, shapes, whole)
 
         def loss(point: FloatArray) -> float:
-            placed = _at(components, shapes, np.clip(point, *np.array(limits).T))
+            placed = at(point)
             solved = _solve(examination, placed, present)
             return 0.0 if solved is None else -solved[1]
 
-        widths = np.array([_grid_step(shape) for shape in shapes])
-        simplex = np.vstack([start, start + np.diag(0.5 * widths)])
+        widths = np.array([_grid_step(shape) for shape in shapes])[free]
+        simplex = np.vstack([start[free], start[free] + np.diag(0.5 * widths)])
         found = minimize(
             loss,
-            start,
+            start[free],
             method="Nelder-Mead",
-            bounds=limits,
-            options={"maxfev": _EVALUATIONS * len(shapes), "initial_simplex": simplex, "xatol": 1e-3},
+            bounds=[limit for limit, loose in zip(limits, free, strict=True) if loose],
+            options={"maxfev": _EVALUATIONS * int(free.sum()), "initial_simplex": simplex, "xatol": 1e-3},
         )
-        if found.fun <= loss(start):
-            best = _at(components, shapes, np.asarray(found.x))
+        if found.fun <= loss(start[free]):
+            best = at(np.asarray(found.x))
     return _with_deviations(examination, best, shapes, present)
 
 
@@ -104,6 +115,9 @@ def _with_deviations(
     point = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
     slopes = []
     for k, shape in enumerate(shapes):
+        if shape.fixed:
+            slopes.append(np.zeros((fitted.size, 1)))
+            continue
         step = _DERIVATIVE * (1.0 if shape.logarithmic else shape.upper - shape.lower)
         if point[k] + step > _inner(shape, shape.upper):
             step = -step
@@ -117,7 +131,10 @@ def _with_deviations(
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
     norms = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     unit = matrix / norms
-    variance = np.diag(np.linalg.pinv(unit.T @ unit, hermitian=True)) / norms**2
+    seen = norms > 1e-290
+    variance = np.zeros(norms.size)
+    inverse = np.linalg.pinv(unit[:, seen].T @ unit[:, seen], rcond=_DEPENDENT, hermitian=True)
+    variance[seen] = np.diag(inverse) / norms[seen] ** 2
     sigma = np.sqrt(max(1.0, left) * variance)
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
@@ -152,7 +169,7 @@ def _solve(
     residual = examination.residual
     if fixed is None:
         scale = np.linalg.norm(columns, axis=0)
-        fixed = np.linalg.lstsq(columns / scale, residual, rcond=None)[0] / scale
+        fixed = np.linalg.lstsq(columns / scale, residual, rcond=np.sqrt(_DEPENDENT))[0] / scale
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
 

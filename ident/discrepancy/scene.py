@@ -74,17 +74,18 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     keep = kept_samples(recording.time.shape[0], settings)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
-    state = State(whole.position, whole.velocity, whole.acceleration, time)
+    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
+    torque = observed_torque(robot, recording, everything)
+    state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
     period = repeat_length(recording.reference, recording.sample_time)
-    torque = observed_torque(robot, recording, settings.model_copy(update={"decimation": 1}))
     measured = _part(state, keep)
     kept_time = time[keep]
     return Scene(
         recording=recording,
         measured=measured,
         instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
-        full_torque=torque,
-        torque=thinned(torque, settings.decimation, settings.decimation_filter),
+        full_torque=torque[keep],
+        torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),
         time=kept_time[decimate_index(kept_time.shape[0], settings.decimation)],
         period=period,
@@ -109,8 +110,8 @@ def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> Flo
 
 
 def _part(state: State, keep: slice) -> State:
-    time = None if state.time is None else state.time[keep]
-    return State(state.position[keep], state.velocity[keep], state.acceleration[keep], time)
+    time, torque = (None if part is None else part[keep] for part in (state.time, state.torque))
+    return State(state.position[keep], state.velocity[keep], state.acceleration[keep], time, torque)
 
 
 def _from_other_periods(state: State, period: int) -> State:
@@ -120,6 +121,7 @@ def _from_other_periods(state: State, period: int) -> State:
         position=others_mean(state.position, period),
         velocity=others_mean(state.velocity, period),
         acceleration=others_mean(state.acceleration, period),
+        torque=None if state.torque is None else others_mean(state.torque, period),
     )
 
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ident.discrepancy.library import Library, Trial
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import FloatArray
 
 _RIDGE = 1e-9
 """Of unit columns; keeps nearly equal columns of one trial solvable."""
@@ -45,28 +46,16 @@ def score(library: Library, trials: Sequence[Trial], products: FloatArray, rows:
     index = np.concatenate([np.arange(trial.start, trial.end) for trial in trials])
     gram = library.gram[np.ix_(index, index)] + _RIDGE * np.eye(index.size)
     target = products[index]
-    unit = np.linalg.solve(gram, target)
+    factors = np.linalg.solve(gram, target)
+    parameters = block_diag(*(trial.parameters for trial in trials))
     bounds = np.array([limit for trial in trials for limit in trial.effect.bounds])
-    scale = library.scale[index]
-    unit = _within(unit, gram, target, bounds * scale[:, np.newaxis])
-    gain = float(2 * unit @ target - unit @ gram @ unit)
-    return Score(tuple(trials), gain, gain - price(trials, rows), unit / scale)
-
-
-def _within(unit: FloatArray, gram: FloatArray, target: FloatArray, bounds: FloatArray) -> FloatArray:
-    """The least-squares solution within bounds, by fixing what is outside at its bound (few parameters)."""
-    fixed: IntArray = np.zeros(unit.size, dtype=np.int64)
-    for _ in range(unit.size):
-        low, high = unit < bounds[:, 0], unit > bounds[:, 1]
-        if not (low | high).any():
-            break
-        fixed |= (low | high).astype(np.int64)
-        unit = np.clip(unit, bounds[:, 0], bounds[:, 1])
-        free = fixed == 0
-        if free.any():
-            rest = target[free] - gram[np.ix_(free, ~free)] @ unit[~free]
-            unit[free] = np.linalg.solve(gram[np.ix_(free, free)], rest)
-    return unit
+    values = parameters @ factors
+    if ((values < bounds[:, 0]) | (values > bounds[:, 1])).any():
+        values = np.clip(values, bounds[:, 0], bounds[:, 1])
+        factors = np.linalg.lstsq(parameters, values, rcond=None)[0]
+        factors = factors * max(0.0, float(factors @ target) / float(factors @ gram @ factors or 1.0))
+    gain = float(2 * factors @ target - factors @ gram @ factors)
+    return Score(tuple(trials), gain, gain - price(trials, rows), parameters @ factors)
 
 
 def singles(library: Library, products: FloatArray, rows: int) -> list[Score]:

@@ -22,6 +22,12 @@ _BLOCKS = 16
 _CLEAR = 1e-6
 """p-value below which it is worth a sentence; there are several tests on each joint."""
 
+_SMALLEST_LINE = 0.05
+"""Share of the noise's energy that a single frequency has to hold."""
+
+_UNEVEN = 3.0
+"""The strongest block of time has so many times the median block's variance."""
+
 
 @dataclass(frozen=True)
 class Unrepeated:
@@ -77,7 +83,8 @@ def _single_frequency(joint: int, white: FloatArray, sample_time: float) -> list
     ratio = power / around
     peak = int(np.argmax(ratio))
     p_value = float(-np.expm1(power.size * np.log1p(-np.exp(-ratio[peak]))))
-    if p_value > _CLEAR:
+    line = power[max(peak - 1, 0) : peak + 2].sum() - around[max(peak - 1, 0) : peak + 2].sum()
+    if p_value > _CLEAR or line < _SMALLEST_LINE * power.sum():
         return []
     frequency = (peak + 1) / (white.size * sample_time)
     return [
@@ -99,7 +106,7 @@ def _bursts(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeate
     heavy = float(np.mean(white**4) / np.mean(white**2) ** 2 - 1.0) / 2.0
     statistic = float(sizes.sum() * np.log(pooled) - sizes @ np.log(variances)) / max(heavy, 1.0)
     p_value = float(chi2.sf(statistic, _BLOCKS - 1))
-    if p_value > _CLEAR:
+    if p_value > _CLEAR or variances.max() < _UNEVEN * np.median(variances):
         return []
     worst = int(np.argmax(variances))
     start = worst * white.size / _BLOCKS * sample_time

@@ -14,13 +14,15 @@ class State:
 
     ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
     with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
-    look at each sample alone.
+    look at each sample alone. ``torque`` is the measured joint torque, samples × joints, where there is one:
+    a saturated drive shows only against it.
     """
 
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
     time: FloatArray | None = None
+    torque: FloatArray | None = None
 
 
 class Effect(Protocol):

@@ -30,7 +30,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Shape:
-    """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds."""
+    """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
+
+    What is ``fixed`` takes the values of its grid and none between.
+    """
 
     name: str
     unit: str
@@ -38,6 +41,7 @@ class Shape:
     lower: float
     upper: float
     logarithmic: bool = False
+    fixed: bool = False
 
 
 class PresentModel(Protocol):
@@ -53,6 +57,10 @@ class PresentModel(Protocol):
 
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:
         """Mass matrix of the links alone, samples × joints × joints."""
+        ...
+
+    def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         ...
 
 

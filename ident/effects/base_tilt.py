@@ -1,0 +1,54 @@
+"""Base tilt: an arm that does not stand as upright as its description says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel
+from ident.effects.placed import Family, Law, Parameters, Parts
+from ident.effects.simulated import SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+def _places(robot: Robot) -> tuple[Place, ...]:
+    """An arm that gravity does not act on cannot be found tilted."""
+    return (Place("base", ()),) if np.linalg.norm(robot.gravity) > 0 else ()
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """To first order gravity turns by small angles about the two axes across it."""
+    gravity = np.array(robot.gravity)
+    across = _across(gravity)
+    turned = [np.cross(axis, gravity) for axis in across]
+
+    def law(state: State) -> FloatArray:
+        return np.stack([present.gravity_torque(state.position, change) for change in turned], axis=2)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(gravity=values[0] * turned[0] + values[1] * turned[1])
+
+    bounds = ((-0.5, 0.5), (-0.5, 0.5))
+    return Parameters(("tilt_x", "tilt_y"), ("rad", "rad"), bounds), law, parts
+
+
+def _across(gravity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit axes across gravity; x and y of the base where it points down."""
+    down = gravity / np.linalg.norm(gravity)
+    x = np.eye(3)[int(np.argmin(np.abs(down)))]
+    x = x - (x @ down) * down
+    x /= np.linalg.norm(x)
+    return x, np.cross(-down, x)
+
+
+BASE_TILT = Family(
+    "base_tilt",
+    "gravity from another direction than described",
+    "base",
+    _places,
+    _make,
+    confused_with=("gravity_spring", "payload"),
+)

@@ -1,0 +1,49 @@
+"""Drive-gain error: a drive makes more or less torque of its control signal than its gain says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel
+from ident.effects.placed import (
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    drive_row,
+    drive_torque,
+    each_drive,
+    number,
+)
+from ident.effects.simulated import DriveChange, SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """torque = (1 + δ) g_τ v_τ, so g_τ v_τ is the torque less δ/(1 + δ) of it, δ of it to first order."""
+    drive, row = place.joints[0], drive_row(robot, place)
+
+    def law(state: State) -> FloatArray:
+        return along(row, -drive_torque(robot, present.torque(state), drive))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        share = float(np.clip(values[0], -0.9, 0.9))
+        return SimulatedParts(drives=(DriveChange(drive, gain=share / (1.0 - share)),))
+
+    return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),)), law, parts
+
+
+DRIVE_GAIN_ERROR = Family(
+    "drive_gain_error",
+    "a drive gain that is not what it is thought to be",
+    "drive",
+    each_drive,
+    _make,
+    needs_prior=True,
+    confused_with=("payload", "load_dependent_friction"),
+)

@@ -1,0 +1,132 @@
+"""Joint elasticity and backlash: gears through which the link follows its drive with a state of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.gear_state import lag_of_link
+from ident.effects.placed import (
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    angle_unit,
+    drive_torque,
+    each_drive,
+    number,
+    torque_unit,
+)
+from ident.effects.simulated import GearSpring, SimulatedParts
+from robots import rigid_body_model
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_CONTACT_FREQUENCY = 60.0
+"""Hz of the link on the flanks of a gear with play; above what filtered records show."""
+_CONTACT_DAMPING = 0.3
+_FREQUENCIES = (6.0, 9.0, 13.0, 20.0, 30.0, 45.0)
+_GAPS = (1e-4, 3e-4, 1e-3, 3e-3)
+_ONE = ((0.0, 3.0),)
+"""The torque of a gear with the right shape is wholly there: its factor is 1."""
+
+
+def _inertia(robot: Robot, drive: int) -> float:
+    """Inertia of the described links at a drive's output in the home position, kg·m² (or kg)."""
+    model = rigid_body_model(robot)
+    mass = pinocchio.crba(model, model.createData(), np.array(robot.home, dtype=np.float64))
+    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+    whole = np.triu(mass) + np.triu(mass, 1).T
+    return max(float(back @ whole @ back), 1e-6)
+
+
+def _gear_columns(
+    robot: Robot, drive: int, present: PresentModel, stiffness: float, damping: float, gap: float
+) -> Law:
+    """Torque of links that follow through the gear less that of links that follow rigidly."""
+    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+
+    def law(state: State) -> FloatArray:
+        if state.time is None or state.time.shape[0] < 2:
+            return np.zeros((*state.position.shape, 1))
+        rigid = present.link_torque(state)
+        mass = present.link_mass_matrix(state.position)
+        inertia = np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6)
+        load = drive_torque(robot, rigid, drive)
+        step = float(state.time[1] - state.time[0])
+        # The link lags behind a drive that pushes it.
+        lag, rate, push = lag_of_link(inertia, load, step, stiffness, damping, gap)
+        moved = State(
+            state.position - np.outer(lag, back),
+            state.velocity - np.outer(rate, back),
+            state.acceleration - np.outer(push, back),
+            state.time,
+        )
+        return (present.link_torque(moved) - rigid)[:, :, np.newaxis]
+
+    return law
+
+
+def _elasticity(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    drive, (compliance, damping_ratio) = place.joints[0], shape
+    damping = 2 * damping_ratio * float(np.sqrt(_inertia(robot, drive) / compliance))
+    law = _gear_columns(robot, drive, present, 1.0 / compliance, damping, 0.0)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
+
+    return Parameters((f"elasticity{number(place)}",), ("1",), _ONE), law, parts
+
+
+def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    inertia = _inertia(robot, place.joints[0])
+    low, *grid, high = (1.0 / (inertia * (2 * np.pi * f) ** 2) for f in (120.0, *_FREQUENCIES[::-1], 3.0))
+    unit = f"{angle_unit(robot, place)}/({torque_unit(robot, place)})"
+    return (
+        Shape("compliance", unit, tuple(map(float, grid)), float(low), float(high), True),
+        Shape("damping_ratio", "1", (0.05,), 0.002, 1.0, True),
+    )
+
+
+def _backlash(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    drive, (gap,) = place.joints[0], shape
+    inertia = _inertia(robot, drive)
+    stiffness = inertia * (2 * np.pi * _CONTACT_FREQUENCY) ** 2
+    damping = 2 * _CONTACT_DAMPING * float(np.sqrt(inertia * stiffness))
+    law = _gear_columns(robot, drive, present, stiffness, damping, gap)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        size = gap * float(values[0])
+        return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size),))
+
+    return Parameters((f"play{number(place)}",), ("1",), _ONE), law, parts
+
+
+def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("gap", angle_unit(robot, place), _GAPS, 2e-5, 2e-2, True),)
+
+
+JOINT_ELASTICITY = Family(
+    "joint_elasticity",
+    "a gear that gives way, so that the link follows late and may ring",
+    "drive",
+    each_drive,
+    _elasticity,
+    _elastic_shapes,
+    confused_with=("backlash", "current_loop_lag"),
+)
+BACKLASH = Family(
+    "backlash",
+    "play in the gear: the link is free between the flanks",
+    "drive",
+    each_drive,
+    _backlash,
+    _gap_shapes,
+    confused_with=("joint_elasticity", "hysteresis"),
+)

@@ -1,0 +1,75 @@
+"""Hysteresis of a gear: torque that builds up over the way after each reversal and stays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.placed import (
+    ANY,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    angle_unit,
+    drive_row,
+    each_drive,
+    number,
+    torque_unit,
+)
+from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
+
+
+def deflection(position: FloatArray, length: float) -> FloatArray:
+    """Deflection −1 to 1 of a bristle drawn along positions (samples,): dz/dx = (1 − z sign ẋ)/length.
+
+    Exact for any way between samples, and no matter how fast (Dahl 1968).
+    """
+    way = np.diff(position, prepend=position[:1])
+    keep, towards = np.exp(-np.abs(way) / length), np.sign(way)
+    state = np.empty_like(position)
+    z = 0.0
+    for k in range(position.shape[0]):
+        z = towards[k] + (z - towards[k]) * keep[k]
+        state[k] = z
+    return state
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row, (length,) = drive_row(robot, place), shape
+
+    def law(state: State) -> FloatArray:
+        if state.time is None:
+            return np.zeros((*state.position.shape, 1))
+        return along(row, deflection(state.position @ row, length))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(
+            friction=(FrictionTorque(row, values[0] * row, Bristle(length, "exponential")),)
+        )
+
+    return Parameters((f"hysteresis{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("length", angle_unit(robot, place), _LENGTHS, 1e-3, 1.0, True),)
+
+
+HYSTERESIS = Family(
+    "hysteresis",
+    "torque that builds up over the way after each reversal",
+    "drive",
+    each_drive,
+    _make,
+    _shapes,
+    evidence="reversal",
+    confused_with=("static_friction", "backlash"),
+)

@@ -1,0 +1,61 @@
+"""Viscous friction that does not grow in proportion to the speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.placed import (
+    ANY,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    drive_row,
+    each_drive,
+    number,
+    speed_limit,
+    torque_unit,
+)
+from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.usual import friction_sign
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_GRID = (0.3, 0.5, 0.7, 1.5, 2.0, 3.0)
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Torque at the drive's speed limit times (speed / limit) to a power."""
+    row, sign, (power,) = drive_row(robot, place), friction_sign(robot), shape
+    limit = speed_limit(robot, row)
+
+    def over_speed(speed: FloatArray) -> FloatArray:
+        return sign(speed) * np.abs(speed / limit) ** power
+
+    def law(state: State) -> FloatArray:
+        return along(row, over_speed(state.velocity @ row))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, over_speed),))
+
+    return Parameters((f"Fn{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("power", "1", _GRID, 0.2, 4.0),)
+
+
+NONLINEAR_VISCOUS_FRICTION = Family(
+    "nonlinear_viscous_friction",
+    "friction that grows with a power of the speed",
+    "drive",
+    each_drive,
+    _make,
+    _shapes,
+    confused_with=("stribeck_friction", "viscous_friction"),
+)

@@ -1,0 +1,50 @@
+"""Payload: a body at the tool that the model does not know of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel
+from ident.effects.placed import ANY, Family, Law, Parameters, Parts
+from ident.effects.rigid_body import RigidBody
+from ident.effects.simulated import SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_SYMBOLS = ("M", "MX", "MY", "MZ")
+_UNITS = ("kg", "kg·m", "kg·m", "kg·m")
+
+
+def _places(robot: Robot) -> tuple[Place, ...]:
+    return (Place("tool", ()),)
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Mass and first moments about the last link's frame; its own inertia is small beside that of a wrist."""
+    body = RigidBody(robot)
+    last = slice(10 * (robot.n - 1), 10 * (robot.n - 1) + len(_SYMBOLS))
+
+    def law(state: State) -> FloatArray:
+        return np.ascontiguousarray(body.columns(state)[:, :, last])
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        links = np.zeros((robot.n, 10))
+        links[-1, : len(_SYMBOLS)] = values
+        return SimulatedParts(links=links)
+
+    names = tuple(f"{symbol}_payload" for symbol in _SYMBOLS)
+    return Parameters(names, _UNITS, ((0.0, np.inf), ANY, ANY, ANY)), law, parts
+
+
+PAYLOAD = Family(
+    "payload",
+    "a body at the tool that the model does not know of",
+    "tool",
+    _places,
+    _make,
+    needs_prior=True,
+    confused_with=("drive_gain_error", "rotor_inertia"),
+)

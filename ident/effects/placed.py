@@ -1,0 +1,161 @@
+"""What the families of the vocabulary are made of: places, columns on a joint or through a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Evidence, Place, PresentModel, Scope, Shape
+from ident.effects.simulated import SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+ANY = (-np.inf, np.inf)
+POSITIVE = (0.0, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """An effect of a family at one place with its shape fixed.
+
+    ``law`` gives its columns, samples × joints × p, and ``parts`` what it is in the simulation for
+    parameter values (p,); both are made of the same expressions.
+    """
+
+    name: str
+    sentence: str
+    place: Place
+    shape: tuple[float, ...]
+    parameter_names: tuple[str, ...]
+    units: tuple[str, ...]
+    bounds: tuple[tuple[float, float], ...]
+    law: Callable[[State], FloatArray]
+    parts: Callable[[FloatArray], SimulatedParts]
+
+    def columns(self, state: State) -> FloatArray:
+        """Torque per unit of each parameter: samples × joints × parameters."""
+        return self.law(state)
+
+    def simulated(self, values: FloatArray) -> SimulatedParts:
+        """What the effect is in the closed loop with parameter values (p,)."""
+        return self.parts(values)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Linear parameters of a placed effect: names, units, what they can be in nature."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    bounds: tuple[tuple[float, float], ...]
+
+
+Law = Callable[[State], FloatArray]
+Parts = Callable[[FloatArray], SimulatedParts]
+Make = Callable[[Robot, Place, tuple[float, ...], PresentModel], tuple[Parameters, Law, Parts]]
+
+
+def _no_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    """Linear throughout."""
+    return ()
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """One name of the vocabulary; see :class:`ident.effects.family.EffectFamily`.
+
+    ``confused_with`` names what the same data often cannot tell from it.
+    """
+
+    name: str
+    sentence: str
+    scope: Scope
+    places_of: Callable[[Robot], tuple[Place, ...]]
+    make: Make
+    shapes_of: Callable[[Robot, Place], tuple[Shape, ...]] = _no_shapes
+    evidence: Evidence = "motion"
+    needs_prior: bool = False
+    confused_with: tuple[str, ...] = ()
+
+    def places(self, robot: Robot) -> tuple[Place, ...]:
+        """Every place of this arm where the effect can sit."""
+        return self.places_of(robot)
+
+    def shapes(self, robot: Robot, place: Place) -> tuple[Shape, ...]:
+        """Its shape parameters at a place."""
+        return self.shapes_of(robot, place)
+
+    def effect(self, robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel) -> Placed:
+        """The effect there, with these shape values."""
+        parameters, law, parts = self.make(robot, place, shape, present)
+        return Placed(
+            self.name,
+            self.sentence,
+            place,
+            shape,
+            parameters.names,
+            parameters.units,
+            parameters.bounds,
+            law,
+            parts,
+        )
+
+
+def each_joint(robot: Robot) -> tuple[Place, ...]:
+    """One place per joint."""
+    return tuple(Place("joint", (joint,)) for joint in range(robot.n))
+
+
+def each_drive(robot: Robot) -> tuple[Place, ...]:
+    """One place per drive."""
+    return tuple(Place("drive", (drive,)) for drive in range(robot.n))
+
+
+def drive_row(robot: Robot, place: Place) -> FloatArray:
+    """(n,) how the output of a place's drive moves with the joints, and how its torque falls on them."""
+    return np.asarray(robot.transmission_matrix[place.joints[0]])
+
+
+def joint_row(robot: Robot, place: Place) -> FloatArray:
+    """(n,) with a one at a place's joint."""
+    return np.asarray(np.eye(robot.n)[place.joints[0]])
+
+
+def along(row: FloatArray, *values: FloatArray) -> FloatArray:
+    """Torques (samples,) that fall on the joints by a row (n,): samples × joints × len(values)."""
+    return np.stack([value[:, np.newaxis] * row for value in values], axis=2)
+
+
+def drive_torque(robot: Robot, joint_torque: FloatArray, drive: int) -> FloatArray:
+    """(samples,) torque at a drive's output of joint torques, samples × joints."""
+    return np.asarray(joint_torque @ np.linalg.inv(robot.transmission_matrix)[:, drive])
+
+
+def rate(values: FloatArray, state: State) -> FloatArray:
+    """Time derivative of a series (samples, …) by central differences; zero where time is not known."""
+    if state.time is None or state.time.shape[0] < 2:
+        return np.zeros_like(values)
+    return np.asarray(np.gradient(values, state.time[1] - state.time[0], axis=0))
+
+
+def torque_unit(robot: Robot, place: Place) -> str:
+    """Of a place's first joint."""
+    return "N·m" if robot.joint[place.joints[0]].kind == "revolute" else "N"
+
+
+def angle_unit(robot: Robot, place: Place) -> str:
+    """Of a place's first joint."""
+    return "rad" if robot.joint[place.joints[0]].kind == "revolute" else "m"
+
+
+def number(place: Place) -> str:
+    """How parameter names say where: the joint's number, from 1."""
+    return str(place.joints[0] + 1)
+
+
+def speed_limit(robot: Robot, row: FloatArray) -> float:
+    """Largest speed of a combination of joints (n,)."""
+    return float(np.abs(row) @ robot.velocity_limits)

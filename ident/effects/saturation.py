@@ -1,0 +1,66 @@
+"""Saturation: a drive whose torque stops growing below the limit that it is thought to have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.placed import (
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    drive_row,
+    drive_torque,
+    each_drive,
+    number,
+    torque_unit,
+)
+from ident.effects.simulated import DriveChange, SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_SHARES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
+
+
+def _torque_limit(robot: Robot, drive: int) -> float:
+    """Torque at the drive output that the described saturation allows."""
+    return float(robot.controller.saturation[drive] * abs(robot.gains[drive]))
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """What the control signal asks for beyond the limit never becomes torque."""
+    drive, row, (limit,) = place.joints[0], drive_row(robot, place), shape
+
+    def law(state: State) -> FloatArray:
+        if state.torque is None:
+            return np.zeros((*state.position.shape, 1))
+        asked = drive_torque(robot, state.torque, drive)
+        return along(row, asked - np.clip(asked, -limit, limit))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        signal = limit / abs(float(robot.gains[drive]))
+        return SimulatedParts(drives=(DriveChange(drive, limit=signal),))
+
+    return Parameters((f"excess{number(place)}",), ("1",), ((0.0, 1.5),)), law, parts
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    limit = _torque_limit(robot, place.joints[0])
+    grid = tuple(limit * share for share in _SHARES)
+    return (Shape("torque_limit", torque_unit(robot, place), grid, 0.05 * limit, limit, True),)
+
+
+SATURATION = Family(
+    "saturation",
+    "torque that stops growing below the described limit",
+    "drive",
+    each_drive,
+    _make,
+    _shapes,
+    confused_with=("drive_gain_error",),
+)

@@ -1,0 +1,134 @@
+"""Springs between links and their surroundings: gravity compensation, cable or dress pack, a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.placed import (
+    ANY,
+    POSITIVE,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    angle_unit,
+    each_joint,
+    joint_row,
+    number,
+    torque_unit,
+)
+from ident.effects.simulated import PositionTorque, SimulatedParts, Table
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+Curves = tuple[Callable[[FloatArray], FloatArray], ...]
+
+_MARGIN = 0.2
+"""rad (or m) beyond the joint's limits that the simulation's table reaches."""
+
+
+def _over_position(robot: Robot, place: Place, curves: Curves) -> tuple[Law, Parts]:
+    """Columns and simulation of torques over one joint's position."""
+    row, joint = joint_row(robot, place), place.joints[0]
+    lower, upper = float(robot.lower[joint]) - _MARGIN, float(robot.upper[joint]) + _MARGIN
+
+    def law(state: State) -> FloatArray:
+        return along(row, *(curve(state.position[:, joint]) for curve in curves))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        def whole(position: FloatArray) -> FloatArray:
+            return np.asarray(sum(v * curve(position) for v, curve in zip(values, curves, strict=True)))
+
+        return SimulatedParts(position=(PositionTorque(row, row, Table.of(whole, lower, upper)),))
+
+    return law, parts
+
+
+def _gravity_spring(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A torsion spring: stiffness, and the torque at position zero, which stands for the rest angle."""
+    law, parts = _over_position(robot, place, (lambda q: q, np.ones_like))
+    torque = torque_unit(robot, place)
+    names = (f"stiffness{number(place)}", f"preload{number(place)}")
+    units = (f"{torque}/{angle_unit(robot, place)}", torque)
+    return Parameters(names, units, (POSITIVE, ANY)), law, parts
+
+
+def _cable_spring(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A cable or dress pack that stiffens away from where it hangs free."""
+    (rest,) = shape
+    law, parts = _over_position(robot, place, (lambda q: q - rest, lambda q: (q - rest) ** 3))
+    torque, angle = torque_unit(robot, place), angle_unit(robot, place)
+    names = (f"cable{number(place)}", f"stiffening{number(place)}")
+    return Parameters(names, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE)), law, parts
+
+
+def _contact(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A spring that acts beyond an angle on one side of it."""
+    angle, side = shape
+
+    def pressed(position: FloatArray) -> FloatArray:
+        return side * np.maximum(side * (position - angle), 0.0)
+
+    law, parts = _over_position(robot, place, (pressed,))
+    unit = f"{torque_unit(robot, place)}/{angle_unit(robot, place)}"
+    return Parameters((f"contact{number(place)}",), (unit,), (POSITIVE,)), law, parts
+
+
+def _within_limits(robot: Robot, place: Place, shares: tuple[float, ...]) -> tuple[float, ...]:
+    joint = place.joints[0]
+    lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
+    return tuple(lower + share * (upper - lower) for share in shares)
+
+
+def _rest_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    low, high = _within_limits(robot, place, (0.05, 0.95))
+    grid = _within_limits(robot, place, (0.25, 0.4, 0.5, 0.6, 0.75))
+    return (Shape("rest_angle", angle_unit(robot, place), grid, low, high),)
+
+
+def _contact_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    low, high = _within_limits(robot, place, (0.02, 0.98))
+    grid = _within_limits(robot, place, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9))
+    return (
+        Shape("contact_angle", angle_unit(robot, place), grid, low, high),
+        Shape("side", "1", (-1.0, 1.0), -1.0, 1.0, fixed=True),
+    )
+
+
+GRAVITY_SPRING = Family(
+    "gravity_spring",
+    "a spring about the joint, as for gravity compensation",
+    "joint",
+    each_joint,
+    _gravity_spring,
+    confused_with=("contact", "cable_spring", "base_tilt"),
+)
+CABLE_SPRING = Family(
+    "cable_spring",
+    "a cable or dress pack that pulls the joint back and stiffens",
+    "joint",
+    each_joint,
+    _cable_spring,
+    _rest_shapes,
+    confused_with=("gravity_spring", "contact"),
+)
+CONTACT = Family(
+    "contact",
+    "something that the joint presses against beyond an angle",
+    "joint",
+    each_joint,
+    _contact,
+    _contact_shapes,
+    confused_with=("gravity_spring", "cable_spring"),
+)

@@ -1,0 +1,159 @@
+"""The usual model's own effects as families, one drive at a time: for models that lack one of them.
+
+In a model that has them they explain nothing more, unless a prior holds their parameters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel
+from ident.effects.friction_sign import FrictionSign
+from ident.effects.placed import (
+    ANY,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    angle_unit,
+    drive_row,
+    each_drive,
+    number,
+    torque_unit,
+)
+from ident.effects.simulated import FrictionTorque, SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+def friction_sign(robot: Robot) -> FrictionSign:
+    """The arm's own form of the sign."""
+    settings = robot.identification
+    return FrictionSign(settings.friction_sign, settings.friction_width)
+
+
+def _viscous(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row = drive_row(robot, place)
+    unit = f"{torque_unit(robot, place)}·s/{angle_unit(robot, place)}"
+
+    def law(state: State) -> FloatArray:
+        return along(row, state.velocity @ row)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(damping=values[0] * np.outer(row, row))
+
+    return Parameters((f"Fv{number(place)}",), (unit,), (ANY,)), law, parts
+
+
+def _coulomb(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row, sign = drive_row(robot, place), friction_sign(robot)
+
+    def law(state: State) -> FloatArray:
+        return along(row, sign(state.velocity @ row))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
+
+    return Parameters((f"Fc{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+
+
+def _asymmetric(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Half the difference of both directions: torque grows forwards and shrinks backwards."""
+    row, sign = drive_row(robot, place), friction_sign(robot)
+    torque, angle = torque_unit(robot, place), angle_unit(robot, place)
+
+    def law(state: State) -> FloatArray:
+        speed = state.velocity @ row
+        return along(row, np.abs(sign(speed)), np.abs(speed))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        # Half a Coulomb term forwards and half of one, of the other sign, backwards: |sign| is their sum.
+        halves = [
+            FrictionTorque(row, direction * value * row, form, direction)
+            for value, form in zip(values, (sign, None), strict=True)
+            for direction in (1, -1)
+        ]
+        return SimulatedParts(friction=tuple(halves))
+
+    names = (f"dFc{number(place)}", f"dFv{number(place)}")
+    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY)), law, parts
+
+
+def _rotor_inertia(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row = drive_row(robot, place)
+    unit = "kg·m²" if angle_unit(robot, place) == "rad" else "kg"
+
+    def law(state: State) -> FloatArray:
+        return along(row, state.acceleration @ row)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(inertia=values[0] * np.outer(row, row))
+
+    return Parameters((f"dIa{number(place)}",), (unit,), (ANY,)), law, parts
+
+
+def _current_offset(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row = drive_row(robot, place)
+
+    def law(state: State) -> FloatArray:
+        return along(row, np.ones(state.velocity.shape[0]))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(constant=values[0] * row)
+
+    return Parameters((f"doff{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+
+
+VISCOUS_FRICTION = Family(
+    "viscous_friction",
+    "friction in proportion to the speed",
+    "drive",
+    each_drive,
+    _viscous,
+    confused_with=("nonlinear_viscous_friction",),
+)
+COULOMB_FRICTION = Family(
+    "coulomb_friction",
+    "dry friction of constant size against the motion",
+    "drive",
+    each_drive,
+    _coulomb,
+    confused_with=("stribeck_friction", "load_dependent_friction"),
+)
+ASYMMETRIC_FRICTION = Family(
+    "asymmetric_friction",
+    "friction that differs between the two directions of motion",
+    "drive",
+    each_drive,
+    _asymmetric,
+    confused_with=("current_offset",),
+)
+ROTOR_INERTIA = Family(
+    "rotor_inertia",
+    "inertia of rotor and gear, or a change of it",
+    "drive",
+    each_drive,
+    _rotor_inertia,
+    confused_with=("payload", "current_loop_lag"),
+)
+CURRENT_OFFSET = Family(
+    "current_offset",
+    "constant offset of the measured torque",
+    "drive",
+    each_drive,
+    _current_offset,
+    needs_prior=True,
+    confused_with=("asymmetric_friction", "gravity_spring"),
+)
