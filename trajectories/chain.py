@@ -4,19 +4,33 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robots.arrays import FloatArray
 from trajectories.errors import PlanError
-from trajectories.information import ROW_RATE
-from trajectories.motion import MotionState, midpoints
+from trajectories.motion import MotionState
 from trajectories.problem import ExcitationProblem
-from trajectories.segments import PiecewiseJerk, SegmentPlanner, Waypoint
+from trajectories.segments import PiecewiseJerk, SegmentPlanner, Waypoint, join
 
 FIRST_STEP = 0.3
 """Step of a new waypoint, as a share of half the travel and of the velocity limit."""
+
+SLOWEST_PACE = 6.0
+"""Times the shortest duration that a slow pass may last."""
+
+PACED = 0.1
+"""Share of the moved waypoints whose pace changes, where slow passes are allowed."""
+
+_SLOWDOWNS = 4
+"""Tries to bring a segment down to the speed that the tool may have."""
+
+_CALM = 0.9
+"""Share of the tool's speed limit that a waypoint may have."""
+
+_SMALL_MOVE = 0.02
+"""Share of half the travel: the move that shows why no motion is possible."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +43,15 @@ class Piece:
 
 @dataclass
 class Chain:
-    """Waypoints, the pieces between them, and the step by which each waypoint is moved."""
+    """Waypoints, the pieces between them, and the step by which each waypoint is moved.
+
+    ``whole`` is the information of the whole chain where its pieces cannot be judged one by one.
+    """
 
     waypoints: list[Waypoint]
     pieces: list[Piece]
     steps: list[float]
+    whole: FloatArray | None = None
 
     @property
     def duration(self) -> float:
@@ -42,7 +60,9 @@ class Chain:
 
     @property
     def matrix(self) -> FloatArray:
-        """The information matrix: the sum over the pieces."""
+        """The information matrix: the sum over the pieces, or that of the whole."""
+        if self.whole is not None:
+            return self.whole
         total: FloatArray = np.sum([piece.matrix for piece in self.pieces], axis=0)
         return total
 
@@ -69,7 +89,7 @@ class ChainBuilder:
         middle, half = (limits.upper + limits.lower) / 2, (limits.upper - limits.lower) / 2
         position = middle + spread * half * self.generator.uniform(-1.0, 1.0, limits.n)
         velocity = 0.7 * spread * limits.velocity * self.generator.uniform(-1.0, 1.0, limits.n)
-        return Waypoint(position, velocity, np.zeros(limits.n))
+        return self._calmed(Waypoint(position, velocity, np.zeros(limits.n)))
 
     def near(self, waypoint: Waypoint, step: float, some: bool = True) -> Waypoint:
         """A waypoint a random step away, in some or in all positions and velocities."""
@@ -82,7 +102,24 @@ class ChainBuilder:
         half = (limits.upper - limits.lower) / 2
         position = np.clip(waypoint.position + shift[:n] * half, limits.lower, limits.upper)
         velocity = np.clip(waypoint.velocity + shift[n:] * limits.velocity, -limits.velocity, limits.velocity)
-        return Waypoint(position, velocity, np.zeros(n))
+        pace = waypoint.pace
+        if self.problem.slow_passes and self.generator.random() < PACED:
+            pace = float(np.clip(pace * np.exp(0.7 * self.generator.standard_normal()), 1.0, SLOWEST_PACE))
+        return self._calmed(Waypoint(position, velocity, np.zeros(n), pace))
+
+    def _calmed(self, waypoint: Waypoint) -> Waypoint:
+        """The waypoint, passed slowly enough for the tool."""
+        tool = self.problem.tool
+        if tool is None or tool.limit is None:
+            return waypoint
+        position, velocity, zero = (
+            waypoint.position[None],
+            waypoint.velocity[None],
+            waypoint.acceleration[None],
+        )
+        speed = float(tool.speeds(MotionState(position, velocity, zero, zero))[0])
+        share = min(1.0, _CALM * tool.limit / speed) if speed > 0.0 else 1.0
+        return replace(waypoint, velocity=waypoint.velocity * share)
 
     def with_another(self, chain: Chain, index: int) -> Chain | None:
         """The chain with one more waypoint about midway before ``index``."""
@@ -104,31 +141,57 @@ class ChainBuilder:
         if fresh is None:
             return None
         steps = [FIRST_STEP] * (len(instead) - 1) + [chain.steps[index]] if instead else []
-        return Chain(
-            chain.waypoints[:index] + instead + chain.waypoints[index + 1 :],
-            chain.pieces[: max(index - 1, 0)] + fresh + chain.pieces[index + 1 :],
-            chain.steps[:index] + steps + chain.steps[index + 1 :],
+        return self._judged(
+            Chain(
+                chain.waypoints[:index] + instead + chain.waypoints[index + 1 :],
+                chain.pieces[: max(index - 1, 0)] + fresh + chain.pieces[index + 1 :],
+                chain.steps[:index] + steps + chain.steps[index + 1 :],
+            )
         )
+
+    def _judged(self, chain: Chain) -> Chain | None:
+        """The chain, with the information of the whole where that is not the sum of its pieces."""
+        if not self.problem.whole:
+            return chain
+        matrices = self.problem.matrices([join([piece.motion for piece in chain.pieces])])
+        return None if matrices is None else replace(chain, whole=matrices[0])
 
     def pieces(self, waypoints: Sequence[Waypoint]) -> list[Piece] | None:
         """Segments through waypoints with their information, in one call of the regressor."""
         motions = []
         for before, after in itertools.pairwise(waypoints):
-            motion = self._planner.connect(before, after)
+            motion = self._segment(before, after)
             if motion is None:
                 return None
             motions.append(motion)
-        counts = [max(1, int(np.ceil(motion.duration * self.problem.search_rate))) for motion in motions]
-        states = [m.at(midpoints(m.duration, count)) for m, count in zip(motions, counts, strict=True)]
-        columns = self.problem.weighted(_stack(states))
-        if columns is None:
+        if self.problem.whole:
+            return [Piece(motion, np.empty((0, 0))) for motion in motions]
+        matrices = self.problem.matrices(motions)
+        if matrices is None:
             return None
-        pieces, first = [], 0
-        for motion, count in zip(motions, counts, strict=True):
-            rows = columns[first : first + count].reshape(-1, columns.shape[2])
-            pieces.append(Piece(motion, rows.T @ rows * (motion.duration / count * ROW_RATE)))
-            first += count
-        return pieces
+        return [Piece(motion, matrix) for motion, matrix in zip(motions, matrices, strict=True)]
+
+    def _segment(self, before: Waypoint, after: Waypoint) -> PiecewiseJerk | None:
+        """The segment between two waypoints at its pace, slower where the tool may not be so fast.
+
+        None where there is none, or none that would not take all the time that there is.
+        """
+        motion = self._connected(before, after, None)
+        if motion is not None and after.pace > 1.0:
+            motion = self._connected(before, after, motion.duration * after.pace)
+        tool = self.problem.tool
+        for _ in range(_SLOWDOWNS):
+            share = tool.share(motion) if motion is not None and tool is not None else 0.0
+            if motion is None or share <= 1.0:
+                break
+            motion = self._connected(before, after, motion.duration * max(share, 1.05))
+        return motion
+
+    def _connected(self, before: Waypoint, after: Waypoint, duration: float | None) -> PiecewiseJerk | None:
+        if duration is not None and duration > self.problem.duration:
+            return None
+        motion = self._planner.connect(before, after, duration)
+        return motion if motion is not None and motion.duration <= self.problem.duration else None
 
     def first_chain(self) -> Chain:
         """Random waypoints as long as the time lasts, closer together where it does not last for one.
@@ -140,10 +203,33 @@ class ChainBuilder:
             chain = self._random_chain(spread)
             if chain is not None:
                 return chain
-        raise PlanError(
-            f"no motion out of the start and back fits into {self.problem.duration:g} s; "
-            "allowed: a longer duration or higher limits",
+        raise self._impossible()
+
+    def _impossible(self) -> PlanError:
+        """Why there is not even a small motion."""
+        problem, limits = self.problem, self.problem.limits
+        start = problem.start or Waypoint.at_rest((limits.upper + limits.lower) / 2)
+        shift = _SMALL_MOVE * (limits.upper - limits.lower) / 2
+        inward = np.where(start.position > (limits.upper + limits.lower) / 2, -1.0, 1.0)
+        goal = Waypoint.at_rest(start.position + inward * shift)
+        free, slowed = self._planner.connect(start, goal), self._segment(start, goal)
+        free_fits = free is not None and 2.0 * free.duration <= problem.duration
+        fits = slowed is not None and 2.0 * slowed.duration <= problem.duration
+        broken = problem.complaint(slowed) if slowed is not None and fits else None
+        if broken is not None:
+            return PlanError.of(broken)
+        if problem.tool is not None and free_fits:
+            return PlanError(
+                f"tool speed of {problem.tool.limit} m/s leaves no time for a motion in "
+                f"{problem.duration:g} s; allowed: a higher speed or a longer duration",
+                constraint="tool speed",
+            )
+        slowest, why = _slowest(shift, self.problem)
+        return PlanError(
+            f"no motion out of the start and back fits into {problem.duration:g} s, its {why} limit is in "
+            "the way; allowed: a longer duration or higher limits",
             constraint="duration",
+            joint=limits.names[slowest],
         )
 
     def _random_chain(self, spread: float) -> Chain | None:
@@ -172,9 +258,16 @@ class ChainBuilder:
             return None
         if problem.goal is not None:
             waypoints.append(problem.goal)
-        return Chain(waypoints, pieces + closing, [FIRST_STEP] * len(waypoints))
+        return self._judged(Chain(waypoints, pieces + closing, [FIRST_STEP] * len(waypoints)))
 
 
-def _stack(states: list[MotionState]) -> MotionState:
-    names = ("position", "velocity", "acceleration", "jerk")
-    return MotionState(*(np.concatenate([getattr(state, name) for state in states]) for name in names))
+def _slowest(shift: FloatArray, problem: ExcitationProblem) -> tuple[int, str]:
+    """The joint that takes longest for a move (n,) from rest to rest, and which limit makes it so."""
+    limits = problem.limits
+    times = {
+        "velocity": shift / limits.velocity,
+        "acceleration": 2.0 * np.sqrt(shift / limits.acceleration),
+        "jerk": np.cbrt(32.0 * shift / limits.jerk),
+    }
+    why = max(times, key=lambda name: float(times[name].max()))
+    return int(times[why].argmax()), why

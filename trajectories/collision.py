@@ -24,6 +24,9 @@ from trajectories.surroundings import Surroundings
 FIRST_STEP = 0.02
 """s; intervals before any bisection."""
 
+LOOK = 0.2
+"""s between two postures of a quick look."""
+
 SHORTEST_STEP = 2e-4
 """s; an interval that is not split further."""
 
@@ -99,6 +102,19 @@ class CollisionCheck:
         """Where a motion comes closest to touching, to 1 mm; None where nothing is watched."""
         return self._nearest(motion, None)
 
+    def excess(self, motion: Motion) -> float:
+        """How much of the clearance is missing, m, from a quick look; 0 where it is kept."""
+        if len(self._geometry.collisionPairs) == 0:
+            return 0.0
+        count = max(8, int(np.ceil(motion.duration / LOOK)))
+        postures = motion.at(midpoints(motion.duration, count)).position
+        closest = min(float(self.distances(posture).min()) for posture in postures)
+        return max(0.0, self.surroundings.clearance - closest)
+
+    def require(self, motion: Motion) -> None:
+        """Raise where a motion comes closer than the clearance, as :meth:`require_clear` does."""
+        self.require_clear(motion, "the motion")
+
     def require_clear(self, motion: Motion, what: str) -> Nearest | None:
         """Where a motion comes closest to touching.
 
@@ -109,7 +125,11 @@ class CollisionCheck:
         Raises:
             TrajectoryError: when it comes closer than the clearance; names bodies, joint and time.
         """
-        nearest, clearance = self.nearest(motion), self.surroundings.clearance
+        return self.require_known(self.nearest(motion), what)
+
+    def require_known(self, nearest: Nearest | None, what: str) -> Nearest | None:
+        """As :meth:`require_clear`, where the nearest of a motion is known."""
+        clearance = self.surroundings.clearance
         if nearest is not None and min(nearest.distance, nearest.at_least + TOLERANCE) < clearance:
             first, second = nearest.bodies
             distance = f"{1e3 * nearest.distance:.1f} mm from {second}; allowed: {1e3 * clearance:.1f} mm"
@@ -177,12 +197,12 @@ def _geometry(robot: Robot, model: pinocchio.Model, surroundings: Surroundings) 
     for body in geometry.geometryObjects:
         body.geometry = _convex(body.geometry)
     own = len(geometry.geometryObjects)
-    boxes = [(o.name, o.centre, o.size) for o in surroundings.obstacles]
+    boxes = [(o.name, o.centre, o.size, o.turn) for o in surroundings.obstacles]
     if surroundings.floor is not None:
         centre = (0.0, 0.0, surroundings.floor - FLOOR_DEPTH / 2)
-        boxes.append(("floor", centre, (FLOOR_EDGE, FLOOR_EDGE, FLOOR_DEPTH)))
-    for name, centre, size in boxes:
-        placement = pinocchio.SE3(np.eye(3), np.array(centre))
+        boxes.append(("floor", centre, (FLOOR_EDGE, FLOOR_EDGE, FLOOR_DEPTH), 0.0))
+    for name, centre, size, turn in boxes:
+        placement = pinocchio.SE3(pinocchio.utils.rotate("z", turn), np.array(centre))
         geometry.addGeometryObject(pinocchio.GeometryObject(name, 0, 0, placement, coal.Box(*size)))
     bodies = list(geometry.geometryObjects)
     for first in range(own):

@@ -94,3 +94,11 @@ class FourierMotion:
     def begun(self, time: float) -> FourierMotion:
         """The same periodic motion begun ``time`` s later."""
         return replace(self, begin=self.begin + time)
+
+    def once(self) -> FourierMotion:
+        """One period of it."""
+        return replace(self, periods=1)
+
+    def smaller(self, share: float) -> FourierMotion:
+        """The same about the same offset, with a share of the amplitudes."""
+        return replace(self, sine=share * self.sine, cosine=share * self.cosine)

@@ -16,10 +16,11 @@ import numpy as np
 from robots.arrays import FloatArray
 from trajectories.errors import PlanError
 from trajectories.fourier import FourierMotion
-from trajectories.information import NONE, ROW_RATE
-from trajectories.motion import Motion, MotionSequence, midpoints
+from trajectories.information import NONE
+from trajectories.motion import Motion, MotionSequence
 from trajectories.problem import ExcitationProblem
 from trajectories.segments import PiecewiseJerk, SegmentPlanner, Waypoint, hold
+from trajectories.trajectory import Repeat
 
 if TYPE_CHECKING:
     import cma
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 HARMONICS = 5
 FIRST_SIGMA = 0.3
 REFUSED = 1e3
-"""Score of a motion that a check refuses: worse than any that is driven."""
+"""Score of a motion that a check refuses, plus its excess: worse than any that is driven."""
 
 PHASES = 48
 """Begins of the period that are tried for the lead-in and lead-out."""
@@ -111,6 +112,11 @@ class FourierSearch:
         rest = (hold(goal.position, pause),) if pause > 1e-6 else ()
         return MotionSequence((lead_in, motion, lead_out, *rest))
 
+    def repeat(self, motion: Motion) -> Repeat:
+        """Where the periods are in what :meth:`finished` gave."""
+        lead = motion.parts[0].duration if isinstance(motion, MotionSequence) else 0.0
+        return Repeat(lead, self._period, self.periods)
+
     def _lead_time(self) -> float:
         """Time kept for lead-in and lead-out: two moves over half of the travel, from rest to rest."""
         if self.problem.start is None or self.problem.goal is None:
@@ -124,16 +130,14 @@ class FourierSearch:
 
     def _evaluated(self, candidate: FloatArray) -> float:
         motion = self._motion(candidate)
-        rows = max(1, int(np.ceil(self._period * self.problem.search_rate)))
-        columns = self.problem.weighted(motion.at(midpoints(self._period, rows)))
-        if columns is None:
-            return REFUSED
-        flat = columns.reshape(-1, columns.shape[2])
-        score = self.problem.objective.score(flat.T @ flat * (self._period / rows * ROW_RATE))
+        matrices = self.problem.matrices([motion.once()])
+        if matrices is None:
+            return REFUSED + self.problem.excess(motion.once())
+        score = self.problem.objective.score(matrices[0])
         if score >= self.best_score:
             return min(score, REFUSED)
-        if not self.problem.allows(motion):
-            return REFUSED
+        if not self.problem.allows(motion.once()):
+            return REFUSED + self.problem.excess(motion.once())
         self.best_score, self._best = score, motion
         return score
 
@@ -158,7 +162,10 @@ class FourierSearch:
         )
         low, high = extremes.lowest / share, extremes.highest / share
         offset = np.clip(middle + half * values[0], limits.lower - low, limits.upper - high)
-        return FourierMotion(self._period, self.periods, offset, sine / share, cosine / share)
+        motion = FourierMotion(self._period, self.periods, offset, sine / share, cosine / share)
+        tool = self.problem.tool
+        faster = tool.share(motion.once()) if tool is not None else 0.0
+        return motion if faster <= 1.0 else motion.smaller(1.0 / faster)
 
 
 def _strategy(first: FloatArray, seed: int) -> cma.CMAEvolutionStrategy:

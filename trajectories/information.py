@@ -26,6 +26,9 @@ _SINGULAR = 1e-14
 EXCESS_COST = 3.0
 """Score per unit of the logarithm of the condition number above its cap: enough to bring it down to it."""
 
+CONDITION_CAP = 150.0
+"""Of the weighted regressor, unless asked otherwise."""
+
 Criterion = Literal["determinant", "trace", "condition"]
 
 
@@ -59,7 +62,7 @@ class Information:
         return np.sqrt(np.diag(np.linalg.inv(self.matrix)) * ROW_RATE / row_rate)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Objective:
     """What the planner minimises; the score is per parameter, so 0.01 is 1 % of a variance.
 
@@ -67,12 +70,15 @@ class Objective:
         criterion: ``determinant`` (−log det G / b), ``trace`` (log of the mean variance) or ``condition``
             (log of the condition number).
         condition_cap: a condition number above it costs; None for no cap.
-        chosen: indices of the base parameters that matter; None for all.
+        chosen: indices of the parameters that matter; None for all.
+        directions: (b × k) what is taken for unknown: β = β₀ + directions · p, with p the parameters
+            that ``chosen`` counts; None for the base parameters themselves.
     """
 
     criterion: Criterion = "determinant"
-    condition_cap: float | None = 150.0
+    condition_cap: float | None = CONDITION_CAP
     chosen: tuple[int, ...] | None = None
+    directions: FloatArray | None = None
 
     def stricter(self, share: float) -> Objective:
         """The same with a lower cap on the condition number."""
@@ -87,6 +93,8 @@ class Objective:
             unless_above: where a quick look shows that the score is above this, any larger number may be
                 returned.
         """
+        if self.directions is not None:
+            matrix = self.directions.T @ matrix @ self.directions
         scaled, scale = _unit_diagonal(matrix)
         if scaled is None:
             return NONE

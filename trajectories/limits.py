@@ -63,6 +63,7 @@ class Limits:
         room = margins.position * (robot.upper - robot.lower)
         home = np.array(robot.home)
         speed = margins.speed_factor
+        _require_positive(robot)
         saturation = np.array(robot.controller.saturation) * robot.gains
         return cls(
             names=tuple(joint.name for joint in robot.joint),
@@ -83,9 +84,28 @@ class Limits:
         """The same limits, with the positions widened to reach a posture (n,)."""
         return replace(self, lower=np.minimum(self.lower, posture), upper=np.maximum(self.upper, posture))
 
+    def at_speed(self, factor: float) -> Limits:
+        """The same limits as if time were stretched by 1/factor."""
+        return replace(
+            self,
+            velocity=self.velocity * factor,
+            acceleration=self.acceleration * factor**2,
+            jerk=self.jerk * factor**3,
+        )
+
     def with_torque_share(self, share: float) -> Limits:
         """The same limits with a share of the torques."""
         return replace(self, torque=self.torque * share, drive_torque=self.drive_torque * share)
+
+
+def _require_positive(robot: Robot) -> None:
+    for joint in robot.joint:
+        for name in ("velocity", "acceleration", "jerk", "torque"):
+            value = getattr(joint, name)
+            if not 0.0 < value < float("inf"):
+                raise TrajectoryError(
+                    f"{name} limit is {value:g}; allowed: above 0", constraint=name, joint=joint.name
+                )
 
 
 @dataclass(frozen=True)
@@ -134,15 +154,25 @@ def require_within(uses: tuple[Use, ...], names: tuple[str, ...]) -> None:
     Raises:
         TrajectoryError: names the constraint, the joint, the value, what is allowed, and the time.
     """
+    for error in broken(uses, names):
+        raise error
+
+
+def broken(uses: tuple[Use, ...], names: tuple[str, ...]) -> tuple[TrajectoryError, ...]:
+    """One error for each limit that a motion breaks, at the joint and time where it is worst."""
+    errors = []
     for use in uses:
         worst = int(np.argmax(use.share))
         if use.share[worst] > 1.0 + ROUNDING:
-            raise TrajectoryError(
-                f"{use.constraint} reaches {use.value[worst]:.6g}; allowed: {use.limit[worst]:.6g}",
-                constraint=use.constraint,
-                joint=names[worst],
-                time=float(use.time[worst]),
+            errors.append(
+                TrajectoryError(
+                    f"{use.constraint} reaches {use.value[worst]:.6g}; allowed: {use.limit[worst]:.6g}",
+                    constraint=use.constraint,
+                    joint=names[worst],
+                    time=float(use.time[worst]),
+                )
             )
+    return tuple(errors)
 
 
 def require_posture(posture: FloatArray, limits: Limits, what: str) -> None:

@@ -13,12 +13,13 @@ from robots.arrays import FloatArray
 
 @dataclass(frozen=True)
 class MotionState:
-    """q, q̇, q̈ and jerk at some times, each samples × joints."""
+    """q, q̇, q̈ and jerk at some times, each samples × joints; the times (samples,) s where they matter."""
 
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
     jerk: FloatArray
+    time: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,57 @@ def merge_extremes(extremes: Sequence[Extremes], starts: FloatArray) -> Extremes
         merged[name] = values[which, joint]
         merged[f"{name}_time"] = times[which, joint]
     return Extremes(**merged)
+
+
+@dataclass(frozen=True)
+class StretchedMotion:
+    """A motion on the same path in 1/factor of the time: the slow first run of what comes later.
+
+    Attributes:
+        motion: at full speed.
+        factor: velocities are multiplied by it, accelerations by its square, jerks by its cube.
+    """
+
+    motion: Motion
+    factor: float
+
+    @property
+    def duration(self) -> float:
+        return self.motion.duration / self.factor
+
+    @property
+    def joints(self) -> int:
+        return self.motion.joints
+
+    def at(self, time: FloatArray) -> MotionState:
+        """The state at each time (N,), s."""
+        state, s = self.motion.at(np.asarray(time, dtype=np.float64) * self.factor), self.factor
+        return MotionState(state.position, s * state.velocity, s**2 * state.acceleration, s**3 * state.jerk)
+
+    def breaks(self) -> FloatArray:
+        return self.motion.breaks() / self.factor
+
+    def extremes(self) -> Extremes:
+        """Those of the motion, scaled."""
+        full, s = self.motion.extremes(), self.factor
+        return Extremes(
+            full.lowest,
+            full.highest,
+            s * full.velocity,
+            s**2 * full.acceleration,
+            s**3 * full.jerk,
+            full.lowest_time / s,
+            full.highest_time / s,
+            full.velocity_time / s,
+            full.acceleration_time / s,
+            full.jerk_time / s,
+        )
+
+
+def joined_states(states: Sequence[MotionState]) -> MotionState:
+    """States one after the other."""
+    names = ("position", "velocity", "acceleration", "jerk")
+    return MotionState(*(np.concatenate([getattr(state, name) for state in states]) for name in names))
 
 
 def midpoints(duration: float, count: int) -> FloatArray:

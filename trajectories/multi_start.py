@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
 from joblib import Parallel, delayed
@@ -62,6 +65,8 @@ def best_of(
         The search with the best score, and how many trials all of them did.
     """
     running = list(searches)
+    if workers > 1:
+        _start_workers(workers)
     total = sum(search.evaluations for search in running)
     while True:
         done = sum(search.done for search in running)
@@ -70,6 +75,29 @@ def best_of(
         if done >= total or (stop is not None and stop()):
             return min(running, key=lambda search: search.best_score), done
         running = _advanced(running, workers)
+
+
+def _start_workers(workers: int) -> None:
+    """Start the processes deaf to Ctrl-C: it goes to all of them, but only the first has to answer it."""
+    with _interrupts_held():
+        Parallel(n_jobs=workers)(delayed(_nothing)() for _ in range(workers))
+
+
+def _nothing() -> None:
+    """What a process does to be there."""
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Ctrl-C waits until the block ends; processes started inside never get it."""
+    if not hasattr(signal, "pthread_sigmask") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _advanced(running: list[AnySearch], workers: int) -> list[AnySearch]:

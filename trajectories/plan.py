@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ident.base import BaseParameters, base_parameters
-from ident.effects import State
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.approach import straight_move
-from trajectories.collision import CollisionCheck
+from trajectories.approach import approach
+from trajectories.counted_rows import CountedRows
 from trajectories.errors import PlanError, TrajectoryError
 from trajectories.fourier_search import FourierSearch
 from trajectories.information import NONE, Objective
-from trajectories.limits import Limits, Margins, kinematic_use, require_posture, require_within
-from trajectories.motion import Motion, MotionState
-from trajectories.multi_start import Progress, best_of
+from trajectories.judgement import Judge, predicted
+from trajectories.limits import Limits, Margins, require_posture
+from trajectories.motion import Motion, MotionSequence
+from trajectories.multi_start import Progress, Search, best_of
+from trajectories.noise import TorqueNoise
 from trajectories.optimise import WaypointSearch
-from trajectories.problem import ExcitationProblem, information_of
+from trajectories.problem import ExcitationProblem
+from trajectories.regressors import BaseRegressor
 from trajectories.segments import Waypoint, hold
 from trajectories.surroundings import Surroundings
+from trajectories.tool_speed import Tool
 from trajectories.torque import TorqueCheck
-from trajectories.trajectory import Detail, ExcitingFamily, Trajectory
+from trajectories.trajectory import Detail, ExcitingFamily, Repeat, Trajectory, sample_times, stretched
 
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""
@@ -34,19 +37,35 @@ SEARCH_TORQUE_SHARE = 0.97
 SEARCH_CONDITION_SHARE = 0.97
 """The search's rows are not those of the recording, which see a slightly other condition number."""
 
-DEFAULT_NOISE = 0.01
-"""Torque noise per joint as a share of the torque limit, where nothing better is known."""
+APPROACH_SPEED = 0.3
+"""Speed factor of the move from where the arm is to where the exciting motion begins."""
 
 
 @dataclass(frozen=True)
-class BaseRegressor:
-    """The base regressor of an arm's usual model, as the search wants it."""
+class Conditions:
+    """What a motion of one arm has to keep, and what is known of the arm.
 
-    base: BaseParameters
+    Attributes:
+        margins: what is kept free of the limits.
+        surroundings: what the arm may not touch; only itself by default.
+        tool: whose speed is watched; the last link where None.
+        tool_speed: highest allowed, m/s; None for no limit.
+        noise: the errors to expect of the rows; 1 % of the torque limits, white, where None.
+        values: (b,) what the base parameters are expected to be; the a-priori figures where None.
+    """
 
-    def __call__(self, state: MotionState) -> FloatArray:
-        """samples × joints × b."""
-        return self.base.columns(State(state.position, state.velocity, state.acceleration))
+    margins: Margins = field(default_factory=Margins)
+    surroundings: Surroundings = field(default_factory=Surroundings)
+    tool: Tool | None = None
+    tool_speed: float | None = None
+    noise: TorqueNoise | None = None
+    values: FloatArray | None = None
+
+    def judge(self, robot: Robot, *, start: FloatArray | None = None) -> Judge:
+        """The judge of these conditions; positions are allowed as far as ``start`` (n,) reaches."""
+        limits = Limits.of(robot, self.margins)
+        limits = limits if start is None else limits.widened(start)
+        return Judge(robot, limits, self.surroundings, self.tool, self.tool_speed)
 
 
 def plan(
@@ -57,14 +76,13 @@ def plan(
     seed: int,
     family: ExcitingFamily = "ruckig",
     start: ArrayLike | None = None,
-    sigma: ArrayLike | None = None,
-    margins: Margins | None = None,
+    conditions: Conditions | None = None,
     objective: Objective | None = None,
-    surroundings: Surroundings | None = None,
     evaluations: int = 12_000,
     searches: int = 1,
     workers: int = 1,
     periods: int = 1,
+    speed: float = 1.0,
     progress: Progress | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Trajectory:
@@ -75,19 +93,19 @@ def plan(
     Args:
         robot: the arm.
         cycle_time: of the samples, s.
-        duration: of the motion (of one period), s.
+        duration: of one period of the exciting motion, which begins and ends at home, s.
         seed: fixes the search.
         family: ``ruckig`` (waypoints) or ``fourier`` (periodic, with lead-in and lead-out).
-        start: posture (n,), rad (or m); home where not given.
-        sigma: torque noise of each joint (n,), N·m (or N); 1 % of the torque limits where not given.
-        margins: what is kept free of the limits.
+        start: posture (n,), rad (or m), where the arm stands; home where not given. From anywhere else a slow
+            move that keeps clear of everything leads home first.
+        conditions: what is to be kept, and what is known of the arm.
         objective: what is minimised; −log det of the information with the condition number ≤ 150.
-        surroundings: what the arm may not touch; only itself where not given.
         evaluations: trials of each search.
         searches: independent searches; the best result counts.
         workers: processes for them.
-        periods: how often the motion is repeated; more than one needs start at home. In the Fourier family
-            the period between lead-in and lead-out is repeated; ``duration`` is that of one with both.
+        periods: how often the motion is repeated. In the Fourier family the period between lead-in and
+            lead-out is repeated; ``duration`` is that of one with both.
+        speed: below 1, the same path is run in 1/speed of the time, as for a first run.
         progress: told how far it is, and the best score.
         stop: asked now and then; the best motion so far is returned once it says so.
 
@@ -95,106 +113,131 @@ def plan(
         PlanError: when no motion meets the request; names the constraint, the joint and where.
     """
     try:
-        margins = margins or Margins()
-        _require_positive("cycle time", cycle_time)
-        _require_periods(robot, periods, start)
+        conditions = conditions or Conditions()
+        objective = objective or Objective()
+        _require_counts(evaluations=evaluations, searches=searches, workers=workers, periods=periods)
+        sample_times(duration, cycle_time)
+        stretched(hold(np.array(robot.home), 1.0), speed)
         base = base_parameters(RegressorModel.of(robot))
-        collision = CollisionCheck(robot, surroundings or Surroundings())
-        problem = _problem(robot, base, duration, start, sigma, margins, objective or Objective(), collision)
-        for name, value in (("evaluations", evaluations), ("searches", searches), ("workers", workers)):
-            _require_count(name, value)
-        best, done = best_of(
-            _searches(problem, family, seed, evaluations, searches, periods), workers, progress, stop
-        )
+        posture = posture_of(robot, start)
+        lead = lead_home(robot, posture, cycle_time, conditions)
+        problem = exciting_problem(robot, base, duration, objective, conditions)
+        running = _searches(problem, family, seed, evaluations, searches, periods)
+        best, done = best_of(running, workers, progress, stop)
         if best.best_score >= NONE:
-            raise PlanError(
-                f"{duration:g} s of motion leave some of the {len(base.independent)} base parameters unseen; "
-                "allowed: a longer duration, more evaluations or wider position limits",
-                constraint="information",
-            )
-        trajectory = _judged(robot, best.finished(), problem, base, collision, family, cycle_time, seed, done)
-        return trajectory if periods == 1 or family == "fourier" else trajectory.repeated(periods)
+            raise _nothing_found(problem, best.finished(), len(base.names))
+        motion, repeat = put_together(lead, best, periods, speed)
+        origin = Origin(family, seed, done, repeat, speed)
+        return finished(robot, base, motion, cycle_time, conditions, objective, origin, posture)
     except PlanError:
         raise
     except TrajectoryError as error:
         raise PlanError.of(error) from error
 
 
-def _problem(
+@dataclass(frozen=True)
+class Origin:
+    """How a motion came about: what goes into a trajectory beside the motion itself."""
+
+    family: ExcitingFamily
+    seed: int
+    evaluations: int
+    repeat: Repeat | None
+    speed: float
+
+
+def finished(
     robot: Robot,
     base: BaseParameters,
-    duration: float,
-    start: ArrayLike | None,
-    sigma: ArrayLike | None,
-    margins: Margins,
+    motion: Motion,
+    cycle_time: float,
+    conditions: Conditions,
     objective: Objective,
-    collision: CollisionCheck,
-) -> ExcitationProblem:
-    home = np.array(robot.home)
-    first = home if start is None else np.asarray(start, dtype=np.float64)
-    require_posture(first, Limits.of(robot, Margins(position=0.0)), "start")
-    limits = Limits.of(robot, margins).widened(first)
-    torque = TorqueCheck.of(robot, limits.with_torque_share(SEARCH_TORQUE_SHARE))
-    for name, posture in (("start", first), ("home", home)):
-        require_within(torque.use(hold(posture, 1e-3)), limits.names)
-        collision.require_clear(hold(posture, 1e-3), name)
-    _require_duration(duration, first, home, limits)
-    return ExcitationProblem(
-        regressor=BaseRegressor(base),
-        sigma=_noise(robot, sigma),
-        prior=base.regroup(base.model.prior()),
-        limits=limits,
-        duration=duration,
-        start=Waypoint.at_rest(first),
-        goal=Waypoint.at_rest(home),
-        objective=objective.stricter(SEARCH_CONDITION_SHARE),
-        checks=(torque.within, collision.allows),
+    origin: Origin,
+    start: FloatArray | None = None,
+) -> Trajectory:
+    """The last check, finer than the search's, and the figures that go with the trajectory.
+
+    Raises:
+        TrajectoryError: the motion breaks a constraint after all.
+    """
+    judgement = conditions.judge(robot, start=start).judge(motion)
+    if judgement.problems:
+        raise judgement.problems[0]
+    noise = conditions.noise or TorqueNoise.white(robot)
+    prediction = predicted(base, motion, cycle_time, noise, conditions.values)
+    return Trajectory.sampled(
+        motion,
+        cycle_time,
+        family=origin.family,
+        seed=origin.seed,
+        score=objective.score(prediction.information.matrix),
+        detail=Detail(origin.evaluations, judgement.uses, judgement.nearest, judgement.tool, prediction),
+        repeat=origin.repeat,
+        speed=origin.speed,
     )
 
 
-def _require_positive(name: str, seconds: float) -> None:
-    if not 0.0 < seconds < float("inf"):
-        raise PlanError(f"{name} is {seconds} s; allowed: above 0", constraint=name)
+def exciting_problem(
+    robot: Robot, base: BaseParameters, duration: float, objective: Objective, conditions: Conditions
+) -> ExcitationProblem:
+    """The search for one period from home to home.
+
+    Raises:
+        TrajectoryError: home itself breaks a constraint, or the duration is no number above 0.
+    """
+    if not 0.0 < duration < float("inf"):
+        raise PlanError(f"duration is {duration} s; allowed: above 0", constraint="duration")
+    judge = conditions.judge(robot)
+    torque = TorqueCheck.of(robot, judge.limits.with_torque_share(SEARCH_TORQUE_SHARE))
+    still = hold(np.array(robot.home), 1e-3)
+    torque.require(still)
+    judge.collision.require_clear(still, "home")
+    limited = judge.tool if conditions.tool_speed is not None else None
+    rest = Waypoint.at_rest(np.array(robot.home))
+    return ExcitationProblem(
+        regressor=BaseRegressor(base),
+        sigma=(conditions.noise or TorqueNoise.white(robot)).sigma,
+        prior=base.regroup(base.model.prior()),
+        limits=judge.limits,
+        duration=duration,
+        start=rest,
+        goal=rest,
+        objective=objective.stricter(SEARCH_CONDITION_SHARE),
+        checks=(torque, *([limited] if limited is not None else []), judge.collision),
+        counted=CountedRows.of(robot),
+        tool=limited,
+        slow_passes=True,
+    )
 
 
-def _require_count(name: str, value: int) -> None:
-    if value < 1:
-        raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
+def lead_home(
+    robot: Robot, start: FloatArray | None, cycle_time: float, conditions: Conditions
+) -> Motion | None:
+    """The slow move from a start (n,) to home; None where the arm is there already.
+
+    Raises:
+        TrajectoryError: the start breaks a constraint, or every way home that was tried does.
+    """
+    if start is None:
+        return None
+    slowest = min(APPROACH_SPEED, conditions.margins.speed_factor)
+    return approach(
+        robot,
+        start,
+        robot.home,
+        cycle_time,
+        slowest,
+        conditions.surroundings,
+        conditions.tool,
+        conditions.tool_speed,
+    ).motion
 
 
-def _require_periods(robot: Robot, periods: int, start: ArrayLike | None) -> None:
-    _require_count("periods", periods)
-    away = 0.0 if start is None else np.abs(np.asarray(start) - robot.home)
-    if periods > 1 and np.max(away) > 1e-9:
-        raise PlanError(
-            f"a motion of {periods} periods starts at home; the start is elsewhere",
-            constraint="periods",
-            joint=robot.joint[int(np.argmax(away))].name,
-        )
-
-
-def _noise(robot: Robot, sigma: ArrayLike | None) -> FloatArray:
-    if sigma is None:
-        return DEFAULT_NOISE * robot.torque_limits
-    noise = np.asarray(sigma, dtype=np.float64)
-    if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).all():
-        raise PlanError(
-            f"sigma is {noise.tolist()}; allowed: {robot.n} positive numbers, one per joint",
-            constraint="sigma",
-        )
-    return noise
-
-
-def _require_duration(duration: float, start: FloatArray, goal: FloatArray, limits: Limits) -> None:
-    _require_positive("duration", duration)
-    needed = straight_move(start, goal, limits).duration
-    if needed > duration:
-        slowest = int(np.argmax(np.abs(goal - start) / limits.velocity))
-        raise PlanError(
-            f"the way from start to home alone takes {needed:.3f} s; the duration is {duration:g} s",
-            constraint="duration",
-            joint=limits.names[slowest],
-        )
+def _require_counts(**counts: int) -> None:
+    for name, value in counts.items():
+        if value < 1:
+            raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
 
 
 def _searches(
@@ -204,47 +247,57 @@ def _searches(
     evaluations: int,
     searches: int,
     periods: int,
-) -> list[WaypointSearch] | list[FourierSearch]:
+) -> Sequence[WaypointSearch | FourierSearch]:
     seeds = [int(s) for s in np.random.SeedSequence(seed).generate_state(searches)]
     if family == "fourier":
         return [FourierSearch(problem, s, evaluations, periods) for s in seeds]
     return [WaypointSearch(problem, s, evaluations) for s in seeds]
 
 
-def _judged(
-    robot: Robot,
-    motion: Motion,
-    problem: ExcitationProblem,
-    base: BaseParameters,
-    collision: CollisionCheck,
-    family: ExcitingFamily,
-    cycle_time: float,
-    seed: int,
-    evaluations: int,
-) -> Trajectory:
-    """The last check, finer than the search's, and the figures that go with the trajectory."""
-    limits = problem.limits
-    uses = kinematic_use(motion, limits) + TorqueCheck.of(robot, limits).use(motion)
-    require_within(uses, limits.names)
-    information = information_of(motion, problem)
-    identified_rate = 1.0 / (cycle_time * robot.identification.decimation)
-    sigma = information.sigma(identified_rate)
-    with np.errstate(divide="ignore"):
-        percent = 100.0 * sigma / np.abs(problem.prior)
-    return Trajectory.sampled(
-        motion,
-        cycle_time,
-        family=family,
-        seed=seed,
-        score=problem.objective.stricter(1.0 / SEARCH_CONDITION_SHARE).score(information.matrix),
-        detail=Detail(
-            condition=information.condition,
-            log_det=information.log_det,
-            trace=information.trace,
-            evaluations=evaluations,
-            uses=uses,
-            nearest=collision.require_clear(motion, "the motion"),
-            parameters=base.names,
-            percent_sigma=tuple(percent.tolist()),
-        ),
+def _nothing_found(problem: ExcitationProblem, motion: Motion, parameters: int) -> PlanError:
+    """Why the best motion of a search is none."""
+    broken = problem.complaint(motion)
+    if broken is not None:
+        return PlanError.of(broken)
+    return PlanError(
+        f"{problem.duration:g} s of motion leave some of the {parameters} base parameters unseen; "
+        "allowed: a longer duration, more evaluations or wider position limits",
+        constraint="information",
     )
+
+
+def put_together(
+    lead: Motion | None, search: Search, periods: int, speed: float
+) -> tuple[Motion, Repeat | None]:
+    """The move to home, what a search found, its repeats, all at a speed; and where the repeats are.
+
+    Raises:
+        TrajectoryError: the search's motion cannot be led in.
+    """
+    before = 0.0 if lead is None else lead.duration
+    motion = search.finished()
+    leads = () if lead is None else (lead,)
+    if isinstance(search, FourierSearch):
+        inside = search.repeat(motion)
+        repeat = Repeat(before + inside.start, inside.period, periods)
+        parts: tuple[Motion, ...] = (*leads, motion)
+    else:
+        repeat = Repeat(before, motion.duration, periods)
+        parts = leads + (motion,) * periods
+    whole = stretched(MotionSequence(parts) if len(parts) > 1 else motion, speed)
+    if periods == 1:
+        return whole, None
+    return whole, Repeat(repeat.start / speed, repeat.period / speed, periods)
+
+
+def posture_of(robot: Robot, start: ArrayLike | None) -> FloatArray | None:
+    """The start as an array; None for home.
+
+    Raises:
+        TrajectoryError: it is no posture of the arm, or outside its limits.
+    """
+    if start is None:
+        return None
+    posture = np.asarray(start, dtype=np.float64)
+    require_posture(posture, Limits.of(robot, Margins(position=0.0)), "start")
+    return None if np.allclose(posture, robot.home, atol=1e-9) else posture

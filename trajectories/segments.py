@@ -143,11 +143,17 @@ def hold(posture: FloatArray, duration: float) -> PiecewiseJerk:
 
 @dataclass(frozen=True)
 class Waypoint:
-    """A state that a motion passes through: position, velocity, acceleration, each (n,)."""
+    """A state that a motion passes through.
+
+    Attributes:
+        position, velocity, acceleration: each (n,).
+        pace: how many times longer than the shortest way the segment up to here lasts.
+    """
 
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+    pace: float = 1.0
 
     @classmethod
     def at_rest(cls, posture: FloatArray) -> Waypoint:
@@ -194,8 +200,8 @@ class SegmentPlanner:
             result = ruckig.Trajectory(self.limits.n)
             try:
                 outcome = self._ruckig.calculate(self._input, result)
-            except ruckig.RuckigError:
-                continue
+            except (ruckig.RuckigError, ValueError):
+                continue  # its answer to a motion of hours is a code that its own enumeration lacks
             if outcome in (ruckig.Result.Working, ruckig.Result.Finished):
                 return result
         return None

@@ -9,17 +9,19 @@ from trajectories.errors import TrajectoryError
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A box at rest in the base frame of the arm, its edges along x, y, z.
+    """A box at rest in the base frame of the arm.
 
     Attributes:
         name: as reports call it.
         centre: x, y, z, m.
-        size: length of the edges, m.
+        size: length of the edges along x, y, z before it is turned, m.
+        turn: about the z axis through its centre, rad.
     """
 
     name: str
     centre: tuple[float, float, float]
     size: tuple[float, float, float]
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         if min(self.size) <= 0.0:

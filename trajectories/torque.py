@@ -15,7 +15,7 @@ import pinocchio
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.limits import Limits, Use
+from trajectories.limits import Limits, Use, require_within
 from trajectories.motion import Motion, MotionState
 
 FINE = 0.001
@@ -61,6 +61,23 @@ class TorqueCheck:
         """Whether both stay within their limits, on a grid without the jerk's jumps: for the search."""
         edges = np.linspace(0.0, motion.duration, 1 + int(np.ceil(motion.duration / step)))
         return all(bool((use.share <= 1.0).all()) for use in self._use(motion, edges))
+
+    def allows(self, motion: Motion) -> bool:
+        """As :meth:`within`."""
+        return self.within(motion)
+
+    def excess(self, motion: Motion) -> float:
+        """The largest share of a limit above 1, from a coarse look; 0 where none is broken."""
+        edges = np.linspace(0.0, motion.duration, 1 + int(np.ceil(motion.duration / (5 * COARSE))))
+        return max(0.0, max(float(use.share.max()) for use in self._use(motion, edges)) - 1.0)
+
+    def require(self, motion: Motion) -> None:
+        """Raise where a limit is broken.
+
+        Raises:
+            TrajectoryError: names the limit, joint, value and time.
+        """
+        require_within(self.use(motion), self.limits.names)
 
     def _use(self, motion: Motion, edges: FloatArray) -> tuple[Use, Use]:
         """Torque in the middle of each interval, plus slope times half its length, plus dry friction."""

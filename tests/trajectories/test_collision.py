@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from robots import load
 from trajectories import (
     CollisionCheck,
+    Conditions,
     Obstacle,
     PlanError,
     Surroundings,
@@ -101,8 +102,9 @@ def test_a_move_into_the_wall_is_refused_by_name() -> None:
 
 
 def test_a_plan_keeps_its_clearance_from_floor_wall_and_itself(check: CollisionCheck) -> None:
+    conditions = Conditions(surroundings=CELL)
     trajectory = plan(
-        load("tx40"), cycle_time=0.004, duration=8.0, seed=1, evaluations=300, surroundings=CELL
+        load("tx40"), cycle_time=0.004, duration=8.0, seed=1, evaluations=300, conditions=conditions
     )
     dense = trajectory.at(np.arange(0.0, trajectory.duration, 0.004)).position
     assert min(check.distances(posture).min() for posture in dense) >= CELL.clearance - 1e-9
@@ -113,7 +115,14 @@ def test_a_plan_keeps_its_clearance_from_floor_wall_and_itself(check: CollisionC
 def test_a_start_in_collision_is_named() -> None:
     start = [0.0, 2.1, 0.9, 0.0, 0.0, 0.0]
     with pytest.raises(PlanError, match=r"^joint_\d: start brings link_\d_\d to .* from ") as refused:
-        plan(load("tx40"), cycle_time=0.004, duration=8.0, seed=1, start=start, surroundings=CELL)
+        plan(
+            load("tx40"),
+            cycle_time=0.004,
+            duration=8.0,
+            seed=1,
+            start=start,
+            conditions=Conditions(surroundings=CELL),
+        )
     assert refused.value.constraint == "collision"
 
 

@@ -10,7 +10,7 @@ from robots import load, rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories import Trajectory, plan
-from trajectories.motion import MotionState, midpoints
+from trajectories.motion import MotionState
 
 EVALUATIONS = 600
 
@@ -37,14 +37,28 @@ def standard_rows(robot: Robot, state: MotionState) -> FloatArray:
     return np.array(samples)
 
 
+def all_rows(robot: Robot) -> Robot:
+    """The same arm, with rows that are the samples themselves as nearly as identification allows."""
+    settings = robot.identification.model_copy(
+        update={
+            "minimum_speed": 0.0,
+            "standstill_margin": 0.0,
+            "decimation": 1,
+            "trim_samples": (0, 0),
+            "cutoff_hz": 110.0,
+            "derivative_accuracy": 8,
+        }
+    )
+    return robot.model_copy(update={"identification": settings})
+
+
 def singular_values(robot: Robot, trajectory: Trajectory, columns: int) -> FloatArray:
-    """Of the weighted base regressor at 100 Hz.
+    """Of the weighted base regressor at the samples, per 100 rows a second.
 
     Any base set spans the same torques, but its condition number depends on the columns chosen, so they are
     chosen here as the planner says it does: the first independent ones in order, found by another method.
     """
-    state = trajectory.at(midpoints(trajectory.duration, round(100 * trajectory.duration)))
-    rows = standard_rows(robot, state)
+    rows = standard_rows(robot, trajectory.at(trajectory.time))
     generator = np.random.default_rng(99)
     shape = (150, robot.n)
     scattered = MotionState(
@@ -60,15 +74,16 @@ def singular_values(robot: Robot, trajectory: Trajectory, columns: int) -> Float
             kept.append(column)
     assert len(kept) == columns
     weighted = rows[:, :, kept] / (0.01 * robot.torque_limits)[:, np.newaxis]
-    return np.linalg.svd(weighted.reshape(-1, columns), compute_uv=False)
+    values = np.linalg.svd(weighted.reshape(-1, columns), compute_uv=False)
+    return values * np.sqrt(100.0 * trajectory.cycle_time)
 
 
 @pytest.mark.parametrize(("name", "columns"), [("tx40", 61), ("emps", 4)])
 def test_the_figures_agree_with_a_regressor_from_pinocchio_alone(name: str, columns: int) -> None:
-    robot = load(name)
+    robot = all_rows(load(name))
     trajectory = plan(robot, cycle_time=0.004, duration=12.0, seed=2, evaluations=EVALUATIONS)
     values = singular_values(robot, trajectory, columns)
     assert len(trajectory.detail.parameters) == columns
-    assert trajectory.detail.condition == pytest.approx(values[0] / values[-1], rel=1e-6)
-    assert trajectory.detail.log_det == pytest.approx(-2 * np.log(values).mean(), rel=1e-8)
-    assert trajectory.detail.trace == pytest.approx((values**-2).sum(), rel=1e-6)
+    assert trajectory.detail.condition == pytest.approx(values[0] / values[-1], rel=2e-3)
+    assert trajectory.detail.log_det == pytest.approx(-2 * np.log(values).mean(), rel=1e-3)
+    assert trajectory.detail.trace == pytest.approx((values**-2).sum(), rel=5e-3)

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from ident.base import base_parameters
 from ident.effects import State
 from ident.regressor import RegressorModel
 from robots import load
 from robots.description import Robot
-from trajectories import Objective, PlanError, Trajectory, plan
+from trajectories import Conditions, Objective, PlanError, Tool, Trajectory, plan
 from trajectories.limits import Limits
 
 
@@ -62,11 +63,31 @@ def test_its_figures_are_those_of_its_samples(planned: Trajectory) -> None:
     rows = base_parameters(RegressorModel.of(robot)).columns(
         State(planned.position, planned.velocity, planned.acceleration)
     )
+    rows = rows * fast_samples(robot, planned)[:, :, np.newaxis]
     weighted = (rows / (0.01 * robot.torque_limits)[:, np.newaxis]).reshape(-1, rows.shape[2])
-    assert planned.detail.condition == pytest.approx(np.linalg.cond(weighted), rel=0.02)
+    assert planned.detail.condition == pytest.approx(np.linalg.cond(weighted), rel=0.05)
     covariance = np.linalg.inv(weighted.T @ weighted) * 2.5
-    assert planned.detail.trace == pytest.approx(np.trace(covariance), rel=0.03)
+    assert planned.detail.trace == pytest.approx(np.trace(covariance), rel=0.06)
     assert planned.detail.condition < 250
+
+
+def fast_samples(robot: Robot, trajectory: Trajectory) -> NDArray[np.bool_]:
+    """samples × joints: no standstill of the joint or of a drive that moves with it within the margin."""
+    settings, cycle = robot.identification, trajectory.cycle_time
+    reach = round(settings.standstill_margin / cycle)
+    speeds = [trajectory.velocity, trajectory.velocity @ robot.transmission_matrix.T]
+    fast = np.ones(trajectory.velocity.shape, dtype=np.bool_)
+    for k in range(len(fast)):
+        around = slice(max(0, k - reach), k + reach + 1)
+        joint, drive = (
+            (np.abs(v[around]) > settings.minimum_speed * robot.velocity_limits).all(0) for v in speeds
+        )
+        for j in range(robot.n):
+            moved_by = [d for d in range(robot.n) if robot.transmission[d][j] != 0.0]
+            fast[k, j] = joint[j] and all(drive[d] for d in moved_by)
+    start, end = settings.trim_samples
+    fast[:start] = fast[len(fast) - end :] = False
+    return fast
 
 
 def test_a_longer_search_is_a_better_one(planned: Trajectory) -> None:
@@ -129,9 +150,38 @@ def test_a_stopped_search_hands_over_what_it_has() -> None:
 def test_it_starts_where_the_arm_is() -> None:
     robot = load("tx40")
     start = np.add(robot.home, (0.3, -0.2, 0.1, 0.5, -0.4, 1.0))
-    trajectory = small_plan(robot, start=start)
+    trajectory = small_plan(robot, start=start, periods=2)
     np.testing.assert_allclose(trajectory.position[0], start, atol=1e-9)
     np.testing.assert_allclose(trajectory.position[-1], robot.home, atol=1e-9)
+    repeat = trajectory.repeat
+    assert repeat is not None and repeat.count == 2 and repeat.period == pytest.approx(6.0)
+    there = trajectory.at(np.array([repeat.start]))
+    np.testing.assert_allclose(there.position[0], robot.home, atol=1e-9)
+    assert trajectory.duration == pytest.approx(repeat.start + 12.0)
+    slow = trajectory.at(np.linspace(0.0, repeat.start, 200))
+    assert (np.abs(slow.velocity) <= 0.9 * 0.3 * robot.velocity_limits + 1e-9).all()
+
+
+@pytest.mark.parametrize("family", ["ruckig", "fourier"])
+def test_a_first_run_is_the_same_path_more_slowly(family: str) -> None:
+    robot = load("tx40")
+    full = small_plan(robot, family=family, periods=2, duration=8.0)
+    slow = small_plan(robot, family=family, periods=2, duration=8.0, speed=0.25)
+    assert slow.duration == pytest.approx(4 * full.duration) and slow.speed == 0.25
+    time = np.linspace(0.0, full.duration, 333)
+    there, here = full.at(time), slow.at(4 * time)
+    np.testing.assert_allclose(here.position, there.position, atol=1e-9)
+    for power, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        # The very instant at which a jerk jumps belongs to either side.
+        close = np.isclose(getattr(here, name), 0.25**power * getattr(there, name), atol=1e-6)
+        assert close.mean() > 0.99, name
+    assert full.repeat is not None and slow.repeat is not None
+    assert slow.repeat.start == pytest.approx(4 * full.repeat.start)
+    for one, other in zip(slow.detail.uses, full.detail.uses, strict=True):
+        assert (one.share <= other.share + 1e-9).all(), one.constraint
+    again = full.slowed(0.25)
+    np.testing.assert_allclose(again.position, slow.position, atol=1e-12)
+    assert again.repeat == slow.repeat
 
 
 def test_periods_repeat_the_motion() -> None:
@@ -155,18 +205,27 @@ def test_chosen_parameters_come_out_sharper() -> None:
     ("changes", "constraint", "text"),
     [
         ({"start": [5.0]}, "position", r"^carriage: start position is 5; allowed: -0\.3 to 0\.3$"),
-        (
-            {"start": [0.2], "duration": 0.1},
-            "duration",
-            r"^carriage: the way from start to home alone takes 0\.896 s; the duration is 0\.1 s$",
-        ),
         ({"duration": 0.0}, "duration", r"^duration is 0\.0 s; allowed: above 0$"),
         ({"duration": 1e-3}, "duration", r"allowed: a longer duration"),
         ({"cycle_time": -1.0}, "cycle time", r"^cycle time is -1\.0 s; allowed: above 0$"),
-        ({"sigma": [0.0]}, "sigma", r"^sigma is \[0\.0\]; allowed: 1 positive numbers"),
         ({"evaluations": 0}, "evaluations", r"^evaluations is 0; allowed: 1 or more$"),
         ({"periods": 0}, "periods", r"^periods is 0; allowed: 1 or more$"),
-        ({"start": [0.1], "periods": 2}, "periods", r"^carriage: a motion of 2 periods starts at home"),
+        ({"speed": 0.0}, "speed", r"^speed is 0\.0; allowed: above 0, up to 1$"),
+        (
+            {"conditions": Conditions(tool_speed=0.0)},
+            "tool speed",
+            r"^tool speed is 0\.0 m/s; allowed: above 0$",
+        ),
+        (
+            {"conditions": Conditions(tool_speed=1e-4)},
+            "tool speed",
+            r"^tool speed of 0\.0001 m/s leaves no time for a motion in 6 s; allowed: ",
+        ),
+        (
+            {"conditions": Conditions(tool=Tool("gripper"))},
+            "tool",
+            r"^no tool frame 'gripper' in the URDF; allowed: rail, table$",
+        ),
     ],
 )
 def test_what_cannot_be_met_is_named(changes: dict[str, object], constraint: str, text: str) -> None:
@@ -182,3 +241,28 @@ def test_motors_too_weak_to_hold_the_arm_are_named() -> None:
     with pytest.raises(PlanError, match=r"^joint_\d: torque reaches") as refused:
         small_plan(robot.model_copy(update={"joint": weak}))
     assert refused.value.constraint == "torque"
+
+
+def limited(robot: Robot, joint: int, **limits: float) -> Robot:
+    """The same arm with other limits of one joint, as a description made by a program may have."""
+    joints = list(robot.joint)
+    joints[joint] = joints[joint].model_copy(update=limits)
+    return robot.model_copy(update={"joint": tuple(joints)})
+
+
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [({"jerk": 1e-4}, "jerk"), ({"acceleration": 1e-5}, "acceleration"), ({"velocity": 1e-5}, "velocity")],
+)
+def test_a_limit_that_leaves_no_motion_is_named_with_its_joint(limits: dict[str, float], why: str) -> None:
+    robot = limited(load("tx40"), 2, **limits)
+    with pytest.raises(PlanError, match=rf"^joint_3: no motion .* fits into 6 s, its {why} limit") as refused:
+        small_plan(robot)
+    assert (refused.value.constraint, refused.value.joint) == ("duration", "joint_3")
+
+
+@pytest.mark.parametrize("name", ["jerk", "acceleration", "velocity"])
+def test_a_limit_of_zero_is_refused_with_its_joint(name: str) -> None:
+    with pytest.raises(PlanError, match=rf"^joint_2: {name} limit is 0; allowed: above 0$") as refused:
+        small_plan(limited(load("tx40"), 1, **{name: 0.0}))
+    assert (refused.value.constraint, refused.value.joint) == (name, "joint_2")

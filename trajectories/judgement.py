@@ -1,0 +1,124 @@
+"""The last word on a motion, from whomever it comes: every limit, every distance, and what it will tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from robots.arrays import FloatArray
+from robots.description import Robot
+from trajectories.collision import CollisionCheck, Nearest
+from trajectories.errors import TrajectoryError
+from trajectories.limits import Limits, Margins, Use, broken, kinematic_use
+from trajectories.motion import Motion
+from trajectories.noise import TorqueNoise
+from trajectories.prediction import Prediction, predict
+from trajectories.surroundings import Surroundings
+from trajectories.tool_speed import FastestTool, Tool, ToolSpeed
+from trajectories.torque import TorqueCheck
+from trajectories.trajectory import sample_times
+
+STANDSTILL = 1e-3
+"""Share of a joint's velocity limit below which it is at rest."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What is known of a motion before anything moves.
+
+    Attributes:
+        problems: every constraint that it breaks, in the order limits, rest, distance, tool speed.
+        uses: use of each limit.
+        nearest: where it comes closest to touching something; None where nothing was watched.
+        tool: where the tool is fastest.
+    """
+
+    problems: tuple[TrajectoryError, ...]
+    uses: tuple[Use, ...]
+    nearest: Nearest | None
+    tool: FastestTool
+
+
+class Judge:
+    """Judges motions of one arm in its surroundings.
+
+    Args:
+        robot: the arm.
+        limits: that it is held to.
+        surroundings: what it may not touch; only itself where not given.
+        tool: whose speed is watched; the last link where not given.
+        tool_speed: highest allowed, m/s; None for no limit.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        limits: Limits | None = None,
+        surroundings: Surroundings | None = None,
+        tool: Tool | None = None,
+        tool_speed: float | None = None,
+    ) -> None:
+        self.robot = robot
+        self.limits = limits or Limits.of(robot, Margins())
+        self.torque = TorqueCheck.of(robot, self.limits)
+        self.collision = CollisionCheck(robot, surroundings or Surroundings())
+        self.tool = ToolSpeed(robot, tool, tool_speed)
+
+    def judge(self, motion: Motion) -> Judgement:
+        """Everything that a motion breaks, and how much of each limit it uses."""
+        uses = kinematic_use(motion, self.limits) + self.torque.use(motion)
+        problems = [*broken(uses, self.limits.names), *self._moving_ends(motion)]
+        nearest = self.collision.nearest(motion)
+        try:
+            self.collision.require_known(nearest, "the motion")
+        except TrajectoryError as error:
+            problems.append(error)
+        try:
+            self.tool.require(motion)
+        except TrajectoryError as error:
+            problems.append(error)
+        return Judgement(tuple(problems), uses, nearest, self.tool.fastest(motion))
+
+    def _moving_ends(self, motion: Motion) -> list[TrajectoryError]:
+        """One error for each end of a motion at which the arm is not at rest."""
+        errors = []
+        for name, time in (("start", 0.0), ("end", motion.duration)):
+            speed = np.abs(motion.at(np.array([time])).velocity[0])
+            share = speed / self.robot.velocity_limits
+            worst = int(np.argmax(share))
+            if share[worst] > STANDSTILL:
+                errors.append(
+                    TrajectoryError(
+                        f"velocity at the {name} is {speed[worst]:.6g}; allowed: 0, the arm is at rest there",
+                        constraint="rest",
+                        joint=self.limits.names[worst],
+                        time=time,
+                    )
+                )
+        return errors
+
+
+def predicted(
+    base: BaseParameters,
+    motion: Motion,
+    cycle_time: float,
+    noise: TorqueNoise,
+    values: FloatArray | None = None,
+) -> Prediction:
+    """What identification will make of a motion that is sampled every ``cycle_time`` s.
+
+    Args:
+        base: the arm's base parameters.
+        motion: any motion.
+        cycle_time: s.
+        noise: the errors to expect.
+        values: (b,) what the parameters are expected to be; the a-priori figures where not given.
+
+    Raises:
+        PlanError: the motion is too short to be identified from.
+    """
+    time = sample_times(motion.duration, cycle_time)
+    expected = base.regroup(base.model.prior()) if values is None else values
+    return predict(base, time, motion.at(time).position, noise, expected)
