@@ -5,6 +5,7 @@ from __future__ import annotations
 from ident.base import BaseParameters, base_parameters
 from ident.errors import IdentificationError
 from ident.identification import Fitted, identify
+from ident.options import Options
 from ident.recording import Recording
 from ident.regressor import RegressorModel, drive_parameters
 from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
@@ -16,6 +17,7 @@ __all__ = [
     "Gate",
     "Identification",
     "IdentificationError",
+    "Options",
     "Parameter",
     "Recording",
     "RegressorModel",

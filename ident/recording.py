@@ -9,7 +9,7 @@ import numpy as np
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
 
-_JITTER_ALLOWED = 0.01
+JITTER_ALLOWED = 0.01
 """Largest departure of a sampling interval from the median that counts as uniform."""
 
 
@@ -64,10 +64,10 @@ class Recording:
         steps = np.diff(self.time)
         median = float(np.median(steps))
         worst = int(np.argmax(np.abs(steps - median)))
-        if median <= 0 or abs(steps[worst] - median) > _JITTER_ALLOWED * median:
+        if median <= 0 or abs(steps[worst] - median) > JITTER_ALLOWED * median:
             raise IdentificationError(
                 f"{self.name}: sampling is not uniform: {steps[worst]:.6g} s at {self.time[worst]:.6g} s,"
-                f" median {median:.6g} s; allowed: within {_JITTER_ALLOWED:.0%} of the median"
+                f" median {median:.6g} s; allowed: within {JITTER_ALLOWED:.0%} of the median"
             )
 
     @property

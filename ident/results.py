@@ -14,6 +14,9 @@ import numpy as np
 from robots.arrays import FloatArray
 
 Verdict = Literal["exogenous", "endogenous", "instruments_invalid", "not_testable"]
+Estimator = Literal["ls", "iv", "robust"]
+Method = Literal["auto", "ls", "iv", "robust"]
+"""``auto`` computes least squares and IV and lets the revised test choose."""
 GateName = Literal["instruments", "rank", "exogeneity"]
 
 
@@ -33,12 +36,17 @@ class Parameter:
         """100·σ/|β|, the field's measure of how well a parameter is seen."""
         return 100.0 * self.sigma / abs(self.value) if self.value else float("inf")
 
+    @property
+    def t_value(self) -> float:
+        """β/σ: how many deviations the estimate is from zero."""
+        return self.value / self.sigma if self.sigma else float("inf")
+
 
 @dataclass(frozen=True)
 class Estimate:
     """One estimator's answer on one set of rows."""
 
-    method: Literal["ls", "iv"]
+    method: Estimator
     parameters: tuple[Parameter, ...]
     covariance: FloatArray
     covariance_kind: str
@@ -103,6 +111,96 @@ class TorqueTrace:
 
 
 @dataclass(frozen=True)
+class Rank:
+    """Structural rank beside that of the data.
+
+    Attributes:
+        structural: number of base parameters.
+        data: directions of the scaled observation matrix that stand out of the noise of its own columns.
+        smallest: smallest singular value of the columns, scaled to unit norm.
+        noise_level: the value below which a direction counts as noise.
+        unseen: parameters that take part in directions that do not stand out.
+        reasons: which joints stand still or are too slow to show them.
+    """
+
+    structural: int
+    data: int
+    smallest: float
+    noise_level: float
+    unseen: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What the data say of the settings that make rows of them; per joint where not of the whole arm.
+
+    Attributes:
+        cutoff_hz: low-pass of the positions that was used.
+        proposed_cutoff_hz: from the spectrum of the positions.
+        position_noise: (n,) deviation of a position sample, rad (or m).
+        quantum: (n,) smallest step of each drive output, rad (or m); nan where there is none.
+        friction_width: of tanh(q̇/width) that was used, rad/s (or m/s).
+        proposed_friction_width: the narrowest that noise does not swing at standstill.
+        lag: of the control signal that was used, s.
+        estimated_lag: from the data, s; None where none could be found.
+        lag_sigma: its deviation, s; None with it.
+    """
+
+    cutoff_hz: float
+    proposed_cutoff_hz: float
+    position_noise: FloatArray
+    quantum: FloatArray
+    friction_width: float
+    proposed_friction_width: float
+    lag: float
+    estimated_lag: float | None
+    lag_sigma: float | None
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """How an estimate predicts a recording that it was not fitted to.
+
+    Attributes:
+        recording: name.
+        method: the estimate.
+        rows: that were compared.
+        relative_error_percent: 100·‖y − Xβ̂‖/‖y‖ over all joints, N·m (or N).
+        relative_error_percent_per_joint: (n,).
+        torque_rms: (n,) of y − Xβ̂, N·m (or N).
+    """
+
+    recording: str
+    method: Estimator
+    rows: int
+    relative_error_percent: float
+    relative_error_percent_per_joint: FloatArray
+    torque_rms: FloatArray
+
+
+@dataclass(frozen=True)
+class DroppedParameter:
+    """A parameter that the data do not need, or the first that they do."""
+
+    name: str
+    percent_sigma: float
+    statistic: float
+    df: tuple[float, float]
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Essential:
+    """The essential parameters by F-test: those kept with value and deviation, those dropped in order."""
+
+    parameters: tuple[Parameter, ...]
+    dropped: tuple[DroppedParameter, ...]
+    refused: DroppedParameter | None
+    errors: str
+
+
+@dataclass(frozen=True)
 class Identification:
     """Everything ``armhil identify`` reports of one arm on some captures."""
 
@@ -116,10 +214,27 @@ class Identification:
     textbook: Gate | None
     trace: TorqueTrace
     warnings: tuple[str, ...] = ()
+    method: Method = "auto"
+    robust: Estimate | None = None
+    rank: Rank | None = None
+    signals: Signals | None = None
+    held_out: tuple[HeldOut, ...] = ()
+    essential: Essential | None = None
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """All that were computed, least squares first."""
+        return tuple(e for e in (self.least_squares, self.instrumental, self.robust) if e is not None)
 
     @property
     def recommended(self) -> Estimate:
-        """The estimate that the verdict tells to use; least squares where it tells to use none."""
+        """The estimate of the method that was asked for.
+
+        With ``auto`` that of the verdict; least squares where it tells to use none.
+        """
+        for estimate in self.estimates:
+            if estimate.method == self.method:
+                return estimate
         if self.test.verdict == "endogenous" and self.instrumental is not None:
             return self.instrumental
         return self.least_squares

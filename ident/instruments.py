@@ -1,0 +1,80 @@
+"""IDIM-IV: instruments from a closed-loop simulation, iterated until the estimate stands still (METHOD 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.closed_loop import SimulatedRun, simulate
+from ident.errors import IdentificationError
+from ident.estimators import LinearFit, Stacked, instrumental_variables
+from ident.estimators.fit import stack_columns
+from ident.observation import Rows, observed_columns
+from ident.recording import Recording
+from robots.arrays import FloatArray
+
+_ITERATIONS = 10
+_STILL = 1e-3
+"""Relative change of the residual norm, and of β̂ in units of its σ × 10, at which IDIM-IV has converged."""
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The simulated columns, samples × joints × b, and the runs that they are made of."""
+
+    columns: FloatArray
+    runs: tuple[SimulatedRun, ...]
+
+
+def iterate_instruments(
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    rows: Rows,
+    stacked: Stacked,
+    start: LinearFit,
+    progress: Callable[[int], None],
+) -> tuple[Instruments, LinearFit]:
+    """Simulate with β̂, rebuild Z, solve, until β̂ and the residual norm stand still.
+
+    Args:
+        base: the parameters.
+        recordings: references, controllers' sampling and initial states of the simulations.
+        rows: of the recordings.
+        stacked: the same, stacked joint by joint.
+        start: the estimate of the first simulation.
+        progress: called with the number of each iteration, from 1.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated with the estimate, or excites too little.
+    """
+    prior = base.model.prior()
+    fit, norm = start, _residual_norm(stacked, start)
+    for iteration in range(1, _ITERATIONS + 1):
+        progress(iteration)
+        instruments = _simulated(base, base.standard_from(fit.beta, prior), recordings)
+        try:
+            fresh = instrumental_variables(stacked, stack_columns(instruments.columns, rows.used), fit.sigma)
+        except np.linalg.LinAlgError as error:
+            raise IdentificationError("the simulated motion does not excite every parameter") from error
+        fresh_norm = _residual_norm(stacked, fresh)
+        moved = float(np.max(np.abs(fresh.beta - fit.beta) / np.sqrt(np.diag(fresh.covariance))))
+        still = iteration > 1 and moved < 10 * _STILL and abs(fresh_norm - norm) < _STILL * norm
+        fit = replace(fresh, iterations=iteration, converged=still)
+        norm = fresh_norm
+        if still:
+            break
+    return instruments, fit
+
+
+def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]) -> Instruments:
+    settings = base.model.robot.identification
+    runs = tuple(simulate(base.model, standard, recording) for recording in recordings)
+    parts = [observed_columns(base, run.time, run.position, settings) for run in runs]
+    return Instruments(np.concatenate(parts), runs)
+
+
+def _residual_norm(stacked: Stacked, fit: LinearFit) -> float:
+    return float(np.linalg.norm(stacked.y - stacked.x @ fit.beta))

@@ -1,0 +1,26 @@
+"""What a caller may ask of an identification besides the arm's settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ident.recording import Recording
+from ident.results import Method
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which estimators, and what to do besides.
+
+    Attributes:
+        method: ``auto`` computes least squares and, where references allow, IV, and the revised test chooses;
+            ``ls`` computes least squares alone; ``iv`` insists on IV; ``robust`` adds Huber's least squares.
+        validation: recordings that are not fitted to; every estimate predicts them.
+        propose_cutoff: take the cut-off from the spectrum of the positions instead of the settings.
+        essential: look for the essential parameters by F-test.
+    """
+
+    method: Method = "auto"
+    validation: tuple[Recording, ...] = ()
+    propose_cutoff: bool = False
+    essential: bool = False
