@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from drivers.cia402 import objects
 from drivers.cia402.emcy import describe_emcy
 from drivers.cia402.states import TORQUE_STATES, State, state_of
+from drivers.eds import compare_identity, read_device_file
 from drivers.errors import DriveError
 from drivers.findings import Finding
 from drivers.guarding import has_consumer, set_abort_option, set_deadline
@@ -104,6 +105,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     findings += set_abort_option(sdo)
     deadline = set_deadline(sdo, watch_seconds)
     watches = has_consumer(sdo)
+    findings += file_findings(robot, axis, identity)
     settings = {
         name: sdo.read_optional(index, subindex, signed=signed)
         for name, (index, subindex, signed) in objects.SETTINGS.items()
@@ -129,6 +131,27 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
         settings=settings,
         findings=tuple(findings),
     )
+
+
+def file_findings(robot: Robot, axis: int, identity: tuple[int | None, ...]) -> list[Finding]:
+    """What the drive's EDS or DCF says beside the drive; nothing where the description names none.
+
+    Args:
+        robot: the description.
+        axis: which drive of it, from 0.
+        identity: vendor, product and revision that the drive itself tells.
+
+    Raises:
+        DriveError: the file cannot be read.
+    """
+    drive = robot.drive[axis]
+    if drive.eds is None:
+        return []
+    file = read_device_file(robot.folder / drive.eds, drive.node_id)
+    vendor, product, revision = identity[:3]
+    compared = compare_identity(file, (vendor, product, revision))
+    # What the drive lacks is told by the drive; of the file, what is wrong with it.
+    return compared + [finding for finding in file.findings if not finding.text.startswith("absent")]
 
 
 def refuse(reports: tuple[DriveReport, ...], names: tuple[str, ...]) -> None:

@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 FETCH_SECONDS = 0.05
 """Between two batches."""
 
-PLAIN_REASONS = ("stop requested", "halt requested")
+PLAIN_REASONS = ("abort requested", "halt requested")
 """What the cyclic process says of a request; who asked knows a better one."""
 
 OnSamples = Callable[[Samples], None]

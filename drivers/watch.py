@@ -191,7 +191,7 @@ class Watch:
     def _check_surroundings(self) -> None:
         self.request = self._ring.requested()
         if self.request is Request.ABORT:
-            self.stop("stop requested")
+            self.stop("abort requested")
         elif self.request is Request.HALT:
             self.stop("halt requested")
         if self._terminated():

@@ -6,16 +6,22 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drivers import ArmSession, BusError, Channel, DriveError, open_bus
+from drivers.attestation import refuse_unattested
 from drivers.cia402 import State
+from drivers.jog import jog_path
 from drivers.setup import interpolation_period
 from drivers.simulated.group import DriveGroup
+from drivers.simulated.object_dictionary import EDS_PATH
 from drivers.simulated.process import frame_sender, serve
 from drivers.simulated.truth import nominal_truth
 from robots import Robot
+from robots.description import ControlSignal, Identity
 
 Change = Callable[[DriveGroup], None]
 
@@ -189,3 +195,164 @@ def test_interpolation_period(seconds: float, pair: tuple[int, int]) -> None:
 def test_a_period_without_exact_form_is_refused(seconds: float) -> None:
     with pytest.raises(DriveError, match="cannot be written as interpolation period"):
         interpolation_period(seconds)
+
+
+def drives_changed(robot: Robot, **changes: object) -> Robot:
+    """The arm with other entries in every drive."""
+    return robot.model_copy(update={"drive": tuple(d.model_copy(update=changes) for d in robot.drive)})
+
+
+def test_each_drive_has_proved_that_it_notices_a_lost_master(tx40: Robot, channel: Channel) -> None:
+    with drives(tx40, channel) as group, ArmSession(tx40, channel) as session:
+        for drive in group.drives:
+            assert drive.dictionary.integer(0x1003, 1) == 0x8130, "it has missed the master once"
+            assert drive.dictionary.integer(0x1016, 1) == 0, "and watches nobody while nothing streams"
+            assert drive.dictionary.integer(0x6007) == 1
+            assert drive.dictionary.integer(0x1400, 5) == 100
+        session._arm()
+        assert {drive.dictionary.integer(0x1016, 1) for drive in group.drives} == {127 << 16 | 100}
+
+
+def test_a_drive_that_does_not_notice_is_refused(tx40: Robot, channel: Channel) -> None:
+    def deaf(group: DriveGroup) -> None:
+        group.drives[3].hear_heartbeat = lambda node, now: None  # type: ignore[method-assign]
+
+    with (
+        drives(tx40, channel, deaf),
+        pytest.raises(
+            DriveError, match=r"joint_4 \(node 4\): 1016 is set, but a heartbeat .* was not noticed"
+        ),
+        ArmSession(tx40, channel),
+    ):
+        pass
+
+
+def test_a_drive_that_cannot_watch_at_all_is_refused(tx40: Robot, channel: Channel) -> None:
+    def blind(group: DriveGroup) -> None:
+        entries = group.drives[2].dictionary._entries
+        for key in [(0x1016, 0), (0x1016, 1), (0x1400, 5)]:
+            del entries[key]
+
+    with (
+        drives(tx40, channel, blind),
+        pytest.raises(
+            DriveError, match=r"joint_3 \(node 3\): 1016: no heartbeat consumer and no RPDO deadline"
+        ),
+        ArmSession(tx40, channel),
+    ):
+        pass
+
+
+def test_another_drive_than_described_is_refused(tx40: Robot, channel: Channel) -> None:
+    ours = drives_changed(tx40, identity=Identity(vendor=0, product=0x402))
+    with drives(tx40, channel), ArmSession(ours, channel) as session:
+        assert not any("identity" in finding.subject for finding in session.drives[0].findings)
+
+    def changed(group: DriveGroup) -> None:
+        group.drives[4].dictionary.set(0x1018, 2, 0x999)
+
+    with (
+        drives(ours, channel, changed),
+        pytest.raises(
+            DriveError,
+            match=r"node 5\): another drive than described: its product \(1018\) is 0x00000999, "
+            r"identity.product is 0x00000402",
+        ),
+        ArmSession(ours, channel),
+    ):
+        pass
+
+
+def test_a_drive_with_interpolated_position_alone_gets_its_set_points_in_60c1(
+    tx40: Robot, channel: Channel
+) -> None:
+    def old(group: DriveGroup) -> None:
+        for drive in group.drives:
+            drive.dictionary.set(0x6502, 0, 1 << 6)
+
+    with drives(tx40, channel, old) as group, ArmSession(tx40, channel) as session:
+        assert {report.mode for report in session.drives} == {7}
+        assert all(link.interpolated for link in session._links())
+        for drive in group.drives:
+            assert drive.dictionary.integer(0x6061) == 7
+            assert drive.rpdo.maps(0x60C1) and not drive.rpdo.maps(0x607A)
+
+
+def test_a_wide_control_signal_has_a_tpdo_of_its_own(tx40: Robot, channel: Channel) -> None:
+    wide = drives_changed(tx40, control_signal=ControlSignal(index=0x30D1, subindex=2, per_count=0.0005))
+    with drives(wide, channel) as group, ArmSession(wide, channel) as session:
+        assert {report.control_signal_bits for report in session.drives} == {32}
+        for drive in group.drives:
+            assert drive.second_tpdo.cob_id == 0x280 + drive.node_id and drive.second_tpdo.valid
+            assert drive.second_tpdo.maps(0x30D1) and not drive.tpdo.maps(0x30D1)
+        assert session.bus_budget().bits_per_cycle == 55 + 6 * (115 + 115 + 95)
+
+
+def test_a_bus_that_would_be_too_full_is_refused(tx40: Robot, channel: Channel) -> None:
+    full = tx40.model_copy(update={"bus": tx40.bus.model_copy(update={"bitrate": 250_000})})
+    with drives(tx40, channel), pytest.raises(DriveError, match="loads a bus of 250 kbit/s"):
+        ArmSession(full, channel).open()
+
+
+def test_a_device_file_of_another_device_is_refused(tx40: Robot, channel: Channel) -> None:
+    other = drives_changed(tx40, eds=str(Path(__file__).parent / "eds" / "epos4_like.eds"))
+    message = r"identity: epos4_like.eds is of vendor 0x000000FB, the drive says 0x00000000 \(and 11 more\)"
+    with drives(tx40, channel), pytest.raises(DriveError, match=message):
+        ArmSession(other, channel).open()
+    ours = drives_changed(tx40, eds=str(EDS_PATH))
+    with drives(tx40, channel), ArmSession(ours, channel) as session:
+        assert session.drives[0].notes == ()
+
+
+def test_two_drives_on_one_id_are_refused(tx40: Robot, channel: Channel) -> None:
+    def same(group: DriveGroup) -> None:
+        group.drives[1].dictionary.set(0x1014, 0, 0x81)
+
+    with (
+        drives(tx40, channel, same),
+        pytest.raises(DriveError, match=r"1014 holds COB-ID 0x081, as .*node 1"),
+    ):
+        ArmSession(tx40, channel).open()
+
+
+def test_nothing_jogs_unless_it_was_allowed(tx40: Robot, channel: Channel) -> None:
+    with (
+        drives(tx40, channel),
+        ArmSession(tx40, channel) as session,
+        pytest.raises(DriveError, match="jogging is not allowed in this session"),
+    ):
+        session.jog("joint_2", 0.1)
+    with drives(tx40, channel), ArmSession(tx40, channel, allow_jog=True) as session:
+        with pytest.raises(DriveError, match="no joint 'elbow' to jog"):
+            session.jog("elbow", 0.1)
+        with pytest.raises(DriveError, match=r"jog at 0.5 of the limits; allowed: above 0, at most 0.1"):
+            session.jog("joint_2", 0.1, share=0.5)
+        with pytest.raises(DriveError, match=r"jog of joint joint_2 would end at 9; allowed: -2.18"):
+            session.jog("joint_2", 9.0)
+        with pytest.raises(BusError, match="lives inside one process"):
+            session.jog("joint_2", 0.1)
+
+
+@pytest.mark.parametrize("distance", [0.3, -0.02])
+def test_a_jog_is_slow_and_moves_one_joint(tx40: Robot, distance: float) -> None:
+    start = np.array(tx40.home)
+    path = jog_path(tx40, start, "joint_3", distance, share=0.05)
+    assert path[-1][2] == pytest.approx(start[2] + distance)
+    np.testing.assert_array_equal(np.delete(path, 2, axis=1) - np.delete(start, 2), 0.0)
+    speed = np.abs(np.diff(path[:, 2])).max() / tx40.bus.cycle_time
+    assert speed <= 0.05 * tx40.joint[2].velocity * (1 + 1e-9)
+    np.testing.assert_array_equal(path[0], start)
+
+
+def test_a_position_that_was_lost_must_be_attested(tx40: Robot, channel: Channel) -> None:
+    forgetful = drives_changed(tx40, position_reference="homing")
+    with drives(tx40, channel), ArmSession(forgetful, channel) as session:
+        with pytest.raises(DriveError, match=r"joint_1: its drive's position is lost with the supply"):
+            refuse_unattested(forgetful, session._attested)
+        with pytest.raises(DriveError, match=r"joint_2 stands at 0.2 but its drive says .*home the drive"):
+            session.attest_position(np.array(tx40.home) + 0.2 * np.eye(6)[1])
+        with pytest.raises(DriveError, match=r"posture has shape \(2,\); allowed: 6 numbers"):
+            session.attest_position([0.0, 0.0])
+        session.attest_position(tx40.home)
+        refuse_unattested(forgetful, session._attested)
+    refuse_unattested(tx40, attested=False)
