@@ -184,8 +184,23 @@ def identify(
     columns: Annotated[
         Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
     ] = None,
+    validate: Annotated[
+        list[Path] | None, typer.Option(help="A recording to predict and not to fit to; may be repeated.")
+    ] = None,
+    method: Annotated[str, typer.Option(help="auto, ls, iv or robust.")] = "auto",
+    covariance: Annotated[
+        str | None,
+        typer.Option(help="iid, block, ar, hc, hac, cluster or bootstrap.", show_default="settings"),
+    ] = None,
+    friction: Annotated[
+        str | None, typer.Option(help="symmetric or asymmetric.", show_default="settings")
+    ] = None,
+    essential: Annotated[
+        bool, typer.Option("--essential", help="Find the essential parameters by F-tests.")
+    ] = False,
     cutoff: Annotated[
-        float | None, typer.Option(help="Low-pass cut-off for q, Hz.", show_default="settings")
+        str | None,
+        typer.Option(help="Low-pass for q: Hz, or auto for the proposed one.", show_default="settings"),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
@@ -199,10 +214,23 @@ def identify(
     """
     from daq.identification_json import identification_json
     from daq.identify import IdentifyRequest, run_identify
+    from daq.identify_options import cutoff_of, method_of
     from daq.terminal import TerminalSteps, print_identification
 
     console = _console(as_json)
-    request = IdentifyRequest(tuple(paths), robot, columns, cutoff, rate, out)
+    request = IdentifyRequest(
+        tuple(paths),
+        robot,
+        columns,
+        cutoff_of(cutoff),
+        rate,
+        out,
+        method=method_of(method),
+        covariance=covariance,
+        friction=friction,
+        validate=tuple(validate or ()),
+        essential=essential,
+    )
     result = run_identify(request, TerminalSteps(console))
     if as_json:
         _print_json(identification_json(result.fitted.result, [str(path) for path in paths]))

@@ -7,7 +7,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest
+from ident.results import (
+    DroppedParameter,
+    Essential,
+    Estimate,
+    Gate,
+    HeldOut,
+    Identification,
+    Parameter,
+    Rank,
+    RevisedTest,
+    Signals,
+)
 
 
 def identification_json(
@@ -32,10 +43,17 @@ def identification_json(
         "estimates": {
             "ls": _estimate(result.least_squares),
             "iv": None if result.instrumental is None else _estimate(result.instrumental),
+            "robust": None if result.robust is None else _estimate(result.robust),
         },
+        "method": result.method,
+        "recommended": result.recommended.method,
         "instrumental_reason": result.instrumental_reason or None,
         "test": _test(result.test),
         "textbook": None if result.textbook is None else _gate(result.textbook),
+        "rank": None if result.rank is None else _rank(result.rank),
+        "signals": None if result.signals is None else _signals(result.signals),
+        "held_out": [_held_out(entry) for entry in result.held_out],
+        "essential": None if result.essential is None else _essential(result.essential),
         "truth": None if truth is None else {name: _number(value) for name, value in truth.items()},
         "warnings": list(result.warnings),
     }
@@ -63,7 +81,65 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "value": _number(parameter.value),
         "sigma": _number(parameter.sigma),
         "percent_sigma": _number(parameter.percent_sigma),
+        "t_value": _number(parameter.t_value),
         "unit": parameter.unit,
+    }
+
+
+def _rank(rank: Rank) -> dict[str, Any]:
+    return {
+        "structural": rank.structural,
+        "data": rank.data,
+        "smallest": _number(rank.smallest),
+        "noise_level": _number(rank.noise_level),
+        "unseen": list(rank.unseen),
+        "reasons": list(rank.reasons),
+    }
+
+
+def _signals(signals: Signals) -> dict[str, Any]:
+    return {
+        "cutoff_hz": _number(signals.cutoff_hz),
+        "proposed_cutoff_hz": _number(signals.proposed_cutoff_hz),
+        "position_noise": _numbers(signals.position_noise),
+        "quantum": _numbers(signals.quantum),
+        "friction_width": _number(signals.friction_width),
+        "proposed_friction_width": _number(signals.proposed_friction_width),
+        "lag": _number(signals.lag),
+        "estimated_lag": _number(signals.estimated_lag),
+        "lag_sigma": _number(signals.lag_sigma),
+    }
+
+
+def _held_out(entry: HeldOut) -> dict[str, Any]:
+    return {
+        "recording": entry.recording,
+        "method": entry.method,
+        "rows": entry.rows,
+        "relative_error_percent": {
+            "total": _number(entry.relative_error_percent),
+            "per_joint": _numbers(entry.relative_error_percent_per_joint),
+        },
+        "torque_rms": _numbers(entry.torque_rms),
+    }
+
+
+def _essential(essential: Essential) -> dict[str, Any]:
+    return {
+        "parameters": [_parameter(parameter) for parameter in essential.parameters],
+        "dropped": [_dropped(parameter) for parameter in essential.dropped],
+        "refused": None if essential.refused is None else _dropped(essential.refused),
+        "covariance": essential.errors,
+    }
+
+
+def _dropped(parameter: DroppedParameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "percent_sigma": _number(parameter.percent_sigma),
+        "statistic": _number(parameter.statistic),
+        "df": _numbers(parameter.df),
+        "p_value": _number(parameter.p_value),
     }
 
 

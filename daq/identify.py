@@ -8,18 +8,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import robots
 from daq.capture import Capture, CaptureError
-from daq.importing import CAPTURE_SUFFIX, LoadedRecordings, load_recording
+from daq.identify_options import chosen_settings
+from daq.importing import CAPTURE_SUFFIX, LoadedRecordings, load_recording, loaded_capture
 from daq.progress import Steps
 from daq.reader import read_capture
 from daq.results import write_results
 from daq.run_facts import report_facts
 from daq.run_folder import make_run_folder
-from ident import Fitted, IdentificationError, Recording
+from ident import Fitted, Options, Recording
 from ident import identify as identify_recordings
-from robots import Identification, Robot
+from ident.results import Method
+from robots import Robot
 
 
 @dataclass(frozen=True)
@@ -30,17 +33,27 @@ class IdentifyRequest:
         paths: captures or logs.
         robot: name or path; the first capture's own description where None.
         columns: a column map for logs; the robot's where None.
-        cutoff_hz: low-pass for the positions; the settings' where None.
+        cutoff_hz: low-pass for the positions; ``"auto"`` takes the proposal, the settings' where None.
         rate_hz: rows per second after decimation; the settings' where None.
         out: folder for report, result and model file; nothing is written where None.
+        method: which estimators, see :class:`ident.Options`.
+        covariance: of the estimates, by name; the settings' where None.
+        friction: ``symmetric`` or ``asymmetric``; the settings' where None.
+        validate: captures or logs that are predicted and not fitted to.
+        essential: look for the essential parameters too.
     """
 
     paths: tuple[Path, ...]
     robot: str | None = None
     columns: Path | None = None
-    cutoff_hz: float | None = None
+    cutoff_hz: float | Literal["auto"] | None = None
     rate_hz: float | None = None
     out: Path | None = None
+    method: Method = "auto"
+    covariance: str | None = None
+    friction: str | None = None
+    validate: tuple[Path, ...] = ()
+    essential: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,17 +71,43 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         CaptureError, RobotFileError, IdentificationError, OutputError: one line each.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
-    with _described(request) as robot:
+    with _described(request) as (robot, first):
         with steps.step("Read recordings"):
-            loaded = [load_recording(path, robot, request.columns) for path in request.paths]
-        recordings = tuple(recording for part in loaded for recording in part.recordings)
-        settings = _settings(loaded[0].settings, recordings[0], request)
+            loaded = [_load(path, robot, request.columns, first) for path in request.paths]
+            held_out = [_load(path, robot, request.columns, first) for path in request.validate]
+        recordings = _recordings(loaded)
+        settings = chosen_settings(
+            loaded[0].settings,
+            recordings[0],
+            cutoff_hz=None if request.cutoff_hz == "auto" else request.cutoff_hz,
+            rate_hz=request.rate_hz,
+            covariance=request.covariance,
+            friction=request.friction,
+        )
         robot = robot.model_copy(update={"identification": settings})
+        options = Options(
+            method=request.method,
+            validation=_recordings(held_out),
+            propose_cutoff=request.cutoff_hz == "auto",
+            essential=request.essential,
+        )
         with steps.step("Identify") as update:
-            fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step))
-        fitted = _with_warnings(fitted, [sentence for part in loaded for sentence in part.warnings])
-        report = None if folder is None else _write(folder, robot, loaded, fitted)
+            fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step), options)
+        sentences = [sentence for part in (*loaded, *held_out) for sentence in part.warnings]
+        fitted = _with_warnings(fitted, sentences)
+        report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
     return IdentifyResult(fitted, report)
+
+
+def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:
+    return tuple(recording for part in loaded for recording in part.recordings)
+
+
+def _load(path: Path, robot: Robot, columns: Path | None, first: Capture | None) -> LoadedRecordings:
+    """The recordings of a path; of the capture that described the arm without reading it again."""
+    if first is not None and path == first.path:
+        return loaded_capture(first, robot)
+    return load_recording(path, robot, columns)
 
 
 def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
@@ -78,17 +117,17 @@ def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
 
 
 @contextmanager
-def _described(request: IdentifyRequest) -> Iterator[Robot]:
-    """The arm that was asked for, or the one that the first capture describes."""
+def _described(request: IdentifyRequest) -> Iterator[tuple[Robot, Capture | None]]:
+    """The arm that was asked for, or the one that the first capture describes, with that capture."""
     if request.robot is not None:
-        yield robots.load(request.robot)
+        yield robots.load(request.robot), None
         return
     first = request.paths[0]
     if first.suffix.lower() != CAPTURE_SUFFIX:
         raise CaptureError(f"{first}: is no capture, so it does not say of which arm it is; give --robot")
     capture = read_capture(first)
     with TemporaryDirectory(prefix="armhil-") as folder:
-        yield _robot_of(capture, Path(folder))
+        yield _robot_of(capture, Path(folder)), capture
 
 
 def _robot_of(capture: Capture, folder: Path) -> Robot:
@@ -100,21 +139,6 @@ def _robot_of(capture: Capture, folder: Path) -> Robot:
     urdf.parent.mkdir(parents=True, exist_ok=True)
     urdf.write_text(capture.urdf_text, encoding="utf-8")
     return robots.load(folder)
-
-
-def _settings(settings: Identification, recording: Recording, request: IdentifyRequest) -> Identification:
-    changes: dict[str, float | int] = {}
-    if request.cutoff_hz is not None:
-        changes["cutoff_hz"] = request.cutoff_hz
-    if request.rate_hz is not None:
-        decimation = round(1.0 / (recording.sample_time * request.rate_hz))
-        if decimation < 1:
-            raise IdentificationError(
-                f"--rate {request.rate_hz:g} Hz; allowed: up to {1.0 / recording.sample_time:g} Hz,"
-                f" the sampling rate of {recording.name}"
-            )
-        changes["decimation"] = decimation
-    return settings.model_copy(update=changes)
 
 
 def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: Fitted) -> Path:

@@ -13,6 +13,7 @@ from daq.columns import Table, read_table
 from daq.import_map import ImportMap, Position, Torque, load_import_map, settings_of
 from daq.reader import read_capture
 from ident import Recording
+from ident.resampling import uniform_recording
 from robots import Identification, Robot
 from robots.arrays import FloatArray
 
@@ -57,7 +58,7 @@ def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> Loa
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
-        ident.IdentificationError: the time is not uniform.
+        ident.IdentificationError: the time is too far from uniform.
     """
     if path.suffix.lower() == CAPTURE_SUFFIX:
         return load_capture(path, robot)
@@ -70,7 +71,16 @@ def load_capture(path: Path, robot: Robot) -> LoadedRecordings:
     Raises:
         CaptureError: not readable, of an arm with other joints, or without a piece that is long enough.
     """
-    capture = read_capture(path)
+    return loaded_capture(read_capture(path), robot)
+
+
+def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
+    """A capture that was read, for the given arm.
+
+    Raises:
+        CaptureError: of an arm with other joints, or without a piece that is long enough.
+    """
+    path = capture.path
     joints = tuple(joint.name for joint in robot.joint)
     if capture.joints != joints:
         raise CaptureError(
@@ -138,17 +148,18 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
-        ident.IdentificationError: the time is not uniform.
+        ident.IdentificationError: the time is too far from uniform.
     """
     if not path.exists():
         raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), .mat, .csv, a folder of .csv")
     map_path = columns if columns is not None else robot.folder / MAP_NAME
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
-    return LoadedRecordings(path, (_log_recording(path, robot, meaning),), settings, None)
+    recording, warnings = _log_recording(path, robot, meaning)
+    return LoadedRecordings(path, (recording,), settings, None, warnings)
 
 
-def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> Recording:
+def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recording, tuple[str, ...]]:
     source = _Source(path)
     position = _position(source, columns.position, robot)
     reference = None if columns.reference is None else _position(source, columns.reference, robot)
@@ -160,9 +171,7 @@ def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> Recording:
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
-    return Recording(
-        name=path.name, time=time, reference=reference, position=position, control_signal=control_signal
-    )
+    return uniform_recording(path.name, time, reference, position, control_signal)
 
 
 class _Source:

@@ -11,10 +11,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from daq.report_gates import gate_views, statistic_text, verdict_view
 from daq.report_numbers import NOTHING, correlation, count, percent, probability, setting, significant
 from daq.report_parameters import joint_heading, parameter_groups, truth_summaries
+from daq.report_signals import essential_view, held_out_rows, signals_view
 from daq.report_traces import TraceFigure, pixels_per_trace, trace_figure
+from daq.verdict_words import ESTIMATORS
 from ident.results import Estimate, Identification
 from robots.arrays import FloatArray
 from robots.description import Robot
+
+_FILTERS = {"chebyshev": "Chebyshev filter of order 8 both ways", "fir": "finite filter of four rows' reach"}
 
 
 class ReportError(Exception):
@@ -105,6 +109,9 @@ def render(content: ReportContent) -> str:
         has_truth=truth is not None,
         summaries=truth_summaries(identification, truth),
         warnings=identification.warnings,
+        signals=signals_view(identification, content.robot, content.joint_names),
+        held_out=held_out_rows(identification.held_out),
+        essential=essential_view(identification.essential),
         settings=_settings(content.robot),
         facts=content.facts,
     )
@@ -161,13 +168,15 @@ def _closed_loop_figures(content: ReportContent) -> list[TraceFigure]:
 
 
 def _estimators(identification: Identification) -> list[EstimatorColumn]:
-    estimates = [identification.least_squares, identification.instrumental]
     trusted = identification.recommended
-    return [_estimator(estimate, estimate is trusted) for estimate in estimates if estimate is not None]
+    return [_estimator(estimate, estimate is trusted) for estimate in identification.estimates]
 
 
 def _estimator(estimate: Estimate, trusted: bool) -> EstimatorColumn:
-    label = "Least squares (LS)" if estimate.method == "ls" else "Instrumental variables (IV)"
+    name = ESTIMATORS[estimate.method]
+    label = f"{name[0].upper()}{name[1:]}"
+    if estimate.method != "robust":
+        label += f" ({estimate.method.upper()})"
     per_joint = tuple(
         (percent(float(error)), significant(float(rms)), correlation(float(lag)))
         for error, rms, lag in zip(
@@ -197,7 +206,7 @@ def _settings(robot: Robot) -> list[tuple[str, str]]:
         ("Position filter", f"zero-phase Butterworth {rows.filter_order}, {setting(rows.cutoff_hz)} Hz"),
         ("Derivatives", f"central differences of order {rows.derivative_accuracy}"),
         ("Control-signal lag", f"{setting(1e3 * rows.control_signal_lag)} ms"),
-        ("Decimation", f"one row in {rows.decimation}"),
+        ("Decimation", f"one row in {rows.decimation}, {_FILTERS[rows.decimation_filter]}"),
         ("Trimmed", f"{rows.trim_samples[0]} samples at the start, {rows.trim_samples[1]} at the end"),
         ("Friction sign", sign),
         ("Torque offset per joint", "yes" if rows.offset else "no"),

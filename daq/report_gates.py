@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from markupsafe import Markup
@@ -11,21 +10,10 @@ from markupsafe import Markup
 from daq.report_columns import ColumnPlot, column_plot
 from daq.report_numbers import count, percent, probability, significant
 from daq.report_pictures import GateState, gate_picture, icon
+from daq.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, asked_for
 from ident.results import Gate, GateName, Identification, Verdict
 
-VerdictKind = Literal["good", "switch", "bad", "unknown"]
 POORLY_SEEN_PERCENT = 30.0
-
-_VERDICT: dict[Verdict, tuple[VerdictKind, str, str]] = {
-    "exogenous": ("good", "exogenous", "Trust the least-squares model"),
-    "endogenous": ("switch", "endogenous", "Use the instrumental-variable model"),
-    "instruments_invalid": (
-        "bad",
-        "instruments invalid",
-        "Do not trust this model: the simulated arm is not the real arm",
-    ),
-    "not_testable": ("unknown", "not testable", "Not testable"),
-}
 
 
 @dataclass(frozen=True)
@@ -96,13 +84,14 @@ _NOTHING_TO_TEST = "Nothing left to test: exogenous"
 def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -> VerdictView:
     """The banner: sign, words, advice and headline numbers."""
     test = identification.test
-    kind, word, headline = _VERDICT[test.verdict]
-    recommendation = test.recommendation
+    words = VERDICTS[test.verdict]
+    headline, recommendation = words.headline, test.recommendation
     if test.verdict == "not_testable":
         headline += f": {identification.instrumental_reason or recommendation or 'the test could not be run'}"
         recommendation = recommendation if identification.instrumental_reason else ""
     estimate = identification.recommended
-    method = "instrumental variables" if estimate.method == "iv" else "least squares"
+    recommendation = f"{recommendation} {asked_for(identification)}".strip()
+    method = ESTIMATORS[estimate.method]
     poor = sum(not p.percent_sigma <= POORLY_SEEN_PERCENT for p in estimate.parameters)
     facts = [Fact("Relative torque error", percent(estimate.relative_error_percent), method)]
     per_joint = np.asarray(estimate.relative_error_percent_per_joint, dtype=np.float64)
@@ -113,7 +102,7 @@ def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -
     facts.append(Fact("Base parameters", count(len(estimate.parameters)), seen))
     per_parameter = identification.rows // max(len(estimate.parameters), 1)
     facts.append(Fact("Rows", count(identification.rows), f"{count(per_parameter)} per parameter"))
-    return VerdictView(kind, icon(kind), word, headline, recommendation, tuple(facts))
+    return VerdictView(words.kind, icon(words.kind), words.word, headline, recommendation, tuple(facts))
 
 
 def gate_views(identification: Identification) -> tuple[GateView, ...]:

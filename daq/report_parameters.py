@@ -25,6 +25,7 @@ class ParameterRow:
     value: str
     sigma: str
     percent_sigma: str
+    t_value: str
     remark: str
     iv_value: str
     iv_sigma: str
@@ -145,6 +146,7 @@ def _row(parameter: Parameter, iv: Parameter | None, truth: float | None) -> Par
         value=value,
         sigma=sigma,
         percent_sigma=percent(parameter.percent_sigma),
+        t_value=significant(parameter.t_value, 3),
         remark=_remark(parameter),
         iv_value=iv_value,
         iv_sigma=iv_sigma,

@@ -19,21 +19,12 @@ from rich.progress import (
 from rich.table import Table
 
 from daq.progress import Update
-from daq.report_numbers import percent, probability, significant, with_sigma
+from daq.report_numbers import percent, probability, setting, significant, with_sigma
+from daq.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, asked_for
 from ident import Estimate, Identification
+from ident.results import Essential, HeldOut, Rank, Signals
 
-HEADLINES = {
-    "exogenous": "TRUST THE LEAST-SQUARES MODEL",
-    "endogenous": "USE THE INSTRUMENTAL-VARIABLE MODEL",
-    "instruments_invalid": "DO NOT TRUST THIS MODEL YET",
-    "not_testable": "UNTESTED",
-}
-_COLOURS = {
-    "exogenous": "green",
-    "endogenous": "yellow",
-    "instruments_invalid": "red",
-    "not_testable": "yellow",
-}
+_COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "yellow", "bad": "red", "unknown": "yellow"}
 
 
 class TerminalSteps:
@@ -74,9 +65,15 @@ def print_identification(
     """Parameters, gates and verdict, the verdict last, where the eye is."""
     trusted = result.recommended
     console.print(_parameter_table(trusted, truth))
+    if result.essential is not None:
+        console.print(_essential(result.essential), highlight=False)
+    if result.held_out:
+        console.print(_held_out_table(result.held_out))
+    if result.signals is not None:
+        console.print(_signals(result.signals, result.rank), highlight=False)
     console.print(_gate_table(result))
     console.print(_verdict(result, trusted))
-    console.print(result.test.recommendation, highlight=False)
+    console.print(f"{result.test.recommendation} {asked_for(result)}".strip(), highlight=False)
     for warning in result.warnings:
         console.print(f"[yellow]warning:[/] {warning}", highlight=False)
 
@@ -85,19 +82,19 @@ def _verdict(result: Identification, trusted: Estimate) -> str:
     error = percent(trusted.relative_error_percent)
     worst = int(np.argmax(trusted.relative_error_percent_per_joint))
     worst_error = percent(float(trusted.relative_error_percent_per_joint[worst]))
-    colour = _COLOURS[result.test.verdict]
+    words = VERDICTS[result.test.verdict]
     return (
-        f"\n[bold {colour}]{HEADLINES[result.test.verdict]}[/]   relative torque error {error},"
+        f"\n[bold {_COLOURS[words.kind]}]{words.headline.upper()}[/]   relative torque error {error},"
         f" largest on joint {worst + 1}: {worst_error}"
     )
 
 
 def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> Table:
-    method = {"ls": "least squares", "iv": "instrumental variables"}[estimate.method]
+    method = ESTIMATORS[estimate.method]
     table = Table(title=f"Base parameters by {method}", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("parameter", "unit"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("value", "σ", "% σ"):
+    for heading in ("value", "σ", "% σ", "t"):
         table.add_column(heading, justify="right", no_wrap=True)
     if truth is not None:
         for heading in ("truth", "off by"):
@@ -106,6 +103,7 @@ def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> T
         true = None if truth is None else truth[parameter.name]
         value, sigma, *rest = with_sigma(parameter.value, parameter.sigma, *([] if true is None else [true]))
         cells = [parameter.name, parameter.unit, value, sigma, percent(parameter.percent_sigma)]
+        cells.append(significant(parameter.t_value))
         if true is not None:
             away = (parameter.value - true) / parameter.sigma
             cells += [*rest, f"{away:+.1f} σ".replace("-", "−")]
@@ -135,3 +133,53 @@ def _gate_table(result: Identification) -> Table:
         statistic = "" if gate.statistic is None else f"{significant(gate.statistic)}{p}"
         table.add_row(gate.name, word, statistic, gate.detail)
     return table
+
+
+def _held_out_table(held_out: tuple[HeldOut, ...]) -> Table:
+    table = Table(
+        title="Prediction of recordings that were not fitted to",
+        title_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1),
+    )
+    table.add_column("recording")
+    for heading in ("estimate", "relative error", "per joint", "rms per joint"):
+        table.add_column(heading, justify="right")
+    for entry in held_out:
+        table.add_row(
+            entry.recording,
+            ESTIMATORS[entry.method],
+            percent(entry.relative_error_percent),
+            "  ".join(percent(float(error)) for error in entry.relative_error_percent_per_joint),
+            "  ".join(significant(float(rms)) for rms in entry.torque_rms),
+        )
+    return table
+
+
+def _essential(essential: Essential) -> str:
+    """What the F-tests let go, and where they stopped."""
+    count = len(essential.parameters)
+    if not essential.dropped:
+        return f"Essential parameters: all {count} are needed."
+    names = ", ".join(dropped.name for dropped in essential.dropped)
+    last = essential.dropped[-1]
+    return (
+        f"Essential parameters: {count}; without {names} the fit is not worse"
+        f" (F = {significant(last.statistic)}, {probability(last.p_value)})."
+    )
+
+
+def _signals(signals: Signals, rank: Rank | None) -> str:
+    """What the data say of the settings, each beside the setting."""
+    lag = "none found"
+    if signals.estimated_lag is not None and signals.lag_sigma is not None:
+        value, sigma = with_sigma(1e3 * signals.estimated_lag, 1e3 * signals.lag_sigma)
+        lag = f"{value} ± {sigma} ms"
+    lines = [
+        f"Cut-off {setting(signals.cutoff_hz)} Hz; proposed {setting(signals.proposed_cutoff_hz)} Hz",
+        f"control-signal lag {setting(1e3 * signals.lag)} ms; estimated {lag}",
+        f"noise of positions at most {significant(float(np.max(signals.position_noise)), 2)} rad or m",
+    ]
+    if rank is not None:
+        lines.append(f"rank {rank.data} of {rank.structural}")
+    return "; ".join(lines) + "."

@@ -19,7 +19,6 @@ from ident.recording import Recording
 from ident.results import Rank
 from ident.signals import Motion, motion
 from ident.spectrum import PositionSpectrum
-from ident.whitening import unbroken
 from robots.arrays import FloatArray
 from robots.description import Identification, Robot
 
@@ -32,14 +31,11 @@ _TAKES_PART = 0.1
 _STATES = 400
 """States at which the noise of the columns is computed."""
 
-_ROWS_PER_PARAMETER = 3.0
+_ROWS_PER_PARAMETER = 2.0
 """Of each joint's share of the parameters."""
 
-_UNBROKEN = 6
-"""Rows in a row that the error model along time looks at."""
-
-_FEWEST_ROWS = 60
-"""Of a joint: an error model along time needs some."""
+_FEWEST_ROWS = 24
+"""Of a joint: what is said of its errors needs some."""
 
 _SEED = 0
 _SLOW = 0.02
@@ -97,13 +93,13 @@ def require_enough_rows(rows: Rows, parameters: int) -> None:
     Raises:
         IdentificationError: names the joint with the fewest rows.
     """
-    counts = unbroken(rows.used, _UNBROKEN).sum(axis=0)
+    counts = rows.used.sum(axis=0)
     fewest = max(_FEWEST_ROWS, int(np.ceil(_ROWS_PER_PARAMETER * parameters / rows.joints)))
     joint = int(np.argmin(counts))
     if counts[joint] < fewest:
         raise IdentificationError(
-            f"{counts[joint]} rows of joint {joint + 1} that are in motion with the {_UNBROKEN} before;"
-            f" allowed: at least {fewest} of each joint. Record for longer, or with fewer reversals"
+            f"{counts[joint]} rows in which joint {joint + 1} is in motion; allowed: at least {fewest} of"
+            " each joint. Record for longer, or with fewer reversals"
         )
 
 

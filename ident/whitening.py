@@ -20,6 +20,10 @@ _LARGEST_POLE = 0.995
 _NOT_WHITE = 0.001
 """Ljung-Box p-value below which the words say that the filter left something."""
 
+_ROWS_PER_ORDER = 20
+_FEWEST_ROWS = 40
+"""A model of fewer is chance."""
+
 _LARGEST_ORDER_WITH_GAPS = 6
 """Where rows are left out, every order costs so many rows after each gap."""
 
@@ -113,9 +117,17 @@ def autoregressive_whitening(
 
 
 def largest_order(used: BoolArray) -> int:
-    """The largest AR order that samples × joints of used rows allow to be tried."""
+    """The largest AR order that samples × joints of used rows allow to be tried.
+
+    What counts are rows with as many used ones before them: gaps at every reversal leave few. 0 where even
+    the first order has too few.
+    """
     most = _LARGEST_ORDER if used.all() else _LARGEST_ORDER_WITH_GAPS
-    return min(most, int(used.sum(axis=0).min()) // 20)
+    for order in range(most, 0, -1):
+        rows = int(unbroken(used, order).sum(axis=0).min()) + order
+        if rows >= max(_ROWS_PER_ORDER * order, _FEWEST_ROWS):
+            return order
+    return 0
 
 
 def unbroken(used: BoolArray, order: int) -> BoolArray:
@@ -170,12 +182,13 @@ def ljung_box(series: FloatArray, lags: int = 10, fitted: int = 0) -> tuple[floa
 
     Args:
         series: what is left by a model.
-        lags: autocorrelations that are looked at.
+        lags: autocorrelations that are looked at; fewer where the series is short.
         fitted: the model's own coefficients; the statistic is χ²(lags − fitted).
     """
     centred = series - series.mean()
     power = centred @ centred
     samples = series.size
+    lags = max(fitted + 1, min(lags, samples // 2))
     correlations = np.array([centred[k:] @ centred[:-k] / power for k in range(1, lags + 1)])
     statistic = samples * (samples + 2) * float(np.sum(correlations**2 / (samples - np.arange(1, lags + 1))))
     return statistic, float(chi2.sf(statistic, lags - fitted))

@@ -299,7 +299,6 @@ def test_a_column_map_that_is_none(armhil: Armhil, tmp_path: Path, content: str 
         (["demo", "--out"], ["--out"]),
         (["identify"], ["paths"]),
         (["identify", "a.mcap", "--rate", "0"], ["--rate", "greater than or equal to 0.1"]),
-        (["identify", "a.mcap", "--cutoff", "abc"], ["--cutoff", "number"]),
         (["robots", "--json"], ["--json"]),
         (["bogus"], ["bogus"]),
         (["--bogus"], ["--bogus"]),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,17 @@ from jsonschema import Draft202012Validator
 
 from daq.identification_json import identification_json
 from ident import Fitted
-from ident.results import ColumnCheck, Gate, Identification, RevisedTest
+from ident.results import (
+    ColumnCheck,
+    DroppedParameter,
+    Essential,
+    Gate,
+    HeldOut,
+    Identification,
+    Rank,
+    RevisedTest,
+    Signals,
+)
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 
@@ -32,7 +44,16 @@ def closed(properties: dict[str, Any], optional: frozenset[str] = frozenset()) -
     }
 
 
-PARAMETER = closed({"name": TEXT, "value": NUMBER, "sigma": NUMBER, "percent_sigma": NUMBER, "unit": TEXT})
+PARAMETER = closed(
+    {
+        "name": TEXT,
+        "value": NUMBER,
+        "sigma": NUMBER,
+        "percent_sigma": NUMBER,
+        "t_value": NUMBER,
+        "unit": TEXT,
+    }
+)
 ESTIMATE = closed(
     {
         "parameters": {"type": "array", "items": PARAMETER, "minItems": 1},
@@ -70,6 +91,50 @@ TEST = closed(
     }
 )
 OPTIONAL_ESTIMATE = {"anyOf": [ESTIMATE, {"type": "null"}]}
+RANK = closed(
+    {
+        "structural": {"type": "integer"},
+        "data": {"type": "integer"},
+        "smallest": NUMBER,
+        "noise_level": NUMBER,
+        "unseen": TEXTS,
+        "reasons": TEXTS,
+    }
+)
+SIGNALS = closed(
+    {
+        "cutoff_hz": NUMBER,
+        "proposed_cutoff_hz": NUMBER,
+        "position_noise": NUMBERS,
+        "quantum": NUMBERS,
+        "friction_width": NUMBER,
+        "proposed_friction_width": NUMBER,
+        "lag": NUMBER,
+        "estimated_lag": NUMBER,
+        "lag_sigma": NUMBER,
+    }
+)
+METHOD = {"enum": ["ls", "iv", "robust"]}
+HELD_OUT = closed(
+    {
+        "recording": TEXT,
+        "method": METHOD,
+        "rows": {"type": "integer", "minimum": 1},
+        "relative_error_percent": closed({"total": NUMBER, "per_joint": NUMBERS}),
+        "torque_rms": NUMBERS,
+    }
+)
+DROPPED = closed(
+    {"name": TEXT, "percent_sigma": NUMBER, "statistic": NUMBER, "df": NUMBERS, "p_value": NUMBER}
+)
+ESSENTIAL = closed(
+    {
+        "parameters": {"type": "array", "items": PARAMETER},
+        "dropped": {"type": "array", "items": DROPPED},
+        "refused": {"anyOf": [DROPPED, {"type": "null"}]},
+        "covariance": TEXT,
+    }
+)
 BY_NAME = {"type": "object", "additionalProperties": TEXT}
 SCHEMA = closed(
     {
@@ -78,7 +143,13 @@ SCHEMA = closed(
         "captures": TEXTS,
         "rows": {"type": "integer", "minimum": 1},
         "base_parameters": TEXTS,
-        "estimates": closed({"ls": ESTIMATE, "iv": OPTIONAL_ESTIMATE}),
+        "estimates": closed({"ls": ESTIMATE, "iv": OPTIONAL_ESTIMATE, "robust": OPTIONAL_ESTIMATE}),
+        "method": {"enum": ["auto", "ls", "iv", "robust"]},
+        "recommended": METHOD,
+        "rank": {"anyOf": [RANK, {"type": "null"}]},
+        "signals": {"anyOf": [SIGNALS, {"type": "null"}]},
+        "held_out": {"type": "array", "items": HELD_OUT},
+        "essential": {"anyOf": [ESSENTIAL, {"type": "null"}]},
         "test": TEST,
         "units": BY_NAME,
         "expressions": BY_NAME,
@@ -173,8 +244,40 @@ def test_numbers_that_are_not_finite_become_null(result: Identification) -> None
         "value": 0.0,
         "sigma": None,
         "percent_sigma": None,
+        "t_value": 0.0,
         "unit": zero.unit,
     }
     assert content["condition"] is None
     assert content["torque_rms"] == [None]
     assert content["lag1_autocorrelation"] == [None]
+
+
+def test_what_the_data_say_beside_the_estimates(result: Identification) -> None:
+    dropped = DroppedParameter("off1", 45.0, 1.2, (1.0, 500.0), 0.27)
+    parameters = result.least_squares.parameters
+    content = printed(
+        replace(
+            result,
+            method="robust",
+            robust=replace(result.least_squares, method="robust"),
+            rank=Rank(4, 3, 1e-5, 2e-5, ("off1",), ("joint 1 moves too slowly",)),
+            signals=Signals(60.0, 75.0, np.array([1e-6]), np.array([np.nan]), 0.0, 1e-5, 0.0, None, None),
+            held_out=(HeldOut("b.mcap", "ls", 900, 4.5, np.array([4.5]), np.array([np.inf])),),
+            essential=Essential(parameters[:3], (dropped,), None, "AR"),
+        )
+    )
+    assert content["recommended"] == "robust"
+    assert content["estimates"]["robust"]["parameters"] == content["estimates"]["ls"]["parameters"]
+    assert content["rank"]["unseen"] == ["off1"]
+    assert content["signals"]["quantum"] == [None] and content["signals"]["estimated_lag"] is None
+    assert content["held_out"][0]["relative_error_percent"] == {"total": 4.5, "per_joint": [4.5]}
+    assert content["held_out"][0]["torque_rms"] == [None]
+    assert [p["name"] for p in content["essential"]["parameters"]] == [p.name for p in parameters[:3]]
+    assert content["essential"]["dropped"][0]["df"] == [1.0, 500.0]
+
+
+def test_every_key_is_documented() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
+    objects = (SCHEMA, PARAMETER, ESTIMATE, COLUMN, GATE, TEST, RANK, SIGNALS, HELD_OUT, DROPPED, ESSENTIAL)
+    for key in {key for schema in objects for key in schema["properties"]}:
+        assert re.search(rf'`{key}`|"{key}"', page), key

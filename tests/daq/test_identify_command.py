@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from daq import cli
+from daq.capture import Capture
 from daq.model_file import read_model
+from daq.reader import read_capture
 from daq.recorder import Recorder
 from drivers import Samples
 from drivers.simulated.offline import SimulatedRun, simulate_offline
@@ -130,6 +132,107 @@ def test_what_a_damaged_capture_lacks_is_said(identify: Identify, capture: Path,
     words = " ".join(result["stderr"].split())
     assert "warning:" in words and "the recording was not closed" in words
     assert any("the recording was not closed" in warning for warning in result["warnings"])
+
+
+def other_capture(emps: Robot, folder: Path) -> Path:
+    """Another motion of the same arm."""
+    path = folder / "other.mcap"
+    run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps)[::-1] * np.array([0.8]))
+    with Recorder(path, emps, facts(emps, emps.bus.cycle_time)) as recorder:
+        recorder.write(samples_of(run, emps.n))
+        recorder.finish(outcome(len(run.cycle)))
+    return path
+
+
+def test_a_capture_is_read_once(identify: Identify, capture: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+
+    def counted(path: Path) -> Capture:
+        read.append(path)
+        return read_capture(path)
+
+    monkeypatch.setattr("daq.identify.read_capture", counted)
+    monkeypatch.setattr("daq.importing.read_capture", counted)
+    identify(capture)
+    assert read == [capture]
+
+
+def test_a_held_out_capture_is_predicted(
+    identify: Identify, capture: Path, emps: Robot, tmp_path: Path
+) -> None:
+    other = other_capture(emps, tmp_path)
+    out = tmp_path / "out"
+    result = identify(capture, "--validate", other, "--out", out)
+    assert [(h["recording"], h["method"]) for h in result["held_out"]] == [
+        ("other.mcap", "ls"),
+        ("other.mcap", "iv"),
+    ]
+    own = result["estimates"]["ls"]["relative_error_percent"]["total"]
+    assert 0 < result["held_out"][0]["relative_error_percent"]["total"] < 2 * own
+    assert result["captures"] == [str(capture)]
+    assert values(result) == values(identify(capture))
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Prediction of recordings that were not fitted to" in page and "other.mcap" in page
+
+
+def test_methods_covariances_and_friction_by_name(identify: Identify, capture: Path, tmp_path: Path) -> None:
+    plain = identify(capture)
+    assert (plain["method"], plain["estimates"]["robust"]) == ("auto", None)
+    alone = identify(capture, "--method", "ls")
+    assert alone["estimates"]["iv"] is None and alone["recommended"] == "ls"
+    assert identify(capture, "--method", "iv")["recommended"] == "iv"
+    robust = identify(capture, "--method", "robust", "--out", tmp_path / "robust")
+    assert robust["recommended"] == "robust"
+    assert values(robust, "robust")["Fv1"] == pytest.approx(values(plain)["Fv1"], rel=0.05)
+    assert read_model(tmp_path / "robust" / "emps.model.toml").estimate.estimator == "robust"
+    ar, block = (identify(capture, "--covariance", name) for name in ("ar", "block"))
+    assert values(ar) == values(block)
+    assert values(ar, key="sigma") != values(block, key="sigma")
+    assert "AR" in ar["estimates"]["ls"]["covariance"]
+    assert identify(capture, "--friction", "asymmetric")["base_parameters"] == [
+        "M1R",
+        "Fvp1",
+        "Fcp1R",
+        "Fvn1",
+        "Fcn1R",
+    ]
+
+
+def test_the_proposed_cutoff(identify: Identify, capture: Path) -> None:
+    plain, proposed = identify(capture), identify(capture, "--cutoff", "auto")
+    assert plain["signals"]["cutoff_hz"] == 100.0
+    assert proposed["signals"]["cutoff_hz"] == plain["signals"]["proposed_cutoff_hz"]
+    assert "proposed" in plain["stderr"] and "rank 4 of 4" in " ".join(plain["stderr"].split())
+
+
+def test_essential_parameters(identify: Identify, capture: Path) -> None:
+    assert identify(capture)["essential"] is None
+    essential = identify(capture, "--essential")["essential"]
+    assert {"M1R", "Fv1", "Fc1"} <= {p["name"] for p in essential["parameters"]}
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (("--method", "best"), "--method best; allowed: auto, ls, iv, robust"),
+        (("--covariance", "big"), "--covariance big; allowed: iid, block, ar, hc, hac, cluster, bootstrap"),
+        (("--friction", "none"), "--friction none; allowed: symmetric, asymmetric"),
+        (("--cutoff", "abc"), "--cutoff abc; allowed: auto, or a number of Hz above 0"),
+        (("--rate", "5000"), "--rate 5000 Hz; allowed: up to 1000 Hz, the sampling rate of capture.mcap"),
+    ],
+)
+def test_an_option_that_cannot_be_is_refused(
+    option: tuple[str, str],
+    said: str,
+    capture: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["armhil", "identify", str(capture), *option])
+    with pytest.raises(SystemExit) as leaving:
+        cli.main()
+    assert leaving.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f"armhil: {said}"
 
 
 # Published recordings
