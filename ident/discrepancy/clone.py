@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
+from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.prior import Prior
@@ -20,7 +21,7 @@ from robots.arrays import FloatArray
 _log = logging.getLogger(__name__)
 
 
-def with_clone(examination: Examination, standard: FloatArray) -> Examination:
+def with_clone(examination: Examination, standard: FloatArray, plain: BaseParameters) -> Examination:
     """The examination with its clone's residual beside it.
 
     Where the arm cannot be simulated (no reference or controller, a mass matrix that is not positive
@@ -29,19 +30,21 @@ def with_clone(examination: Examination, standard: FloatArray) -> Examination:
     Args:
         examination: of the arm.
         standard: (p,) the present model's parameters.
+        plain: the model before anything was found, whose parameters come first in the present one's. Its
+            clone serves throughout: play in a gear is too sensitive for a simulation of it to be taken off.
     """
-    base = examination.base
+    b, p = plain.independent.size, len(plain.model.names)
     try:
-        runs = [simulate(base.model, standard, scene.recording) for scene in examination.scenes]
+        runs = [simulate(plain.model, standard[:p], scene.recording) for scene in examination.scenes]
     except IdentificationError as error:
         _log.warning("no clone of the arm: %s", error)
         return examination
     scenes = [_as_scene(examination, scene, run) for scene, run in zip(examination.scenes, runs, strict=True)]
     prior = examination.prior
     if prior is not None:
-        prior = Prior(examination.beta, prior.covariance, prior.source)
+        prior = Prior(examination.beta[:b], prior.covariance[:b, :b], prior.source)
     only = tuple(examination.used[examination.segment == k] for k in range(len(scenes)))
-    copy = examine(base, scenes, prior, examination.whitening, only)
+    copy = examine(plain, scenes, prior, examination.whitening, only)
     return replace(examination, clone=copy.residual)
 
 

@@ -9,12 +9,20 @@ import numpy as np
 
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library
+from ident.discrepancy.present import Present
+from ident.discrepancy.refine import Component, refine
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
 from robots.arrays import FloatArray
 
 _LEADERS = 15
 """Single effects that are tried as one half of a pair."""
+
+_POLISHED = 8
+_WORTH = 0.15
+"""Leaders whose shapes are refined before they are compared: so many, with this share of the best gain."""
+_FEW = 14
+"""Evaluations per shape that this may take."""
 
 _GUMBEL_MEAN = 0.5772156649015329
 
@@ -43,15 +51,17 @@ class Choice:
     p_value: float
 
 
-def choose(examination: Examination, library: Library, settings: SearchSettings) -> Choice:
+def choose(examination: Examination, library: Library, present: Present, settings: SearchSettings) -> Choice:
     """Rank all trials, alone and in pairs, and decide.
 
     Args:
         examination: the present model on the recordings.
         library: every trial on them.
+        present: the present model, to refine shapes with.
         settings: thresholds.
     """
     rows = examination.torque.shape[0]
+    library = _polished(examination, library, present)
     ranking = best_per_place(singles(library, library.score, rows))
     calibration = _Calibration.of(library, rows, settings)
     threshold = max(calibration.threshold, settings.smallest_share * rows)
@@ -63,10 +73,25 @@ def choose(examination: Examination, library: Library, settings: SearchSettings)
     left = excess - best.gain
     if left > threshold:
         pair = _best_pair(library, ranking, rows)
-        if pair and pair[0].value - best.value > max(threshold, settings.alike * left):
+        needed = max(threshold, settings.alike * left, settings.second_share * best.gain)
+        if pair and pair[0].value - best.value > needed:
             chosen, rivals = pair[0], pair
     alike = _alike(chosen, rivals, excess, settings)
     return Choice(chosen, alike, tuple(ranking), threshold, excess, calibration.p_value(chosen.value))
+
+
+def _polished(examination: Examination, library: Library, present: Present) -> Library:
+    """The library with the leaders' shapes refined: a resonance fits between two points of any grid."""
+    rows = examination.torque.shape[0]
+    ranking = best_per_place(singles(library, library.score, rows))
+    leaders = [found.trials[0] for found in ranking[:_POLISHED] if found.gain > _WORTH * ranking[0].gain]
+    robot = examination.base.model.robot
+    better = []
+    for trial in leaders:
+        if any(not shape.fixed for shape in trial.family.shapes(robot, trial.place)):
+            refined = refine(examination, [Component.of(trial)], present, _FEW)
+            better.append((trial.family, refined.effects[0]))
+    return library.with_effects(examination, better) if better else library
 
 
 def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:
@@ -86,7 +111,23 @@ def _alike(
     return tuple(
         rival
         for rival in rivals
-        if chosen.value - rival.value <= allowed and {trial.key for trial in rival.trials} != keys
+        if chosen.value - rival.value <= allowed
+        and {trial.key for trial in rival.trials} != keys
+        and not _general_form(rival, chosen)
+    )
+
+
+def _general_form(rival: Score, chosen: Score) -> bool:
+    """Whether the rival differs from the chosen one by a general form in place of its limit, or as well."""
+    mine = {trial.key for trial in chosen.trials}
+    others = [trial for trial in rival.trials if trial.key not in mine]
+    left = [trial for trial in chosen.trials if trial.key not in {t.key for t in rival.trials}]
+    return bool(others) and all(
+        any(
+            limit.place.joints == other.place.joints and limit.family.name in other.family.contains
+            for limit in left
+        )
+        for other in others
     )
 
 

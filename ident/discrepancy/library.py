@@ -64,6 +64,26 @@ class Library:
     score: FloatArray
     columns: FloatArray
 
+    def with_effects(
+        self, examination: Examination, effects: Sequence[tuple[EffectFamily, PlacedEffect]]
+    ) -> Library:
+        """The library with trials of further shapes at its end."""
+        trials, blocks = list(self.trials), [self.columns]
+        start = self.columns.shape[1]
+        for family, effect in effects:
+            beyond = partialled(examination, effect)
+            if beyond is None:
+                continue
+            basis, parameters = orthonormal(beyond)
+            end = start + basis.shape[1]
+            shapes = len(family.shapes(examination.base.model.robot, effect.place))
+            trials.append(Trial(family, effect.place, effect, start, end, shapes, parameters))
+            blocks.append(basis.astype(np.float32))
+            start = end
+        matrix = np.concatenate(blocks, axis=1)
+        gram = (matrix.T @ matrix).astype(np.float64)
+        return Library(tuple(trials), gram, np.asarray(matrix.T @ examination.residual), matrix)
+
     def score_of(self, residual: FloatArray) -> FloatArray:
         """(m,) for another residual (N,)."""
         return np.asarray(self.columns.T @ residual)

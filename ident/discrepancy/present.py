@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio
 
-from ident.effects import RigidBody, State
+from ident.effects import CurrentOffset, RigidBody, State
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 
@@ -21,6 +21,7 @@ class Present:
 
     model: RegressorModel
     standard: FloatArray
+    _kept: dict[str, tuple[object, FloatArray]] = field(default_factory=dict, repr=False, compare=False)
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
@@ -34,7 +35,16 @@ class Present:
         return total
 
     def link_torque(self, state: State) -> FloatArray:
-        """Torque of the links alone, samples × joints."""
+        """Torque of the links alone, samples × joints; that of the motion asked for last is kept."""
+        kept = self._kept.get("torque")
+        if kept is not None and kept[0] is state:
+            return kept[1]
+        torque = self._link_torque(state)
+        if state.torque is not None:  # a recorded motion, which many effects ask for
+            self._kept["torque"] = (state, torque)
+        return torque
+
+    def _link_torque(self, state: State) -> FloatArray:
         model = self._links()
         data = model.createData()
         torque = np.zeros_like(state.position)
@@ -44,7 +54,15 @@ class Present:
         return torque
 
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:
-        """Mass matrix of the links alone, samples × joints × joints."""
+        """Mass matrix of the links alone, samples × joints × joints; the last one is kept."""
+        kept = self._kept.get("mass")
+        if kept is not None and kept[0] is position:
+            return kept[1]
+        mass = self._mass_matrix(position)
+        self._kept["mass"] = (position, mass)
+        return mass
+
+    def _mass_matrix(self, position: FloatArray) -> FloatArray:
         model = self._links()
         data = model.createData()
         samples, joints = position.shape
@@ -53,6 +71,14 @@ class Present:
             mass[k] = pinocchio.crba(model, data, position[k])
         upper = np.triu(mass)
         return np.asarray(upper + np.triu(mass, 1).transpose(0, 2, 1))
+
+    def offset_torque(self) -> FloatArray:
+        """Constant torque on each joint (n,) that the model has, from whatever it comes."""
+        for effect in self.model.effects:
+            if isinstance(effect, CurrentOffset):
+                start = self.model.names.index(effect.parameter_names[0])
+                return np.asarray(self.standard[start : start + len(effect.parameter_names)])
+        return np.zeros(self.model.robot.n)
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.base import BaseParameters
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 _FRICTION = ("Fv", "Fc", "Fvp", "Fcp", "Fvn", "Fcn", "Fvm", "Fcm")
 
@@ -34,18 +34,27 @@ class Prior:
 
 
 def accepted_prior(
-    base: BaseParameters, values: FloatArray, covariance: FloatArray, relative_spread: float = 0.002
+    base: BaseParameters,
+    values: FloatArray,
+    covariance: FloatArray,
+    relative_spread: float = 0.002,
+    friction_spread: float = 0.005,
 ) -> Prior:
-    """An accepted model as prior: friction free, since it follows temperature and wear.
+    """An accepted model as prior.
 
     Args:
         base: what the parameters are.
         values: (b,) accepted estimates.
         covariance: (b, b) theirs.
         relative_spread: what two identifications of an unchanged arm may differ by beyond their σ.
+        friction_spread: the same of friction, which follows temperature; infinite to leave it free.
     """
-    widened = covariance + np.diag((relative_spread * values) ** 2)
-    return Prior(values, _with_free_friction(base, widened), "accepted model")
+    friction = _is_friction(base)
+    spread = np.where(friction, 0.0 if np.isinf(friction_spread) else friction_spread, relative_spread)
+    widened = covariance + np.diag((spread * values) ** 2)
+    if np.isinf(friction_spread):
+        widened = _with_free_friction(base, widened)
+    return Prior(values, widened, "accepted model")
 
 
 def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior:
@@ -64,11 +73,14 @@ def _smallest_spread(base: BaseParameters, column: int) -> float:
     return 0.01 * max(same) or 1.0
 
 
+def _is_friction(base: BaseParameters) -> BoolArray:
+    """(b,) which base parameters are friction."""
+    names = [base.model.names[column].rstrip("0123456789") for column in base.independent]
+    return np.array([name in _FRICTION for name in names])
+
+
 def _with_free_friction(base: BaseParameters, covariance: FloatArray) -> FloatArray:
-    free = covariance.copy()
-    for row, column in enumerate(base.independent):
-        name = base.model.names[column].rstrip("0123456789")
-        if name in _FRICTION:
-            free[row, :] = free[:, row] = 0.0
-            free[row, row] = np.inf
+    free, friction = covariance.copy(), _is_friction(base)
+    free[friction, :] = free[:, friction] = 0.0
+    free[friction, friction] = np.inf
     return free

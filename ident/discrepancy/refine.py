@@ -62,13 +62,19 @@ class Refined:
     left: float
 
 
-def refine(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
+def refine(
+    examination: Examination,
+    components: Sequence[Component],
+    present: Present,
+    evaluations: int = _EVALUATIONS,
+) -> Refined:
     """Fit shapes and linear parameters of some effects together.
 
     Args:
         examination: the present model on the recordings.
         components: effects with the shapes that the grid gave.
         present: the present model, for effects that ask it for torques.
+        evaluations: of the search, per shape.
     """
     shapes = [shape for component in components for shape in component.shapes(examination)]
     free = np.array([not shape.fixed for shape in shapes], dtype=np.bool_)
@@ -95,7 +101,7 @@ def refine(examination: Examination, components: Sequence[Component], present: P
             start[free],
             method="Nelder-Mead",
             bounds=[limit for limit, loose in zip(limits, free, strict=True) if loose],
-            options={"maxfev": _EVALUATIONS * int(free.sum()), "initial_simplex": simplex, "xatol": 1e-3},
+            options={"maxfev": evaluations * int(free.sum()), "initial_simplex": simplex, "xatol": 1e-3},
         )
         if found.fun <= loss(start[free]):
             best = at(np.asarray(found.x))

@@ -55,8 +55,13 @@ class Scene:
         return thinned(columns, self.decimation, self.decimation_filter)
 
     def noise_of(self, residual: FloatArray) -> FloatArray:
-        """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints."""
-        return self.thin(residual if self.period is None else not_repeating(residual, self.period))
+        """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints.
+
+        Friction that changes over the recording is left out: that is a finding, no noise.
+        """
+        if self.period is None:
+            return self.thin(residual)
+        return self.thin(_without_drift(self.measured, not_repeating(residual, self.period), self.period))
 
 
 def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scene:
@@ -136,3 +141,19 @@ def _moving(robot: Robot, state: State, sample_time: float, settings: Identifica
     reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
     wide = binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_))
     return np.asarray(~wide[decimate_index(wide.shape[0], settings.decimation)])
+
+
+def _without_drift(motion: State, noise: FloatArray, period: int) -> FloatArray:
+    """Noise less what of it is friction that changes over the recording: that is a finding, no noise."""
+    time = motion.time
+    if time is None:
+        return noise
+    share = ((time - time[0]) / (time[-1] - time[0]))[:, np.newaxis]
+    rest = noise.copy()
+    for joint in range(noise.shape[1]):
+        speed = motion.velocity[:, [joint]]
+        friction = np.hstack([np.sign(speed), speed])
+        basis = not_repeating(np.hstack([share * friction, share**2 * friction]), period)
+        scale = np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
+        rest[:, joint] -= basis / scale @ np.linalg.lstsq(basis / scale, noise[:, joint], rcond=None)[0]
+    return rest

@@ -11,6 +11,9 @@ from scipy.linalg import block_diag
 from ident.discrepancy.library import Library, Trial
 from robots.arrays import FloatArray
 
+_CLEAR = 5.0
+"""Standard deviations by which an essential parameter has to differ from zero."""
+
 _RIDGE = 1e-9
 """Of unit columns; keeps nearly equal columns of one trial solvable."""
 
@@ -55,7 +58,21 @@ def score(library: Library, trials: Sequence[Trial], products: FloatArray, rows:
         factors = np.linalg.lstsq(parameters, values, rcond=None)[0]
         factors = factors * max(0.0, float(factors @ target) / float(factors @ gram @ factors or 1.0))
     gain = float(2 * factors @ target - factors @ gram @ factors)
+    if not _has_essentials(trials, values):
+        gain = 0.0
     return Score(tuple(trials), gain, gain - price(trials, rows), parameters @ factors)
+
+
+def _has_essentials(trials: Sequence[Trial], values: FloatArray) -> bool:
+    """Whether what makes each effect that effect is there beyond its own uncertainty."""
+    start = 0
+    for trial in trials:
+        sigma = np.linalg.norm(trial.parameters, axis=1)
+        for index in trial.family.essential:
+            if abs(values[start + index]) < _CLEAR * sigma[index] or sigma[index] == 0.0:
+                return False
+        start += sigma.size
+    return True
 
 
 def singles(library: Library, products: FloatArray, rows: int) -> list[Score]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ident.recording import Recording
 from robots.description import Robot
 
-ROW_RATE = 250.0
+ROW_RATE = 125.0
 """Hz. Rows are kept close together: a decimation filter spreads each reversal over its neighbours."""
 
 MINIMUM_SPEED = 0.01
@@ -25,6 +25,8 @@ class SearchSettings:
         alike: two candidates count as told apart where the worse leaves this many times more of the
             excess unexplained than the better one.
         explained: share of the excess that findings together have to explain to be named.
+        second_share: a second effect takes away at least this share of what the first does; less is taken
+            for the first one's form being a little different.
         most: how many effects may be found one after the other.
         draws: residuals of noise alone that the threshold is taken from.
         seed: of those.
@@ -34,6 +36,7 @@ class SearchSettings:
     false_alarm: float = 0.01
     alike: float = 0.5
     explained: float = 0.5
+    second_share: float = 0.02
     most: int = 3
     draws: int = 400
     seed: int = 0

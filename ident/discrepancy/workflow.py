@@ -103,6 +103,8 @@ class _Step:
     prior: Prior | None
     examination: Examination
     present: Present
+    plain: BaseParameters
+    """The model before anything was found."""
 
     @classmethod
     def of(
@@ -110,12 +112,16 @@ class _Step:
         base: BaseParameters,
         scenes: Sequence[Scene],
         prior: Prior | None,
-        before: Examination | None = None,
+        before: _Step | None = None,
     ) -> _Step:
-        whitening = before.whitening if before is not None and before.repeats else None
+        known = before is not None and before.examination.repeats
+        whitening = before.examination.whitening if known and before is not None else None
+        plain = base if before is None else before.plain
         examination = examine(base, scenes, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
-        return cls(base, prior, with_clone(examination, standard), Present(base.model, standard))
+        return cls(
+            base, prior, with_clone(examination, standard, plain), Present(base.model, standard), plain
+        )
 
 
 class _Search:
@@ -141,7 +147,7 @@ class _Search:
             self.progress("candidates", 0.1 + 0.8 * len(self.findings) / most)
             families = self._families()
             library = build_library(self.step.examination, families, self.step.present)
-            choice = choose(self.step.examination, library, self.question.settings)
+            choice = choose(self.step.examination, library, self.step.present, self.question.settings)
             if choice.chosen is None or not self._worth_naming(choice):
                 break
             self._add(choice.chosen, choice)
@@ -174,7 +180,7 @@ class _Search:
             extended(before.base, refined.effects),
             self.scenes,
             extended_prior(before.prior, more),
-            before.examination,
+            before,
         )
         gap, picture = self._torque_gap(before, after), self._portrait(before, after)
         for position, effect in enumerate(refined.effects):

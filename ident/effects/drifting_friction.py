@@ -64,5 +64,6 @@ DRIFTING_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
+    contains=("coulomb_friction", "viscous_friction"),
     confused_with=("coulomb_friction", "viscous_friction"),
 )

@@ -9,6 +9,7 @@ from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.gear_state import lag_of_link
 from ident.effects.placed import (
+    OFFSET_AT_LINK,
     Family,
     Law,
     Parameters,
@@ -20,15 +21,16 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.simulated import GearSpring, SimulatedParts
+from ident.signals import low_pass
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_CONTACT_FREQUENCY = 60.0
+_CONTACT_FREQUENCY = 150.0
 """Hz of the link on the flanks of a gear with play; above what filtered records show."""
 _CONTACT_DAMPING = 0.3
-_FREQUENCIES = (6.0, 9.0, 13.0, 20.0, 30.0, 45.0)
-_GAPS = (1e-4, 3e-4, 1e-3, 3e-3)
+_FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
+_GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 
@@ -43,7 +45,13 @@ def _inertia(robot: Robot, drive: int) -> float:
 
 
 def _gear_columns(
-    robot: Robot, drive: int, present: PresentModel, stiffness: float, damping: float, gap: float
+    robot: Robot,
+    drive: int,
+    present: PresentModel,
+    stiffness: float,
+    damping: float,
+    gap: float,
+    offset_at_link: float = 1.0,
 ) -> Law:
     """Torque of links that follow through the gear less that of links that follow rigidly."""
     back = np.linalg.inv(robot.transmission_matrix)[:, drive]
@@ -54,7 +62,7 @@ def _gear_columns(
         rigid = present.link_torque(state)
         mass = present.link_mass_matrix(state.position)
         inertia = np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6)
-        load = drive_torque(robot, rigid, drive)
+        load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
         lag, rate, push = lag_of_link(inertia, load, step, stiffness, damping, gap)
@@ -64,7 +72,10 @@ def _gear_columns(
             state.acceleration - np.outer(push, back),
             state.time,
         )
-        return (present.link_torque(moved) - rigid)[:, :, np.newaxis]
+        settings = robot.identification
+        change = present.link_torque(moved) - rigid
+        # An impact moves the motor as briefly as it lasts; the filter of the positions hides both alike.
+        return low_pass(change, settings.cutoff_hz, step, settings.filter_order)[:, :, np.newaxis]
 
     return law
 
@@ -88,18 +99,18 @@ def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     unit = f"{angle_unit(robot, place)}/({torque_unit(robot, place)})"
     return (
         Shape("compliance", unit, tuple(map(float, grid)), float(low), float(high), True),
-        Shape("damping_ratio", "1", (0.05,), 0.002, 1.0, True),
+        Shape("damping_ratio", "1", (0.08,), 0.002, 1.0, True),
     )
 
 
 def _backlash(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    drive, (gap,) = place.joints[0], shape
+    drive, (gap, offset_at_link) = place.joints[0], shape
     inertia = _inertia(robot, drive)
     stiffness = inertia * (2 * np.pi * _CONTACT_FREQUENCY) ** 2
     damping = 2 * _CONTACT_DAMPING * float(np.sqrt(inertia * stiffness))
-    law = _gear_columns(robot, drive, present, stiffness, damping, gap)
+    law = _gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
         size = gap * float(values[0])
@@ -109,7 +120,7 @@ def _backlash(
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("gap", angle_unit(robot, place), _GAPS, 2e-5, 2e-2, True),)
+    return (Shape("gap", angle_unit(robot, place), _GAPS, 2e-5, 2e-2, True), OFFSET_AT_LINK)
 
 
 JOINT_ELASTICITY = Family(

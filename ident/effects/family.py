@@ -59,6 +59,10 @@ class PresentModel(Protocol):
         """Mass matrix of the links alone, samples × joints × joints."""
         ...
 
+    def offset_torque(self) -> FloatArray:
+        """Constant torque on each joint (n,) that the model has, from whatever it comes."""
+        ...
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         ...
@@ -84,6 +88,8 @@ class EffectFamily(Protocol):
 
     ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
+    ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
+    ``contains`` are the effects that are limits of it.
     """
 
     @property
@@ -100,6 +106,12 @@ class EffectFamily(Protocol):
 
     @property
     def needs_prior(self) -> bool: ...
+
+    @property
+    def essential(self) -> tuple[int, ...]: ...
+
+    @property
+    def contains(self) -> tuple[str, ...]: ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

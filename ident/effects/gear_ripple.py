@@ -14,6 +14,7 @@ from ident.effects.placed import (
     Parts,
     angle_unit,
     drive_row,
+    drive_torque,
     each_drive,
     number,
 )
@@ -51,7 +52,9 @@ def _make(
             state.acceleration + _SMALL * np.outer(error_push, back),
             state.time,
         )
-        return np.asarray((present.link_torque(moved) - still) / _SMALL)
+        # The error's slope is a lever: what passes through an inexact gear is power, not torque.
+        lever = waves * np.cos(phase) * drive_torque(robot, still, drive)
+        return np.asarray((present.link_torque(moved) - still) / _SMALL + np.outer(lever, row))
 
     def parts(values: FloatArray) -> SimulatedParts:
         reach = float(np.abs(row) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))) + 0.1

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
+    OFFSET_AT_LINK,
     POSITIVE,
     Family,
     Law,
@@ -28,10 +29,11 @@ def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
     row, sign, drive = drive_row(robot, place), friction_sign(robot), place.joints[0]
+    (offset_at_link,) = shape
 
     def law(state: State) -> FloatArray:
-        load = np.abs(drive_torque(robot, present.link_torque(state), drive))
-        return along(row, load * sign(state.velocity @ row))
+        torque = present.link_torque(state) + offset_at_link * present.offset_torque()
+        return along(row, np.abs(drive_torque(robot, torque, drive)) * sign(state.velocity @ row))
 
     def parts(values: FloatArray) -> SimulatedParts:
         load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
@@ -40,11 +42,16 @@ def _make(
     return Parameters((f"mu{number(place)}",), ("1",), (POSITIVE,)), law, parts
 
 
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (OFFSET_AT_LINK,)
+
+
 LOAD_DEPENDENT_FRICTION = Family(
     "load_dependent_friction",
     "dry friction that grows with the torque through the gear",
     "drive",
     each_drive,
     _make,
+    _shapes,
     confused_with=("coulomb_friction", "drive_gain_error"),
 )

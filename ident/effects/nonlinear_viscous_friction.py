@@ -57,5 +57,6 @@ NONLINEAR_VISCOUS_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
+    contains=("viscous_friction",),
     confused_with=("stribeck_friction", "viscous_friction"),
 )

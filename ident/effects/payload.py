@@ -46,5 +46,6 @@ PAYLOAD = Family(
     _places,
     _make,
     needs_prior=True,
+    essential=(0,),
     confused_with=("drive_gain_error", "rotor_inertia"),
 )

@@ -13,6 +13,9 @@ from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
+OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
+"""Whether the model's offset is a load that passes through the gear (1) or an error of measurement (0)."""
+
 ANY = (-np.inf, np.inf)
 POSITIVE = (0.0, np.inf)
 
@@ -67,7 +70,9 @@ def _no_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
 class Family:
     """One name of the vocabulary; see :class:`ident.effects.family.EffectFamily`.
 
-    ``confused_with`` names what the same data often cannot tell from it.
+    ``confused_with`` names what the same data often cannot tell from it; ``essential`` are the parameters,
+    from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
+    the effects that are limits of this one: it is not worth a word where such a limit explains as much.
     """
 
     name: str
@@ -79,6 +84,8 @@ class Family:
     evidence: Evidence = "motion"
     needs_prior: bool = False
     confused_with: tuple[str, ...] = ()
+    essential: tuple[int, ...] = ()
+    contains: tuple[str, ...] = ()
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -61,5 +61,6 @@ POSITION_DEPENDENT_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
+    contains=("coulomb_friction",),
     confused_with=("load_dependent_friction",),
 )

@@ -112,6 +112,8 @@ GRAVITY_SPRING = Family(
     "joint",
     each_joint,
     _gravity_spring,
+    essential=(0,),
+    contains=("current_offset",),
     confused_with=("contact", "cable_spring", "base_tilt"),
 )
 CABLE_SPRING = Family(
@@ -121,6 +123,8 @@ CABLE_SPRING = Family(
     each_joint,
     _cable_spring,
     _rest_shapes,
+    essential=(1,),
+    contains=("gravity_spring",),
     confused_with=("gravity_spring", "contact"),
 )
 CONTACT = Family(

@@ -28,14 +28,17 @@ from robots.description import Robot
 _STATIC_SHARE = 0.004
 """Of the speed limit: friction that falls within less than this shows at breakaway alone."""
 
+_EXPONENT = Shape("exponent", "1", (1.0, 2.0), 0.5, 4.0, fixed=True)
+"""1 is Tustin's form of the fall, 2 that of Gauss."""
+
 
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    row, sign, (stribeck_speed,) = drive_row(robot, place), friction_sign(robot), shape
+    row, sign, (stribeck_speed, exponent) = drive_row(robot, place), friction_sign(robot), shape
 
     def over_speed(speed: FloatArray) -> FloatArray:
-        return sign(speed) * np.exp(-((speed / stribeck_speed) ** 2))
+        return sign(speed) * np.exp(-(np.abs(speed / stribeck_speed) ** exponent))
 
     def law(state: State) -> FloatArray:
         return along(row, over_speed(state.velocity @ row))
@@ -50,14 +53,14 @@ def _moving_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = speed_limit(robot, drive_row(robot, place))
     grid = tuple(float(limit * share) for share in (0.005, 0.01, 0.02, 0.04, 0.08, 0.16))
     unit = f"{angle_unit(robot, place)}/s"
-    return (Shape("stribeck_speed", unit, grid, _STATIC_SHARE * limit, 0.4 * limit, True),)
+    return (Shape("stribeck_speed", unit, grid, _STATIC_SHARE * limit, 0.4 * limit, True), _EXPONENT)
 
 
 def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = speed_limit(robot, drive_row(robot, place))
     grid = tuple(float(limit * share) for share in (0.0005, 0.001, 0.002))
     unit = f"{angle_unit(robot, place)}/s"
-    return (Shape("breakaway_speed", unit, grid, 0.0002 * limit, _STATIC_SHARE * limit, True),)
+    return (Shape("breakaway_speed", unit, grid, 0.0002 * limit, _STATIC_SHARE * limit, True), _EXPONENT)
 
 
 STRIBECK_FRICTION = Family(
@@ -67,6 +70,7 @@ STRIBECK_FRICTION = Family(
     each_drive,
     _make,
     _moving_shapes,
+    contains=("coulomb_friction",),
     confused_with=("nonlinear_viscous_friction", "static_friction"),
 )
 STATIC_FRICTION = Family(
@@ -76,6 +80,7 @@ STATIC_FRICTION = Family(
     each_drive,
     _make,
     _breakaway_shapes,
+    contains=("coulomb_friction",),
     evidence="reversal",
     confused_with=("stribeck_friction", "hysteresis"),
 )
