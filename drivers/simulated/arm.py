@@ -19,7 +19,8 @@ from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.truth import PlantTruth
 
-_START_TIMEOUT = 60.0
+_START_TIMEOUT = 180.0
+"""A first start compiles the plant: a quarter of a minute of an idle processor, s."""
 _GRACE = 2.0
 """How long the process may take to end by itself, s."""
 

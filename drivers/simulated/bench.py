@@ -15,7 +15,7 @@ import numpy as np
 from drivers.errors import DriveError
 from drivers.simulated import noise
 from drivers.simulated.control_loop import ControlLoop
-from drivers.simulated.disturbances import Disturbances
+from drivers.simulated.disturbances import Block, Disturbances
 from drivers.simulated.physics.entry_points import compiled
 from drivers.simulated.plant import STEP_RATE, Plant
 from drivers.simulated.scenario import EMPTY, Scenario
@@ -119,6 +119,13 @@ class Bench:
         """True where all brakes are engaged and the arm stands still."""
         return self.plant.at_rest
 
+    def compile_ahead(self) -> None:
+        """Has everything compiled that a cycle needs, so that the first one comes in time; moves nothing."""
+        zeros = np.zeros((self._samples, self.robot.n))
+        self._sample(zeros[0], zeros[0], zeros[0])
+        still = Block(zeros, np.zeros((self._samples * self._steps, 2 * self.robot.n)))
+        self._advance(zeros, zeros, zeros, still, np.empty((4, 1, self.robot.n)), sampled=True)
+
     def freeze_encoders(self, frozen: BoolArray) -> None:
         """Makes the encoders that are True repeat their last reading, (n,); the others read again."""
         self._loop.memory.frozen[:] = frozen
@@ -150,15 +157,7 @@ class Bench:
         self.set_points.latch(targets / self._counts_per_unit, self.period, self._samples)
         self.set_points.sample(0)
         memory = self._loop.memory
-        compiled.sample(
-            self.plant.arm,
-            self.plant.motion,
-            self._loop.law,
-            memory,
-            self.set_points.position,
-            self.set_points.velocity,
-            self._errors[0],
-        )
+        self._sample(self.set_points.position, self.set_points.velocity, self._errors[0])
         reached = self.set_points.position * self._counts_per_unit
         return Snapshot(
             memory.reported_counts.copy(),
@@ -176,18 +175,7 @@ class Bench:
             if sample > 0:
                 self.set_points.sample(sample)
             set_points[sample], slopes[sample] = self.set_points.position, self.set_points.velocity
-        state = compiled.period(
-            self.plant.arm,
-            self.plant.motion,
-            self._loop.law,
-            self._loop.memory,
-            set_points,
-            slopes,
-            self._errors,
-            block.scales,
-            block.torques,
-        )
-        self.plant.require_fine(state)
+        self._advance(set_points, slopes, self._errors, block, np.empty((4, 1, self.robot.n)), sampled=True)
 
     def run(self, targets: FloatArray) -> Recorded:
         """Releases all axes and streams targets to them, as one call of compiled code after the other.
@@ -226,14 +214,32 @@ class Bench:
         flat = filled.reshape(2, cycles * samples, self.robot.n)
         errors = self.encoder.block(self._encoder_stream, cycles * samples)
         block = self._disturbances.block(cycles * samples)
+        self._advance(flat[0], flat[1], errors, block, found, sampled=False)
+
+    def _sample(self, set_point: FloatArray, slope: FloatArray, error: FloatArray) -> None:
+        compiled.sample(
+            self.plant.arm, self.plant.motion, self._loop.law, self._loop.memory, set_point, slope, error
+        )
+
+    def _advance(
+        self,
+        set_points: FloatArray,
+        slopes: FloatArray,
+        errors: FloatArray,
+        block: Block,
+        found: FloatArray,
+        *,
+        sampled: bool,
+    ) -> None:
         state = compiled.run(
             self.plant.arm,
             self.plant.motion,
             self._loop.law,
             self._loop.memory,
-            samples,
-            flat[0],
-            flat[1],
+            self._samples,
+            sampled,
+            set_points,
+            slopes,
             errors,
             block.scales,
             block.torques,

@@ -50,6 +50,7 @@ class DriveGroup:
         scenario: Scenario = EMPTY,
     ) -> None:
         self.bench = Bench(robot, truth, scenario)
+        self.bench.compile_ahead()
         self._robot = robot
         self._faults = faults
         self._counts = np.abs(robot.counts_per_output_unit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -33,14 +33,21 @@ class Backlash(DriveEntry):
 
 class Hysteresis(DriveEntry):
     sentence: ClassVar[str] = (
-        "Maxwell-slip elements beside the gear's spring: its wind-up lags behind the torque"
+        "Maxwell-slip elements: torque that builds up over the way after each reversal, or a lagging wind-up"
     )
     torque: Positive = Field(description="that the elements carry when all of them slide, N·m")
-    displacement: Positive = Field(description="wind-up at which the last element slides, rad")
-    stiffness: Positive | None = Field(
-        default=None, description="of the spring beside them, N·m/rad; a 150 Hz resonance where absent"
+    displacement: Positive = Field(description="way after which the last element slides, rad")
+    between: Literal["rotor_and_housing", "rotor_and_output"] = Field(
+        default="rotor_and_housing", description="what the elements join"
     )
-    damping: NonNegative | None = Field(default=None, description="N·m·s/rad; 3 % of critical where absent")
+    stiffness: Positive | None = Field(
+        default=None,
+        description="of the gear's spring beside them, N·m/rad, between rotor and output; a 150 Hz "
+        "resonance where absent",
+    )
+    damping: NonNegative | None = Field(
+        default=None, description="N·m·s/rad, of that spring; 3 % of critical where absent"
+    )
 
 
 class GearRipple(DriveEntry):

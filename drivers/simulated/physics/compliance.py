@@ -20,9 +20,9 @@ _MATERIAL_DAMPING = 0.03
 _CONTACT_DAMPING = 0.2
 """Ratios to critical damping where a scenario gives no damping."""
 _POSTURES = 40
-_FINEST_PHASE = 0.25
-"""Largest resonance times substep, rad: the frequency is then right within 0.3 %."""
-_MOST_SUBSTEPS = 24
+_FINEST_PHASE = 0.3
+"""Largest resonance times substep, rad: the frequency is then right within 0.4 %."""
+_MOST_SUBSTEPS = 10
 _LARGEST_STRETCH = 0.02
 """Stretch up to which a cubic spring's stiffness is counted, rad."""
 
@@ -72,6 +72,9 @@ def fill_gears(drives: Records, scenario: Scenario, resonance: Resonance) -> Non
     """Stiffness, damping, gap and slip of each compliant drive.
 
     Several of these effects may sit in one gear: the softest stiffness holds, and the largest damping.
+
+    Raises:
+        DriveError: a rotor has no inertia.
     """
     for elastic in scenario.joint_elasticity:
         stiffness, damping = _figures(resonance, elastic.drive, elastic.stiffness, elastic.damping)
@@ -84,11 +87,15 @@ def fill_gears(drives: Records, scenario: Scenario, resonance: Resonance) -> Non
         _soften(drives, play.drive, stiffness, damping)
         drives["gap"][play.drive - 1] = 0.5 * play.width
     for lag in scenario.hysteresis:
+        # Elements of equal stiffness slide one after the other: at the last, each carries its own limit.
+        elements = lag.torque / (lag.displacement * _mean_limit_share())
+        if lag.between == "rotor_and_housing":
+            drives["drag_stiffness"][lag.drive - 1] = elements
+            drives["drag_stretch"][lag.drive - 1] = lag.displacement
+            continue
         stiffness, damping = _figures(resonance, lag.drive, lag.stiffness, lag.damping)
         _soften(drives, lag.drive, stiffness, damping)
-        # Elements of equal stiffness slide one after the other: at the last, each carries its own limit.
-        mean_limit = lag.displacement * _mean_limit_share()
-        drives["slip_stiffness"][lag.drive - 1] = lag.torque / mean_limit
+        drives["slip_stiffness"][lag.drive - 1] = elements
         drives["slip_stretch"][lag.drive - 1] = lag.displacement
     for ripple in scenario.gear_ripple:
         stiffness, damping = _figures(resonance, ripple.drive, ripple.stiffness, None)
@@ -135,6 +142,11 @@ def _figures(
 
 def _soften(drives: Records, drive: int, stiffness: float, damping: float) -> None:
     i = drive - 1
+    if not drives["inertia"][i] > 0:
+        raise DriveError(
+            f"scenario: the rotor of drive {drive} has no inertia of its own, so its gear cannot give way; "
+            "allowed: drives with Ia > 0, or one more entry, rotor_inertia"
+        )
     softer = stiffness if not drives["compliant"][i] else min(stiffness, float(drives["stiffness"][i]))
     drives["stiffness"][i] = softer
     drives["damping"][i] = max(damping, float(drives["damping"][i]))

@@ -14,7 +14,8 @@ def stored_in_gears(arm: Arm, motion: Motion) -> float:
     x = stretch - np.clip(stretch, -drives["gap"], drives["gap"])
     springs = 0.5 * drives["stiffness"] * x**2 + 0.25 * drives["cubic_stiffness"] * x**4
     elements = 0.5 * drives["slip_stiffness"] / SLIP_ELEMENTS * np.square(motion.slip).sum(axis=1)
-    return float(np.sum((springs + elements)[drives["compliant"] != 0]))
+    dragged = 0.5 * drives["drag_stiffness"] / SLIP_ELEMENTS * np.square(motion.dragged).sum(axis=1)
+    return float(np.sum((springs + elements)[drives["compliant"] != 0]) + dragged.sum())
 
 
 def stored_in_joints(arm: Arm, motion: Motion) -> float:

@@ -23,7 +23,6 @@ class EntryPoints(NamedTuple):
     static_loads: Callable[[Arm, Motion], None]
     control: Callable[[Law, Memory, FloatArray, FloatArray, FloatArray], None]
     sample: Callable[[Arm, Motion, Law, Memory, FloatArray, FloatArray, FloatArray], None]
-    period: Callable[..., int]
     run: Callable[..., int]
 
 
@@ -55,7 +54,11 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         for j in range(len(motion.right)):
             motion.right[j] = 0.0
         chain_bias(arm.chain, motion.right, motion.loads)
-        loads.add_joint_loads(arm, motion)
+        loads.add_joint_loads(
+            arm.joints, motion.joints, motion.position, motion.right, motion.push, motion.loads
+        )
+        if arm.plane.stiffness > 0.0:
+            loads.add_tool_contact(arm, motion)
 
     def control(
         law: Law, memory: Memory, set_point: FloatArray, slope: FloatArray, position: FloatArray
@@ -77,40 +80,13 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         _ = digest
         loop.sample(arm, motion, law, memory, set_point, slope, error)
 
-    def period(
-        arm: Arm,
-        motion: Motion,
-        law: Law,
-        memory: Memory,
-        set_points: FloatArray,
-        slopes: FloatArray,
-        errors: FloatArray,
-        scales: FloatArray,
-        disturbance: FloatArray,
-    ) -> int:
-        """From after the sample at a SYNC to the next SYNC.
-
-        ``set_points slopes errors scales`` are (samples, n), row 0 that of the SYNC itself; ``disturbance``
-        is (samples · steps, 2 n).
-        """
-        _ = digest
-        for k in range(len(set_points)):
-            if k > 0:
-                loop.sample(arm, motion, law, memory, set_points[k], slopes[k], errors[k])
-            first = k * law.steps
-            state = loop.plant_steps(
-                arm, motion, law, memory, scales[k], disturbance[first : first + law.steps]
-            )
-            if state != step.FINE:
-                return state
-        return step.FINE
-
     def run(
         arm: Arm,
         motion: Motion,
         law: Law,
         memory: Memory,
         samples: int,
+        sampled: bool,
         set_points: FloatArray,
         slopes: FloatArray,
         errors: FloatArray,
@@ -121,25 +97,30 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         position: FloatArray,
         velocity: FloatArray,
     ) -> int:
-        """Whole SYNC periods of ``samples`` samples each; the last four are written, (periods, n)."""
+        """Whole SYNC periods of ``samples`` controller samples each.
+
+        Args:
+            arm, motion, law, memory: the plant and the drives.
+            samples: per period.
+            sampled: whether the very first sample has been taken already.
+            set_points, slopes, errors, scales: (periods · samples, n), see ``loop``.
+            disturbance: (periods · samples · steps, 2 n).
+            counts, signal, position, velocity: (periods, n), written: what each SYNC sees.
+        """
         _ = digest
         n = len(memory.output)
-        for cycle in range(len(counts)):
-            for k in range(cycle * samples, (cycle + 1) * samples):
+        for k in range(len(counts) * samples):
+            if k > 0 or not sampled:
                 loop.sample(arm, motion, law, memory, set_points[k], slopes[k], errors[k])
-                if k == cycle * samples:
-                    for i in range(n):
-                        counts[cycle, i], signal[cycle, i] = (
-                            memory.reported_counts[i],
-                            memory.reported_signal[i],
-                        )
-                        position[cycle, i], velocity[cycle, i] = motion.position[i], motion.velocity[i]
-                first = k * law.steps
-                state = loop.plant_steps(
-                    arm, motion, law, memory, scales[k], disturbance[first : first + law.steps]
-                )
-                if state != step.FINE:
-                    return state
+            if k % samples == 0:
+                cycle = k // samples
+                for i in range(n):
+                    counts[cycle, i], signal[cycle, i] = memory.reported_counts[i], memory.reported_signal[i]
+                    position[cycle, i], velocity[cycle, i] = motion.position[i], motion.velocity[i]
+            steps = disturbance[k * law.steps : (k + 1) * law.steps]
+            state = loop.plant_steps(arm, motion, law, memory, scales[k], steps)
+            if state != step.FINE:
+                return state
         return step.FINE
 
     return EntryPoints(
@@ -149,7 +130,6 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         static_loads=entry(static_loads),
         control=entry(control),
         sample=entry(sample),
-        period=entry(period),
         run=entry(run),
     )
 

@@ -1,7 +1,7 @@
 """A gear that gives way: the rotor and the gear's output are two masses with a state each.
 
 Between them act a spring with a cubic term, a dead zone (backlash: stiff damped contact on either flank,
-no pull), Maxwell-slip elements (hysteresis; Iwan 1966, Ruderman and Bertram 2012) and a transmission
+no pull), Maxwell-slip elements (hysteresis; Iwan 1966, Al-Bender et al. 2005) and a transmission
 error that is periodic in the motor's angle. What the error does to the stretch, its slope does to the
 torque on the rotor, so that an inexact gear makes no energy.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from drivers.simulated.physics.compile import inner
-from drivers.simulated.physics.records import SLIP_ELEMENTS, Arm, Harmonics, Record
+from drivers.simulated.physics.records import SLIP_ELEMENTS, Harmonics, Record
 from robots.arrays import FloatArray
 
 _CONTACT_SHARE = 0.05
@@ -37,10 +37,20 @@ def beyond_gap(stretch: float, gap: float) -> float:
 
 
 @inner
-def slip_limit(drive: Record, element: int) -> float:
-    """Stretch at which a Maxwell-slip element begins to slide, rad."""
-    last: float = drive.slip_stretch
-    return last * (element + 1.0) / SLIP_ELEMENTS
+def slide(slip: FloatArray, change: float, last: float) -> float:
+    """Moves Maxwell-slip elements along a way; returns the mean of their stretches, rad.
+
+    Args:
+        slip: (SLIP_ELEMENTS,) stretches.
+        change: the way, rad.
+        last: stretch at which the last element slides, rad; the others slide earlier, one after the other.
+    """
+    total = 0.0
+    for k in range(SLIP_ELEMENTS):
+        limit = last * (k + 1.0) / SLIP_ELEMENTS
+        slip[k] = min(max(slip[k] + change, -limit), limit)
+        total += slip[k]
+    return total / SLIP_ELEMENTS
 
 
 @inner
@@ -55,16 +65,6 @@ def spring_torque(drive: Record, slip: FloatArray, stretch: float) -> float:
 
 
 @inner
-def slide(drive: Record, slip: FloatArray, before: float, after: float) -> None:
-    """Moves the slip elements as the stretch goes from ``before`` to ``after``."""
-    if drive.slip_stiffness > 0.0:
-        change = beyond_gap(after, drive.gap) - beyond_gap(before, drive.gap)
-        for k in range(SLIP_ELEMENTS):
-            limit = slip_limit(drive, k)
-            slip[k] = min(max(slip[k] + change, -limit), limit)
-
-
-@inner
 def contact_damping(drive: Record, stretch: float) -> float:
     """Damping of the gear at a stretch: none while no flank touches, N·m·s/rad."""
     damping: float = drive.damping
@@ -75,17 +75,40 @@ def contact_damping(drive: Record, stretch: float) -> float:
 
 
 @inner
-def prepare(arm: Arm, drive: int, motor: Record, slip: FloatArray, shaft: float, shaft_speed: float) -> float:
-    """Torque of the gear at the start of a step; writes ``stretch`` and ``lever``, returns its damping."""
-    figures = arm.drives[drive]
-    error, slope = transmission_error(arm.kinematic, drive, motor.position)
+def prepare(
+    drive: Record,
+    index: int,
+    motor: Record,
+    slip: FloatArray,
+    kinematic: Harmonics,
+    shaft: float,
+    shaft_speed: float,
+) -> float:
+    """Writes ``stretch``, ``lever``, ``gear_torque`` at the start of a step; returns the gear's damping."""
+    error, slope = transmission_error(kinematic, index, motor.position)
     motor.lever = 1.0 - slope
     motor.stretch = motor.position - error - shaft
-    spring = spring_torque(figures, slip, motor.stretch)
-    damping = contact_damping(figures, motor.stretch)
+    spring = spring_torque(drive, slip, motor.stretch)
+    damping = contact_damping(drive, motor.stretch)
     torque = spring + damping * (motor.lever * motor.velocity - shaft_speed)
-    if figures.gap > 0.0 and torque * spring <= 0.0:
+    if drive.gap > 0.0 and torque * spring <= 0.0:
         # Flanks push and never pull.
         torque, damping = 0.0, 0.0
     motor.gear_torque = torque
     return damping
+
+
+@inner
+def wind(
+    drive: Record, index: int, motor: Record, slip: FloatArray, kinematic: Harmonics, shaft: float
+) -> None:
+    """Brings ``stretch`` and the slip elements to the positions after a step."""
+    error, _ = transmission_error(kinematic, index, motor.position)
+    stretch = motor.position - error - shaft
+    if drive.slip_stiffness > 0.0:
+        slide(
+            slip,
+            beyond_gap(stretch, drive.gap) - beyond_gap(motor.stretch, drive.gap),
+            drive.slip_stretch,
+        )
+    motor.stretch = stretch

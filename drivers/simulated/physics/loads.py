@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from drivers.simulated.physics.compile import inner
-from drivers.simulated.physics.records import Arm, Motion, Plane, Record
+from drivers.simulated.physics.records import Arm, Motion, Plane, Record, Records
 from drivers.simulated.physics.vectors import (
     Vector,
     add,
@@ -17,6 +17,7 @@ from drivers.simulated.physics.vectors import (
     store,
     subtract,
 )
+from robots.arrays import FloatArray
 
 
 @inner
@@ -50,11 +51,18 @@ def wall_torque(joint: Record, position: float, velocity: float) -> float:
 
 
 @inner
-def add_joint_loads(arm: Arm, motion: Motion) -> None:
-    """Adds to ``loads`` what the drives have to overcome at each joint."""
-    for j in range(len(arm.joints)):
-        joint = arm.joints[j]
-        q, v = motion.position[j], motion.velocity[j]
+def add_joint_loads(
+    joints: Records,
+    states: Records,
+    position: FloatArray,
+    velocity: FloatArray,
+    push: FloatArray,
+    loads: FloatArray,
+) -> None:
+    """Adds to ``loads`` what the drives have to overcome at each joint, without the tool's contact."""
+    for j in range(len(joints)):
+        joint = joints[j]
+        q, v = position[j], velocity[j]
         load = joint.offset + joint.torsion_stiffness * (q - joint.torsion_centre)
         if joint.spring_stiffness != 0.0:
             load += spring_torque(joint, q)
@@ -64,23 +72,21 @@ def add_joint_loads(arm: Arm, motion: Motion) -> None:
         if joint.wall_stiffness > 0.0:
             load += wall_torque(joint, q, v)
         if joint.slosh_inertia > 0.0:
-            state = motion.joints[j]
-            load += joint.slosh_stiffness * (q - state.slosh_position)
-            load += joint.slosh_damping * (v - state.slosh_velocity)
-        motion.loads[j] += load - motion.push[j]
-    if arm.plane.stiffness > 0.0:
-        add_tool_contact(arm, motion)
+            load += joint.slosh_stiffness * (q - states[j].slosh_position)
+            load += joint.slosh_damping * (v - states[j].slosh_velocity)
+        loads[j] += load - push[j]
 
 
 @inner
-def move_sloshing(arm: Arm, motion: Motion, step: float) -> None:
+def move_sloshing(
+    joints: Records, states: Records, position: FloatArray, velocity: FloatArray, step: float
+) -> None:
     """The swinging masses on the joints, by one step."""
-    for j in range(len(arm.joints)):
-        joint = arm.joints[j]
+    for j in range(len(joints)):
+        joint, state = joints[j], states[j]
         if joint.slosh_inertia > 0.0:
-            state = motion.joints[j]
-            pull = joint.slosh_stiffness * (motion.position[j] - state.slosh_position)
-            pull += joint.slosh_damping * (motion.velocity[j] - state.slosh_velocity)
+            pull = joint.slosh_stiffness * (position[j] - state.slosh_position)
+            pull += joint.slosh_damping * (velocity[j] - state.slosh_velocity)
             state.slosh_velocity += step * pull / joint.slosh_inertia
             state.slosh_position += step * state.slosh_velocity
 

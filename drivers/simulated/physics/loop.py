@@ -176,7 +176,16 @@ def plant_steps(
     for i in range(n):
         command[i] = memory.output[i] * scale[i]
     for k in range(law.steps):
-        motor.set_torques(arm, motion, command, disturbance[k])
+        motor.set_torques(
+            arm.drives,
+            motion.motors,
+            arm.ripple,
+            arm.crosstalk,
+            motion.push,
+            command,
+            disturbance[k],
+            arm.step_time,
+        )
         state = step.advance(arm, motion)
         if state != step.FINE:
             return state

@@ -5,42 +5,58 @@ from __future__ import annotations
 import math
 
 from drivers.simulated.physics.compile import inner
-from drivers.simulated.physics.records import Arm, Motion
+from drivers.simulated.physics.records import Harmonics, Record, Records
 from robots.arrays import FloatArray
 
 
 @inner
-def set_torques(arm: Arm, motion: Motion, command: FloatArray, disturbance: FloatArray) -> None:
+def set_torques(
+    drives: Records,
+    motors: Records,
+    ripple: Harmonics,
+    crosstalk: FloatArray,
+    push: FloatArray,
+    command: FloatArray,
+    disturbance: FloatArray,
+    step: float,
+) -> None:
     """Writes the torque of each motor for the coming step.
 
     Args:
-        arm, motion: the plant.
+        drives, motors: figures and states of the drives.
+        ripple: of the motors.
+        crosstalk: (n, n) share of each drive's torque that turns up at another one.
+        push: (n,) torques of the surroundings on the joints, written.
         command: control signals that reach the current loops, (n,).
         disturbance: (2 n,) further torques on the rotors, at the gear outputs, then on the joints, N·m.
+        step: s.
     """
     n = len(command)
     for i in range(n):
-        drive, motor = arm.drives[i], motion.motors[i]
-        wanted = min(max(command[i], -drive.current_limit), drive.current_limit)
-        if drive.current_lag > 0.0:
-            motor.current += -math.expm1(-arm.step_time / drive.current_lag) * (wanted - motor.current)
-        else:
-            motor.current = wanted
-        gain = drive.gain
-        if drive.winding_time > 0.0:
-            heat = drive.winding_heating * motor.current * motor.current - motor.winding_warmth
-            motor.winding_warmth += arm.step_time / drive.winding_time * heat
-            gain *= math.exp(drive.gain_per_kelvin * motor.winding_warmth)
-        motor.torque = gain * motor.current + drive.torque_offset
-    for k in range(len(arm.ripple.drive)):
-        motor = motion.motors[arm.ripple.drive[k]]
-        wave = math.sin(arm.ripple.order[k] * motor.position + arm.ripple.phase[k])
-        along = arm.drives[arm.ripple.drive[k]].gain * motor.current
-        motor.torque += (arm.ripple.amplitude[k] + arm.ripple.per_current[k] * along) * wave
+        motors[i].torque = _torque(drives[i], motors[i], command[i], step) + disturbance[i]
+        push[i] = disturbance[n + i]
+    for k in range(len(ripple.drive)):
+        drive, motor = drives[ripple.drive[k]], motors[ripple.drive[k]]
+        wave = math.sin(ripple.order[k] * motor.position + ripple.phase[k])
+        motor.torque += (ripple.amplitude[k] + ripple.per_current[k] * drive.gain * motor.current) * wave
     for i in range(n):
         for k in range(n):
-            if arm.crosstalk[i, k] != 0.0:
-                motion.motors[i].torque += arm.crosstalk[i, k] * arm.drives[k].gain * motion.motors[k].current
-    for i in range(n):
-        motion.motors[i].torque += disturbance[i]
-        motion.push[i] = disturbance[n + i]
+            if crosstalk[i, k] != 0.0:
+                motors[i].torque += crosstalk[i, k] * drives[k].gain * motors[k].current
+
+
+@inner
+def _torque(drive: Record, motor: Record, command: float, step: float) -> float:
+    """Torque of one motor at the gear's output, N·m; its current and its winding's warmth go on by a step."""
+    wanted = min(max(command, -drive.current_limit), drive.current_limit)
+    if drive.current_lag > 0.0:
+        motor.current += -math.expm1(-step / drive.current_lag) * (wanted - motor.current)
+    else:
+        motor.current = wanted
+    gain: float = drive.gain
+    if drive.winding_time > 0.0:
+        heat = drive.winding_heating * motor.current * motor.current - motor.winding_warmth
+        motor.winding_warmth += step / drive.winding_time * heat
+        gain *= math.exp(drive.gain_per_kelvin * motor.winding_warmth)
+    torque: float = gain * motor.current + drive.torque_offset
+    return torque

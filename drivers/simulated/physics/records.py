@@ -77,6 +77,9 @@ DRIVE = np.dtype(
         ("gap", "f8"),
         ("slip_stiffness", "f8"),
         ("slip_stretch", "f8"),
+        # Slip elements between rotor and housing.
+        ("drag_stiffness", "f8"),
+        ("drag_stretch", "f8"),
         # Channels of the bus.
         ("position_delay", "f8"),
         ("torque_delay", "f8"),
@@ -121,6 +124,7 @@ MOTOR_STATE = np.dtype(
         ("slope", "f8"),
         ("viscous", "f8"),
         ("gear_torque", "f8"),
+        ("drag", "f8"),
         ("load", "f8"),
         ("warmth", "f8"),
         ("winding_warmth", "f8"),
@@ -193,7 +197,9 @@ class Motion(NamedTuple):
     motors: Records
     """(d,) of MOTOR_STATE."""
     slip: FloatArray
-    """(d, SLIP_ELEMENTS) stretch of each Maxwell-slip element."""
+    """(d, SLIP_ELEMENTS) stretch of each Maxwell-slip element between rotor and output."""
+    dragged: FloatArray
+    """(d, SLIP_ELEMENTS) the same between rotor and housing."""
     joints: Records
     """(n,) of JOINT_STATE."""
     braked: BoolArray
@@ -230,6 +236,7 @@ def resting(position: FloatArray, drives: int) -> Motion:
         velocity=np.zeros(n),
         motors=np.zeros(drives, MOTOR_STATE),
         slip=np.zeros((drives, SLIP_ELEMENTS)),
+        dragged=np.zeros((drives, SLIP_ELEMENTS)),
         joints=np.zeros(n, JOINT_STATE),
         braked=np.ones(drives, dtype=np.bool_),
         push=np.zeros(n),

@@ -10,6 +10,9 @@ old and new speed, dry friction, brakes and the gear's damping at the new one, s
 the step or acts as extra inertia. Each rotor has one speed of its own, which is eliminated before the joints'
 speeds are solved for. Where gears are stiff, the rotors, friction and gears take several substeps
 while the posture's mass matrix and loads are kept.
+
+Compiled code pays for every array that a call hands over: functions that run in each step take the few
+arrays they need, or are written out where they are called.
 """
 
 from __future__ import annotations
@@ -17,68 +20,97 @@ from __future__ import annotations
 import math
 
 from drivers.simulated.physics import chain, friction, gear, loads
-from drivers.simulated.physics.compile import inner
-from drivers.simulated.physics.records import Arm, Motion
-from robots.arrays import FloatArray
+from drivers.simulated.physics.compile import inlined, inner
+from drivers.simulated.physics.records import Arm, Harmonics, Motion, Record, Records
+from robots.arrays import BoolArray, FloatArray
 
 FINE, NOT_POSITIVE_DEFINITE = 0, 1
 _STANDSTILL = 1e-4
 """Speed below which engaged brakes hold for good, rad/s or m/s."""
 
 
-@inner
+@inlined
 def posture(arm: Arm, motion: Motion) -> None:
     """Mass matrix and loads of the links and joints at the present state."""
     chain.place(arm.chain, motion.position)
     chain.mass_matrix(arm.chain, motion.mass)
     chain.bias(arm.chain, motion.velocity, motion.loads)
-    loads.add_joint_loads(arm, motion)
+    loads.add_joint_loads(
+        arm.joints, motion.joints, motion.position, motion.velocity, motion.push, motion.loads
+    )
+    if arm.plane.stiffness > 0.0:
+        loads.add_tool_contact(arm, motion)
+
+
+@inlined
+def _along(transmission: FloatArray, drive: int, joints: FloatArray) -> float:
+    """Position or speed of a gear's output for those of the joints."""
+    value = 0.0
+    for j in range(len(joints)):
+        value += transmission[drive, j] * joints[j]
+    return value
 
 
 @inner
-def shaft_speed(arm: Arm, motion: Motion, drive: int) -> float:
-    """Speed of a gear's output, rad/s."""
-    speed = 0.0
-    for j in range(len(motion.velocity)):
-        speed += arm.transmission[drive, j] * motion.velocity[j]
-    return speed
-
-
-@inner
-def shaft_position(arm: Arm, motion: Motion, drive: int) -> float:
-    """Position of a gear's output, rad."""
-    position = 0.0
-    for j in range(len(motion.position)):
-        position += arm.transmission[drive, j] * motion.position[j]
-    return position
-
-
-@inner
-def _couple_drive(arm: Arm, motion: Motion, i: int, step: float) -> None:
-    """Adds one drive to the linear equations for the change of the joints' speeds."""
-    drive, motor = arm.drives[i], motion.motors[i]
-    speed = shaft_speed(arm, motion, i)
-    rotor = motor.velocity if drive.compliant else speed
-    if not drive.compliant:
-        motor.velocity = speed
-    friction.linearise(drive, motor, rotor, motor.position, motion.braked[i], step)
-    push = step * (motor.torque - motor.dry - (motor.viscous + motor.slope) * rotor)
+def _push(drive: Record, motor: Record, braked: bool, step: float) -> tuple[float, float]:
+    """What one step does to a rotor by itself: N·m·s, and the inertia that it acts on."""
+    friction.linearise(drive, motor, motor.velocity, motor.position, braked, step)
+    resisting = motor.dry + (motor.viscous + motor.slope) * motor.velocity
     inertia = drive.inertia + step * (0.5 * motor.viscous + motor.slope)
-    if drive.compliant:
-        shaft = shaft_position(arm, motion, i)
-        joining = step * gear.prepare(arm, i, motor, motion.slip[i], shaft, speed)
-        push -= step * motor.lever * motor.gear_torque
-        whole = inertia + joining * motor.lever * motor.lever
-        motor.push, motor.joining = push / whole, joining * motor.lever / whole
-        push = step * motor.gear_torque + joining * motor.lever * push / whole
-        inertia = joining * inertia / whole
-    n = len(motion.velocity)
-    for j in range(n):
-        along = arm.transmission[i, j]
-        if along != 0.0:
-            motion.right[j] += along * push
-            for k in range(n):
-                motion.matrix[j, k] += along * inertia * arm.transmission[i, k]
+    return step * (motor.torque - resisting - motor.drag), inertia
+
+
+@inner
+def _through_gear(
+    drive: Record, motor: Record, push: float, inertia: float, joining: float, step: float
+) -> tuple[float, float]:
+    """Eliminates the speed of a compliant drive's rotor: push and inertia that the joints see.
+
+    Args:
+        drive, motor: the drive; ``push`` and ``joining`` of the rotor are written for later.
+        push: on the rotor, N·m·s.
+        inertia: of the rotor.
+        joining: the gear's damping times the step.
+        step: s.
+    """
+    push -= step * motor.lever * motor.gear_torque
+    whole = inertia + joining * motor.lever * motor.lever
+    motor.push, motor.joining = push / whole, joining * motor.lever / whole
+    return step * motor.gear_torque + motor.joining * push, joining * inertia / whole
+
+
+@inner
+def _couple_drives(
+    drives: Records,
+    motors: Records,
+    transmission: FloatArray,
+    kinematic: Harmonics,
+    slip: FloatArray,
+    braked: BoolArray,
+    position: FloatArray,
+    velocity: FloatArray,
+    matrix: FloatArray,
+    right: FloatArray,
+    step: float,
+) -> None:
+    """Adds the drives to the linear equations ``matrix · change of the joints' speeds = right``."""
+    n = len(velocity)
+    for i in range(len(drives)):
+        drive, motor = drives[i], motors[i]
+        speed = _along(transmission, i, velocity)
+        shaft = _along(transmission, i, position)
+        if not drive.compliant:
+            motor.velocity, motor.position = speed, shaft
+        push, inertia = _push(drive, motor, braked[i], step)
+        if drive.compliant:
+            damping = gear.prepare(drive, i, motor, slip[i], kinematic, shaft, speed)
+            push, inertia = _through_gear(drive, motor, push, inertia, step * damping, step)
+        for j in range(n):
+            share = transmission[i, j]
+            if share != 0.0:
+                right[j] += share * push
+                for k in range(n):
+                    matrix[j, k] += share * inertia * transmission[i, k]
 
 
 @inner
@@ -112,6 +144,40 @@ def _solve(matrix: FloatArray, right: FloatArray) -> bool:
 
 
 @inner
+def _move_drives(
+    drives: Records,
+    motors: Records,
+    transmission: FloatArray,
+    kinematic: Harmonics,
+    slip: FloatArray,
+    dragged: FloatArray,
+    position: FloatArray,
+    right: FloatArray,
+    step: float,
+) -> None:
+    """Rotors, bristles and gears after the changes of the joints' speeds, ``right``, are known."""
+    for i in range(len(drives)):
+        drive, motor = drives[i], motors[i]
+        before = motor.position
+        change = _along(transmission, i, right)
+        shaft = _along(transmission, i, position)
+        if drive.compliant:
+            change = motor.push + motor.joining * change
+            motor.position += step * (motor.velocity + change)
+            gear.wind(drive, i, motor, slip[i], kinematic, shaft)
+        else:
+            motor.position = shaft
+            resisting = motor.dry + motor.slope * (motor.velocity + change) + motor.viscous * motor.velocity
+            motor.gear_torque = motor.torque - resisting - motor.drag - drive.inertia * change / step
+        if drive.drag_stiffness > 0.0:
+            mean = gear.slide(dragged[i], motor.position - before, drive.drag_stretch)
+            motor.drag = drive.drag_stiffness * mean
+        motor.velocity += change
+        motor.last_change = change
+        friction.advance(drive, motor, motor.velocity)
+
+
+@inlined
 def _substep(arm: Arm, motion: Motion, step: float) -> bool:
     """Speeds and positions by one substep; False where the mass matrix is not positive definite."""
     n = len(motion.velocity)
@@ -119,74 +185,81 @@ def _substep(arm: Arm, motion: Motion, step: float) -> bool:
         motion.right[j] = -step * motion.loads[j]
         for k in range(n):
             motion.matrix[j, k] = motion.mass[j, k]
-    for i in range(len(arm.drives)):
-        _couple_drive(arm, motion, i, step)
-    if not _solve(motion.matrix, motion.right):
-        return False
-    for j in range(n):
-        motion.velocity[j] += motion.right[j]
-        motion.position[j] += step * motion.velocity[j]
-    for i in range(len(arm.drives)):
-        _move_drive(arm, motion, i, step)
-    return True
+    _couple_drives(
+        arm.drives,
+        motion.motors,
+        arm.transmission,
+        arm.kinematic,
+        motion.slip,
+        motion.braked,
+        motion.position,
+        motion.velocity,
+        motion.matrix,
+        motion.right,
+        step,
+    )
+    fine = _solve(motion.matrix, motion.right)
+    if fine:
+        for j in range(n):
+            motion.velocity[j] += motion.right[j]
+            motion.position[j] += step * motion.velocity[j]
+        _move_drives(
+            arm.drives,
+            motion.motors,
+            arm.transmission,
+            arm.kinematic,
+            motion.slip,
+            motion.dragged,
+            motion.position,
+            motion.right,
+            step,
+        )
+    return fine
 
 
 @inner
-def _move_drive(arm: Arm, motion: Motion, i: int, step: float) -> None:
-    """Rotor, bristle, gear and temperature of one drive after the joints' speeds are known."""
-    drive, motor = arm.drives[i], motion.motors[i]
-    change = 0.0
-    for j in range(len(motion.right)):
-        change += arm.transmission[i, j] * motion.right[j]
-    if drive.compliant:
-        change = motor.push + motor.joining * change
-        motor.position += step * (motor.velocity + change)
-        error, _ = gear.transmission_error(arm.kinematic, i, motor.position)
-        stretch = motor.position - error - shaft_position(arm, motion, i)
-        gear.slide(drive, motion.slip[i], motor.stretch, stretch)
-        motor.stretch = stretch
-        load = motor.gear_torque
-    else:
-        motor.position = shaft_position(arm, motion, i)
-        resisting = motor.dry + motor.slope * (motor.velocity + change) + motor.viscous * motor.velocity
-        load = motor.torque - resisting - drive.inertia * change / step
-    motor.velocity += change
-    motor.last_change = change
-    if drive.load_rise != 0.0:
-        motor.load += -math.expm1(-step / drive.load_time) * (load - motor.load)
-    friction.advance(drive, motor, motor.velocity)
-    friction.age(drive, motor, motor.velocity, motion.clock[0], step)
+def _age(drives: Records, motors: Records, clock: FloatArray, step: float) -> None:
+    """Loads, temperatures and whatever else changes slowly, by one step."""
+    for i in range(len(drives)):
+        drive, motor = drives[i], motors[i]
+        if drive.load_rise != 0.0:
+            motor.load += -math.expm1(-step / drive.load_time) * (motor.gear_torque - motor.load)
+        friction.age(drive, motor, motor.velocity, clock[0], step)
+    clock[0] += step
 
 
 @inner
-def settle(arm: Arm, motion: Motion) -> None:
-    """Ends all motion once every brake is engaged and nothing moves any more."""
+def settled(drives: Records, motors: Records, transmission: FloatArray, velocity: FloatArray) -> bool:
+    """Whether rotors and gear outputs stand still."""
     fastest = 0.0
-    for i in range(len(arm.drives)):
-        if not motion.braked[i]:
-            return
-        fastest = max(fastest, abs(motion.motors[i].velocity), abs(shaft_speed(arm, motion, i)))
-    if fastest >= _STANDSTILL:
-        return
-    for i in range(len(arm.drives)):
-        motor = motion.motors[i]
-        motor.velocity, motor.last_change, motor.bristle = 0.0, 0.0, 0.0
-    for j in range(len(motion.velocity)):
-        motion.velocity[j] = 0.0
-        motion.joints[j].slosh_velocity = 0.0
-    motion.at_rest[0] = True
+    for i in range(len(drives)):
+        fastest = max(fastest, abs(motors[i].velocity), abs(_along(transmission, i, velocity)))
+    return fastest < _STANDSTILL
 
 
 @inner
+def _rest(motors: Records, joints: Records, velocity: FloatArray) -> None:
+    """Ends all motion."""
+    for i in range(len(motors)):
+        motor = motors[i]
+        motor.velocity, motor.last_change, motor.bristle = 0.0, 0.0, 0.0
+    for j in range(len(velocity)):
+        velocity[j] = 0.0
+        joints[j].slosh_velocity = 0.0
+
+
+@inlined
 def advance(arm: Arm, motion: Motion) -> int:
     """Moves the plant by one step under the motors' torques; FINE or NOT_POSITIVE_DEFINITE."""
-    if motion.at_rest[0]:
-        return FINE
-    posture(arm, motion)
-    for _ in range(arm.substeps):
-        if not _substep(arm, motion, arm.step_time / arm.substeps):
-            return NOT_POSITIVE_DEFINITE
-    loads.move_sloshing(arm, motion, arm.step_time)
-    motion.clock[0] += arm.step_time
-    settle(arm, motion)
-    return FINE
+    state = FINE
+    if not motion.at_rest[0]:
+        posture(arm, motion)
+        for _ in range(arm.substeps):
+            if state == FINE and not _substep(arm, motion, arm.step_time / arm.substeps):
+                state = NOT_POSITIVE_DEFINITE
+        loads.move_sloshing(arm.joints, motion.joints, motion.position, motion.velocity, arm.step_time)
+        _age(arm.drives, motion.motors, motion.clock, arm.step_time)
+        if motion.braked.all() and settled(arm.drives, motion.motors, arm.transmission, motion.velocity):
+            _rest(motion.motors, motion.joints, motion.velocity)
+            motion.at_rest[0] = True
+    return state
