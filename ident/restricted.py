@@ -18,7 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import matmul_toeplitz
+from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from ident.covariance import autocovariance
 from ident.whitening import (
@@ -31,6 +32,8 @@ from ident.whitening import (
     unbroken,
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
+
+ComplexArray = NDArray[np.complex128]
 
 _ITERATIONS = 30
 _STILL = 1e-4
@@ -65,9 +68,10 @@ def regression_whitening(
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
     products = [_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)]
+    taken = _Taken.of(fit.basis, segment)
     counts = [_whole(segment, used[:, j], largest) for j in _axes(used)]
     for _ in range(_ITERATIONS):
-        missing = _missing(whitening, fit.basis, omega.sigma, segment, used, largest)
+        missing = _missing(whitening, taken, omega.sigma, segment, used, largest)
         before, whitening = whitening, _model(products, missing, counts)
         if _change(before, whitening) < _STILL:
             break
@@ -123,23 +127,52 @@ def _fit(omega: Whitening, target: FloatArray, regressor: FloatArray, used: Bool
     return _Fit((root @ shares) / scale, np.asarray(basis))
 
 
+@dataclass(frozen=True)
+class _Taken:
+    """U with its Fourier transforms per recording: samples × joints × b', and frequencies × joints × b'."""
+
+    basis: FloatArray
+    pieces: tuple[IntArray, ...]
+    spectra: tuple[ComplexArray, ...]
+
+    @classmethod
+    def of(cls, basis: FloatArray, segment: IntArray) -> _Taken:
+        pieces = tuple(np.flatnonzero(segment == name) for name in np.unique(segment))
+        spectra = tuple(rfft(basis[chosen], _circle(chosen.size), axis=0) for chosen in pieces)
+        return cls(basis, pieces, spectra)
+
+    def moved(self, whitening: Whitening, omega: FloatArray) -> FloatArray:
+        """ΓU with the model's covariance Γ of each joint, recording by recording; samples × joints × b'."""
+        moved = np.empty_like(self.basis)
+        for chosen, spectrum in zip(self.pieces, self.spectra, strict=True):
+            samples, circle = chosen.size, _circle(chosen.size)
+            for joint, coefficients in enumerate(whitening.coefficients):
+                sigma = float(whitening.sigma[joint] / omega[joint])
+                gamma = autocovariance(coefficients, sigma, samples)
+                # A Toeplitz matrix is a corner of a circulant one, which the transform makes diagonal.
+                around = np.concatenate([gamma, np.zeros(circle - 2 * samples + 1), gamma[:0:-1]])
+                gain = rfft(around).real[:, np.newaxis]
+                moved[chosen, joint] = irfft(spectrum[:, joint] * gain, circle, axis=0)[:samples]
+        return moved
+
+
+def _circle(samples: int) -> int:
+    """A length for which transforms are quick and nothing wraps around."""
+    return int(next_fast_len(2 * samples - 1, real=True))
+
+
 def _missing(
     whitening: Whitening,
-    basis: FloatArray,
+    taken: _Taken,
     omega: FloatArray,
     segment: IntArray,
     used: BoolArray,
     largest: int,
 ) -> list[FloatArray]:
     """Per joint: lagged products of e that the fit has taken from those of r, if the model is right."""
-    names = np.unique(segment)
-    moved = np.empty_like(basis)
-    for joint, coefficients in enumerate(whitening.coefficients):
-        for name in names:
-            chosen = np.flatnonzero(segment == name)
-            gamma = autocovariance(coefficients, float(whitening.sigma[joint] / omega[joint]), chosen.size)
-            moved[chosen, joint] = matmul_toeplitz(gamma, basis[chosen, joint])
-    between = np.einsum("sja,sjb->ab", basis, moved, optimize=True)
+    basis, moved = taken.basis, taken.moved(whitening, omega)
+    columns = basis.shape[2]
+    between = basis.reshape(-1, columns).T @ moved.reshape(-1, columns)
     found = []
     for joint in _axes(used):
         one = basis[:, joint] * omega[joint]
@@ -162,11 +195,28 @@ def _products(
     for name in np.unique(segment):
         chosen = segment == name
         whole = unbroken(used[chosen], largest)
+        if whole.all():
+            products += _products_without_gaps(one[chosen], other[chosen], largest)
+            continue
         for start in range(0, one.shape[1], _COLUMNS_AT_ONCE):
             part = slice(start, start + _COLUMNS_AT_ONCE)
             left = _lags(one[chosen, part], whole, largest)
             right = left if one is other else _lags(other[chosen, part], whole, largest)
             products += left.T @ right
+    return products
+
+
+def _products_without_gaps(one: FloatArray, other: FloatArray, largest: int) -> FloatArray:
+    """The same where every sample counts: one row and column of sums, the others by what comes and goes."""
+    last = one.shape[0]
+    products = np.zeros((largest + 1, largest + 1))
+    for lag in range(largest + 1):
+        products[0, lag] = np.vdot(one[largest:], other[largest - lag : last - lag])
+        products[lag, 0] = np.vdot(one[largest - lag : last - lag], other[largest:])
+    before, after = slice(largest - 1, None, -1), slice(last - 1, last - largest - 1, -1)
+    change = one[before][:largest] @ other[before][:largest].T - one[after] @ other[after].T
+    for k in range(largest):
+        products[k + 1, 1:] = products[k, :-1] + change[k]
     return products
 
 
@@ -187,18 +237,17 @@ def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[i
 
 def _best(products: FloatArray, count: int) -> tuple[FloatArray, float]:
     """AR coefficients of the order with the smallest BIC and the deviation of the innovation."""
-    best: FloatArray = np.empty(0)
     variance = products[0, 0] / count
-    smallest = count * np.log(variance)
+    found: list[tuple[float, FloatArray, float]] = [(count * np.log(variance), np.empty(0), variance)]
     for order in range(1, products.shape[0]):
         lags = slice(1, order + 1)
         a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
         left = (products[0, 0] - a @ products[lags, 0]) / count
         if left <= 0.0:
             break
-        bic = count * np.log(left) + order * np.log(count)
-        if bic < smallest and is_stable(a):
-            best, smallest, variance = a, bic, left
+        found.append((count * np.log(left) + order * np.log(count), a, left))
+    found.sort(key=lambda entry: entry[0])
+    _, best, variance = next(entry for entry in found if not entry[1].size or is_stable(entry[1]))
     return best, float(np.sqrt(variance))
 
 
