@@ -253,6 +253,50 @@ def robots() -> None:
         typer.echo(f"{name:8} {arm.n} joints  {arm.description}")
 
 
+@app.command()
+def doctor(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    as_json: Json = False,
+) -> int:
+    """Is this machine fit to drive this arm? Each check with what to do about it; nothing moves.
+
+    Example: [bold]armhil doctor tx40[/]
+    """
+    import robots
+    from daq.doctor import CODES, describe, doctor_json, examine, worst
+
+    arm = robots.load(robot)
+    bus = _bus_of(arm, interface, channel)
+    checks = examine(arm, bus)
+    if as_json:
+        _print_json(doctor_json(arm, bus, checks))
+    _console(as_json).print(describe(checks), highlight=False, markup=False, soft_wrap=True)
+    return CODES[worst(checks)]
+
+
+@app.command()
+def sim(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+) -> None:
+    """Run the simulated drives alone, as a bench for anyone's master; Ctrl-C ends them.
+
+    Example: [bold]armhil sim tx40 --interface socketcan --channel vcan0[/]
+    """
+    import robots
+    from daq.sim import run_simulation
+
+    run_simulation(robot, _bus_of(robots.load(robot), interface, channel), seed, typer.echo)
+
+
 @app.command(
     context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 )
@@ -269,6 +313,15 @@ def test(context: typer.Context) -> int:
 def _code_of(verdict: str) -> int:
     """A model that must not be trusted is a warning to whoever calls this from a script."""
     return WARNING if verdict == "instruments_invalid" else OK
+
+
+def _bus_of(arm: Any, interface: str | None, channel: str | None) -> Any:
+    """The bus that was asked for, else the arm's own."""
+    from drivers import Channel
+
+    return Channel(
+        arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
+    )
 
 
 def _console(as_json: bool) -> Any:

@@ -105,8 +105,8 @@ class Cycle:
             if controlwords[axis] == Command.ENABLE_OPERATION and has_torque(words[axis]):
                 controlwords[axis] |= INTERPOLATE
         for axis, goal in enumerate(goals):
-            # A drive that does not say where it is cannot be led down step by step.
-            if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.lost(axis)):
+            # A drive that does not say where it is, or says it wrongly, cannot be led down step by step.
+            if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.uncontrolled(axis)):
                 controlwords[axis] = Command.DISABLE_VOLTAGE
         if self.watch.enabled:
             targets = self._guarded(targets)

@@ -9,7 +9,7 @@ from drivers.job import Job
 
 TORQUE_TOLERANCE = 0.05
 """Share of a torque limit that readings may be above it: they are noisy and quantised."""
-_STILL_SHARE = 16
+_STILL_SHARE = 64
 """A set-point has moved on when it has moved by this part of the following error window."""
 
 
@@ -32,6 +32,8 @@ class MotionChecks:
         self._set_point_then = [0] * n
         self._still = [0] * n
         self._above = [0] * len(job.torque_limits)
+        self.blind: set[int] = set()
+        """Axes whose readings cannot be believed: their drives regulate on a position that is not there."""
 
     def check(self, seen: Exchange, set_points: Sequence[int]) -> str | None:
         """Judge one cycle.
@@ -59,6 +61,7 @@ class MotionChecks:
         self._still[axis] += 1
         moved = abs(set_point - self._set_point_then[axis])
         if self._still[axis] >= self._frozen_cycles and moved > self._still_window[axis]:
+            self.blind.add(axis)
             return (
                 f"the position of {self._drives[axis]} reads the same {position} counts for "
                 f"{self._still[axis]} SYNCs while its set-point moved {moved} counts"

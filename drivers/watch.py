@@ -121,11 +121,17 @@ class Watch:
             self._check_state(axis, goals)
         if self.enabled and (reason := self._motion.check(seen, set_points)) is not None:
             self.abort(reason)
+            for axis in self._motion.blind:
+                goals[axis] = Goal.SWITCH_ON_DISABLED
         self._check_surroundings()
 
     def lost(self, axis: int) -> bool:
         """Whether a drive has left more SYNCs unanswered than it may: what it said last is out of date."""
         return self._unanswered[axis] > self._job.budgets.incomplete_in_a_row
+
+    def uncontrolled(self, axis: int) -> bool:
+        """Whether an axis must lose its torque in one step: no ramp means anything to it any more."""
+        return self.lost(axis) or axis in self._motion.blind
 
     def _check_answer(self, axis: int) -> None:
         if self._exchange.complete[axis]:

@@ -68,14 +68,14 @@ _CODES = (0x2310, 0x3210, 0x4210, 0x5441, 0x7305, 0x8611, 0xFF01)
 
 KINDS: tuple[FaultKind, ...] = (
     FaultKind("lost TPDOs, few", _lost("lost_tpdos", few=True), ("completed",)),
-    FaultKind("lost TPDOs, many", _lost("lost_tpdos", few=False), ("aborted",), ("no TPDO from",), 120),
+    FaultKind("lost TPDOs, many", _lost("lost_tpdos", few=False), ("aborted",), ("no TPDO from",), 60),
     FaultKind("lost RPDOs, few", _lost("lost_rpdos", few=True), ("completed",)),
     FaultKind(
         "lost RPDOs, many",
         _lost("lost_rpdos", few=False),
         ("fault", "aborted"),
         ("0x8250", "following error"),
-        150,
+        90,
     ),
     FaultKind("late TPDOs", _lost("late_tpdos", few=True), ("completed",)),
     FaultKind("late RPDOs", _lost("late_rpdos", few=True), ("completed",)),
@@ -84,7 +84,7 @@ KINDS: tuple[FaultKind, ...] = (
         lambda rng, node, cycle: (Faults(dead=(DeadAt(node, cycle),)), None),
         ("aborted",),
         ("no TPDO from", "no heartbeat from"),
-        120,
+        60,
     ),
     FaultKind(
         "EMCY",
@@ -94,30 +94,30 @@ KINDS: tuple[FaultKind, ...] = (
         ),
         ("fault",),
         ("EMCY 0x",),
-        100,
+        50,
     ),
     FaultKind(
         "frozen encoder",
         lambda rng, node, cycle: (Faults(frozen_encoders=(FrozenEncoder(node, cycle),)), None),
         ("aborted", "fault"),
         ("reads the same", "following error", "torque of joint"),
-        250,
+        120,
     ),
     FaultKind(
         "over-temperature",
         lambda rng, node, cycle: (Faults(hot_motors=(HotMotor(node, cycle, 2000.0),)), None),
         ("fault",),
         ("0x4310 (motor over-temperature)",),
-        110,
+        60,
     ),
     FaultKind(
         "bus-off",
         lambda rng, node, cycle: (Faults(bus_off=(BusOff(cycle),)), None),
         ("aborted",),
         ("bus-off",),
-        150,
+        100,
     ),
-    FaultKind("master killed", lambda rng, node, cycle: (Faults(), cycle), (None,), (), 150),
+    FaultKind("master killed", lambda rng, node, cycle: (Faults(), cycle), (None,), (), 100),
 )
 
 
@@ -161,6 +161,9 @@ def run_case(robot: Robot, kind: FaultKind, seed: int) -> FaultCase:
     cycle = int(rng.integers(low, high))
     faults, kill_at = kind.draw(rng, node, cycle)
     reference = random_motion(robot, rng)
+    if kind.name == "frozen encoder":
+        # Coupled joints may cancel each other at a drive that then stands still.
+        reference = np.array(robot.home) + np.abs(reference - np.array(robot.home))
     run = stream_in_process(
         robot, draw_truth(robot, seed), reference, faults, kill_at=kill_at, measure_from=cycle
     )

@@ -1,0 +1,163 @@
+"""armhil doctor and armhil sim."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import can
+import pytest
+
+import robots
+from daq.doctor import (
+    CODES,
+    Check,
+    budget_check,
+    bus_checks,
+    describe,
+    device_file_checks,
+    shadowing_checks,
+    timer_check,
+    worst,
+)
+from drivers import Channel, listen_for_traffic, open_bus
+from drivers.bus import BusLock
+from robots import Robot
+
+EDS = Path(__file__).parents[1] / "drivers" / "eds"
+
+
+@pytest.fixture(scope="module")
+def tx40() -> Robot:
+    return robots.load("tx40")
+
+
+def armhil(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "daq", *arguments], capture_output=True, text=True, timeout=100, check=False
+    )
+
+
+def test_json_exit_code_and_text_agree(channel: Channel) -> None:
+    done = armhil("doctor", "tx40", "--channel", channel.name, "--json")
+    answer = json.loads(done.stdout)
+    assert set(answer) == {"armhil", "robot", "channel", "status", "checks"}
+    assert (answer["robot"], answer["channel"]) == ("tx40", str(channel))
+    assert done.returncode == CODES[answer["status"]]
+    names = [check["name"] for check in answer["checks"]]
+    assert {
+        "python",
+        "libraries",
+        "packages",
+        "bus",
+        "bus load",
+        "real-time priority",
+        "locked memory",
+    } <= set(names)
+    for check in answer["checks"]:
+        assert set(check) == {"name", "status", "detail", "remedy"}
+        assert check["detail"]
+        assert (check["status"] in ("ok", "unknown")) or check["remedy"], check
+        assert f"{check['status']:8} {check['name']}: {check['detail']}" in done.stderr
+
+
+def test_the_worst_check_decides() -> None:
+    ok, warning, unknown, failed = (Check("x", s, "y", "z") for s in ("ok", "warning", "unknown", "failed"))
+    assert worst([]) == worst([ok]) == "ok"
+    assert CODES[worst([ok, warning])] == 1
+    assert CODES[worst([unknown, warning])] == 3
+    assert CODES[worst([failed, unknown, ok])] == 2
+    assert "→ z" in describe((warning,)) and "→" not in describe((ok,))
+
+
+def test_a_second_package_of_a_plain_name_is_told(tmp_path: Path) -> None:
+    assert [check.status for check in shadowing_checks([])] == ["ok"]
+    (tmp_path / "drivers").mkdir()
+    (tmp_path / "drivers" / "__init__.py").write_text("")
+    (found,) = shadowing_checks([str(tmp_path)])
+    assert (found.status, str(tmp_path / "drivers") in found.detail) == ("warning", True)
+
+
+def test_a_package_that_takes_our_place_is_a_failure(tmp_path: Path) -> None:
+    (tmp_path / "ident.py").write_text("")
+    home = Path(__file__).parents[2]
+    program = "from daq.doctor import shadowing_checks; c, = shadowing_checks(); print(c.status, c.detail)"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(home)!r}]; import daq.doctor\n"
+         f"sys.path.insert(0, {str(tmp_path)!r}); sys.modules.pop('ident', None)\n{program}"],
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.stdout.startswith("failed another package is in the way: ident from"), done.stderr
+
+
+def test_a_bus_that_does_not_open_has_a_remedy(channel: Channel) -> None:
+    (found,) = bus_checks(Channel("socketcan", "nosuchcan0"))
+    assert found.status == "failed" and found.remedy
+    assert {check.status for check in bus_checks(channel)} <= {"ok", "warning"}
+    with BusLock(channel):
+        held = {check.name: check for check in bus_checks(channel)}
+        assert held["master"].status == "failed" and "another armhil run" in held["master"].detail
+
+
+def test_a_full_bus_fails_with_the_cycle_that_is_safe(tx40: Robot, channel: Channel) -> None:
+    assert budget_check(tx40, channel).status == "ok"
+    fast = tx40.model_copy(update={"bus": tx40.bus.model_copy(update={"cycle_time": 0.002})})
+    found = budget_check(fast, channel)
+    assert (found.status, found.remedy) == ("failed", "set bus.cycle_time to 0.003 s or more")
+
+
+def test_device_files_are_read(tx40: Robot) -> None:
+    def with_file(robot: Robot, name: str) -> Robot:
+        return robot.model_copy(
+            update={"drive": tuple(d.model_copy(update={"eds": str(EDS / name)}) for d in robot.drive)}
+        )
+
+    assert device_file_checks(tx40) == []
+    shared = device_file_checks(with_file(tx40, "prbt_like.dcf"))
+    assert shared[-1].name == "COB-IDs" and "0x183" in shared[-1].detail
+    missing = device_file_checks(with_file(tx40, "nothing.eds"))
+    assert {check.status for check in missing} == {"failed"} and len(missing) == 6
+
+
+def test_a_late_machine_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert timer_check(1000.0).status == "ok"
+    assert timer_check(0.0).status == "warning"
+    assert replace(timer_check(0.0), detail="").remedy
+
+
+def test_an_unknown_arm_is_one_line() -> None:
+    done = armhil("doctor", "nonesuch")
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_sim_serves_anyone_and_ends_clean(
+    number: signal.Signals, channel: Channel, no_leftovers: None
+) -> None:
+    command = [sys.executable, "-m", "daq", "sim", "emps", "--channel", channel.name, "--seed", "4"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stderr is not None
+        try:
+            assert "simulated drives on" in process.stdout.readline()
+            with open_bus(channel, [0x581]) as bus:
+                request = bytes([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])
+                bus.send(can.Message(arbitration_id=0x601, data=request, is_extended_id=False))
+                answer = bus.recv(10.0)
+            assert answer is not None and bytes(answer.data[4:]) == (0x00020192).to_bytes(4, "little")
+            process.send_signal(number)
+            assert process.wait(30) == 0
+        finally:
+            process.kill()
+        assert process.stdout.read().strip() == "ended: no drive is left on the bus"
+        assert process.stderr.read() == ""
+    assert listen_for_traffic(channel, 0.15) == frozenset()
+
+
+def test_sim_refuses_a_bus_inside_one_process() -> None:
+    done = armhil("sim", "emps", "--interface", "virtual", "--channel", "x")
+    assert (done.returncode, "lives inside one process" in done.stderr) == (2, True)
