@@ -9,7 +9,7 @@ mistaken for a delay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,8 +18,10 @@ from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
-from ident.whitening import Whitening, autoregressive_whitening, block_whitening
+from ident.whitening import Whitening, autoregressive_whitening, block_whitening, lag1_autocorrelation
 from robots.arrays import BoolArray, FloatArray, IntArray
+
+_LARGEST_CORRELATION = 0.98
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,10 @@ def examine(
     beta = _first_fit(torque, regressor, used, segment, prior)
     noise, repeats = _noise(scenes, full, beta)
     if whitening is None:
-        lost = 0 if repeats else base.independent.size
-        whitening = autoregressive_whitening(noise, segment, used, lost)
+        if repeats:
+            whitening = autoregressive_whitening(noise, segment, used, 0)
+        else:
+            whitening = cautious_whitening(noise, used, base.independent.size)
     instruments = regressor
     if any(scene.period is not None for scene in scenes):
         instruments = np.concatenate([scene.thin(base.columns(scene.instruments)) for scene in scenes])
@@ -124,6 +128,18 @@ def examine(
     scale = np.linalg.norm(x, axis=0)
     beta = np.linalg.solve((z / scale).T @ (x / scale), (z / scale).T @ y) / scale
     return Examination(base, tuple(scenes), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
+
+
+def cautious_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
+    """Where nothing repeats: Ω of the residual, as if it had only as many rows as are independent.
+
+    An AR model of the residual would take slow effects for noise. With autocorrelation ρ, n rows tell as
+    much about a slow effect as n (1 − ρ)/(1 + ρ) independent ones.
+    """
+    block = block_whitening(residual, used, parameters)
+    correlation = np.array([lag1_autocorrelation(residual[used[:, j], j]) for j in range(residual.shape[1])])
+    correlation = np.clip(correlation, 0.0, _LARGEST_CORRELATION)
+    return replace(block, sigma=block.sigma * np.sqrt((1 + correlation) / (1 - correlation)))
 
 
 def _first_fit(

@@ -27,7 +27,8 @@ class Scene:
         recording: what was recorded.
         measured: the motion at the full rate, samples × joints.
         instruments: the same motion without this sample's own noise: the mean of the other periods where
-            the trajectory repeats, else the measured motion itself.
+            the trajectory repeats, else the measured motion itself (without torque: a measured torque
+            would explain itself).
         full_torque: at the full rate, samples × joints, N·m (or N).
         torque: the same decimated, rows × joints.
         moving: rows × joints, away from reversals and standstills.
@@ -88,7 +89,9 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     return Scene(
         recording=recording,
         measured=measured,
-        instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
+        instruments=replace(measured, torque=None)
+        if period is None
+        else _part(_from_other_periods(state, period), keep),
         full_torque=torque[keep],
         torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),

@@ -23,7 +23,7 @@ from ident.discrepancy.gap import (
     torque_gap,
     torque_residual,
 )
-from ident.discrepancy.library import build_library
+from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.portrait import Portrait, portrait
 from ident.discrepancy.present import Present
 from ident.discrepancy.prior import Prior
@@ -33,11 +33,13 @@ from ident.discrepancy.scene import Scene, make_scene
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import DEFAULTS, SearchSettings, searching
 from ident.discrepancy.unrepeated import Unrepeated, unrepeated
+from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.where import Habitat, habitats
 from ident.effects.family import EffectFamily
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
+from ident.whitening import Whitening
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -113,9 +115,10 @@ class _Step:
         scenes: Sequence[Scene],
         prior: Prior | None,
         before: _Step | None = None,
+        whitening: Whitening | None = None,
     ) -> _Step:
-        known = before is not None and before.examination.repeats
-        whitening = before.examination.whitening if known and before is not None else None
+        if before is not None:
+            whitening = before.examination.whitening
         plain = base if before is None else before.plain
         examination = examine(base, scenes, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
@@ -147,12 +150,21 @@ class _Search:
             self.progress("candidates", 0.1 + 0.8 * len(self.findings) / most)
             families = self._families()
             library = build_library(self.step.examination, families, self.step.present)
+            if not self.findings and not self.step.examination.repeats:
+                self._measure_noise(library)
+                library = build_library(self.step.examination, families, self.step.present)
             choice = choose(self.step.examination, library, self.step.present, self.question.settings)
             if choice.chosen is None or not self._worth_naming(choice):
                 break
             self._add(choice.chosen, choice)
         self.progress("gap", 0.95)
         return self._answer(choice)
+
+    def _measure_noise(self, library: Library) -> None:
+        """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
+        whitening = noise_beyond_vocabulary(self.step.examination, library)
+        self.step = _Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
+        self.first = self.step
 
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}

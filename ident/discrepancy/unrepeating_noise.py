@@ -1,0 +1,61 @@
+"""The noise of a record in which nothing repeats: what is left when all that has a name is taken away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.library import Library
+from ident.discrepancy.scoring import best_per_place, score, singles
+from ident.whitening import Whitening
+from robots.arrays import FloatArray
+
+_TAKEN = 6
+"""Effects that are taken away, one after the other, each for what it explains beside those before."""
+
+
+def noise_beyond_vocabulary(examination: Examination, library: Library) -> Whitening:
+    """The whitening with deviations of what the best effects together leave.
+
+    A residual that holds the effect itself would make the effect look small beside it; what no effect of
+    the vocabulary explains is the best that can be said of the noise.
+
+    Args:
+        examination: with deviations of its own residual.
+        library: all trials on it.
+    """
+    left = examination.residual - library.columns @ _factors(examination, library)
+    used, order = examination.used, examination.whitening.order
+    assert order == 0, "rows of Ω alone are not filtered"
+    sizes = used.sum(axis=0)
+    per_joint = np.split(left[: int(sizes.sum())], np.cumsum(sizes)[:-1])
+    before = np.split(examination.residual[: int(sizes.sum())], np.cumsum(sizes)[:-1])
+    ratio = np.array([np.linalg.norm(a) / np.linalg.norm(b) for a, b in zip(per_joint, before, strict=True)])
+    return replace(examination.whitening, sigma=examination.whitening.sigma * ratio)
+
+
+def _factors(examination: Examination, library: Library) -> FloatArray:
+    """(m,) factors of the library's columns for the effects that are taken away."""
+    rows = examination.torque.shape[0]
+    chosen = [best_per_place(singles(library, library.score, rows))[0].trials[0]]
+    while len(chosen) < _TAKEN:
+        index = np.concatenate([np.arange(trial.start, trial.end) for trial in chosen])
+        solved = np.linalg.lstsq(library.gram[np.ix_(index, index)], library.score[index], rcond=1e-9)[0]
+        products = library.score - library.gram[:, index] @ solved
+        rest = singles(library, products, rows)
+        taken = {trial.key for trial in chosen}
+        following = next((found for found in rest if found.trials[0].key not in taken), None)
+        if following is None or following.value <= 0.0:
+            break
+        chosen.append(following.trials[0])
+    together = score(library, chosen, library.score, rows)
+    factors = np.zeros(library.score.size)
+    start = 0
+    for trial in chosen:
+        count = trial.parameters.shape[0]
+        values = together.parameters[start : start + count]
+        factors[trial.columns] = np.linalg.lstsq(trial.parameters, values, rcond=None)[0]
+        start += count
+    return factors
