@@ -20,10 +20,10 @@ def _places(robot: Robot) -> tuple[Place, ...]:
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """To first order gravity turns by small angles about the two axes across it."""
+    """A base that is turned by small angles about two axes sees gravity turned back about them."""
     gravity = np.array(robot.gravity)
     across = _across(gravity)
-    turned = [np.cross(axis, gravity) for axis in across]
+    turned = [np.cross(gravity, axis) for axis in across]
 
     def law(state: State) -> FloatArray:
         return np.stack([present.gravity_torque(state.position, change) for change in turned], axis=2)

@@ -30,9 +30,15 @@ def _row(robot: Robot, place: Place, ratio: float) -> FloatArray:
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """Products between the joints for inertia and viscous friction, the drive's own speed for Coulomb's."""
+    """A shaft that turns by the row: inertia, viscous and Coulomb friction of its own speed.
+
+    Where the description couples the two, the model's Ia and Fv of both joints hold the shaft's share of
+    each already, and the columns hold the products between them. Otherwise the shaft is one more body.
+    """
     row, sign = _row(robot, place, shape[0]), friction_sign(robot)
-    between = np.outer(row, row) - np.diag(row**2)
+    between = np.outer(row, row)
+    if _described(robot, place):
+        between -= np.diag(row**2)
 
     def law(state: State) -> FloatArray:
         return np.concatenate(
@@ -58,9 +64,14 @@ def _make(
     return Parameters(names, units, (ANY, ANY, ANY)), law, parts
 
 
-def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+def _described(robot: Robot, place: Place) -> float:
+    """Turns of the second joint's drive per turn of the first joint, as described; 0 where not coupled."""
     first, second = place.joints
-    described = float(robot.transmission_matrix[second, first])
+    return float(robot.transmission_matrix[second, first])
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    described = _described(robot, place)
     ratios = (described,) if described else _RATIOS
     return (Shape("ratio", "1", ratios, -1.0, 1.0, fixed=True),)
 

@@ -26,9 +26,9 @@ from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_CONTACT_FREQUENCY = 150.0
-"""Hz of the link on the flanks of a gear with play; above what filtered records show."""
 _CONTACT_DAMPING = 0.3
+"""Of the link on the flanks of a gear with play. It swings there at the cut-off of the filter of positions:
+real flanks are stiffer, but of a harder impact a filtered record keeps neither instant nor height."""
 _FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
 _GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 _ONE = ((0.0, 3.0),)
@@ -108,13 +108,13 @@ def _backlash(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (gap, offset_at_link) = place.joints[0], shape
     inertia = _inertia(robot, drive)
-    stiffness = inertia * (2 * np.pi * _CONTACT_FREQUENCY) ** 2
+    stiffness = inertia * (2 * np.pi * robot.identification.cutoff_hz) ** 2
     damping = 2 * _CONTACT_DAMPING * float(np.sqrt(inertia * stiffness))
     law = _gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
         size = gap * float(values[0])
-        return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size),))
+        return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size, offset_at_link),))
 
     return Parameters((f"play{number(place)}",), ("1",), _ONE), law, parts
 

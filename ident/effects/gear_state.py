@@ -3,7 +3,7 @@
 With x the lag of the link behind the drive's output, m the inertia of the links that the drive moves and
 τ the torque that the same motion takes of rigid links,
 
-    m ẍ + D ẋ + K·play(x) = τ
+    m ẍ + F(x, ẋ) = τ,    F = K·play(x) + D ẋ on a flank, never pulling, and 0 between the flanks
 
 where play takes the gap off the spring's way. The encoder sits on the drive, so the drive's motion is what
 was measured, and x follows from it.
@@ -18,8 +18,10 @@ import numpy as np
 
 from robots.arrays import FloatArray
 
-_SUBSTEP = 2.5e-4
+_LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 """s; of the integration."""
+_PHASE = 0.1
+"""rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
 
 
 def lag_of_link(
@@ -41,10 +43,12 @@ def lag_of_link(
         gap: rad (or m), the whole play; the link starts in contact on the side that its load presses it to.
     """
     lag, rate, push = (np.empty_like(load) for _ in range(3))
-    substeps = max(1, int(np.ceil(sample_time / _SUBSTEP)))
+    frequency = float(np.sqrt(stiffness / np.median(inertia)))
+    step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
+    substeps = max(1, int(np.ceil(sample_time / step)))
     start = load[0] / stiffness + 0.5 * gap * np.sign(load[0])
     _kernel()(
-        inertia, load, sample_time / substeps, substeps, stiffness, damping, gap, start, lag, rate, push
+        inertia, load, sample_time / substeps, substeps, stiffness, damping, 0.5 * gap, start, lag, rate, push
     )
     return lag, rate, push
 
@@ -65,28 +69,33 @@ def _run(
     substeps: int,
     stiffness: float,
     damping: float,
-    gap: float,
+    half: float,
     start: float,
     lag: FloatArray,
     rate: FloatArray,
     push: FloatArray,
 ) -> None:
-    """Implicit Euler; the branch of the play is taken from a trial step. Writes lag, rate and push."""
-    x, v = start, 0.0
-    half = 0.5 * gap
-    for k in range(load.shape[0]):
-        nearer = min(k + 1, load.shape[0] - 1)
-        for s in range(substeps):
+    """Trapezoidal rule: stable at any stiffness and without damping of its own. Writes lag, rate and push.
+
+    Free flight is tried first; where that ends beyond the gap, the flank's implicit step is taken instead.
+    """
+    x, v, a = start, 0.0, 0.0
+    lag[0], rate[0], push[0] = x, v, a
+    for k in range(1, load.shape[0]):
+        for s in range(1, substeps + 1):
             ahead = s / substeps
-            m = inertia[k] + ahead * (inertia[nearer] - inertia[k])
-            f = load[k] + ahead * (load[nearer] - load[k])
-            # Free flight first; then, where that ends beyond the gap, the spring's implicit step.
-            w = v + h * f / m
-            y = x + h * w
-            if y > half or y < -half:
-                edge = half if y > half else -half
-                w = (m * v + h * (f - stiffness * (x - edge))) / (m + h * damping + h * h * stiffness)
-                y = x + h * w
-            if s == 0:
-                lag[k], rate[k], push[k] = x, v, (w - v) / h
-            x, v = y, w
+            m = inertia[k - 1] + ahead * (inertia[k] - inertia[k - 1])
+            f = load[k - 1] + ahead * (load[k] - load[k - 1])
+            # Position and speed at the end of the step, less what the new acceleration adds to them.
+            y, w = x + h * v + 0.25 * h * h * a, v + 0.5 * h * a
+            a = f / m
+            end = y + 0.25 * h * h * a
+            if end > half or end < -half:
+                edge = half if end > half else -half
+                pressed = (f - stiffness * (y - edge) - damping * w) / (
+                    m + 0.25 * h * h * stiffness + 0.5 * h * damping
+                )
+                if half == 0.0 or (f - m * pressed) * edge > 0.0:  # a flank never pulls
+                    a = pressed
+            x, v = y + 0.25 * h * h * a, w + 0.5 * h * a
+        lag[k], rate[k], push[k] = x, v, a

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
 from ident.effects.effect import State
@@ -32,13 +35,26 @@ def deflection(position: FloatArray, length: float) -> FloatArray:
     Exact for any way between samples, and no matter how fast (Dahl 1968).
     """
     way = np.diff(position, prepend=position[:1])
-    keep, towards = np.exp(-np.abs(way) / length), np.sign(way)
     state = np.empty_like(position)
+    _kernel()(np.exp(-np.abs(way) / length), np.sign(way), state)
+    return state
+
+
+@cache
+def _kernel() -> Callable[..., None]:
+    """The recursion in machine code."""
+    import numba  # takes a second to load; most commands need no bristle
+
+    compiled: Callable[..., None] = numba.njit(error_model="numpy", nogil=True)(_draw)
+    return compiled
+
+
+def _draw(keep: FloatArray, towards: FloatArray, state: FloatArray) -> None:
+    """Each step keeps a share of the deflection's distance from where the way leads; writes the state."""
     z = 0.0
-    for k in range(position.shape[0]):
+    for k in range(keep.shape[0]):
         z = towards[k] + (z - towards[k]) * keep[k]
         state[k] = z
-    return state
 
 
 def _make(

@@ -1,0 +1,95 @@
+"""Links behind gears that give way, against an adaptive integration of the same equations by scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ident.effects.gear_state import lag_of_link
+from ident.effects.hysteresis import deflection
+from robots.arrays import FloatArray
+
+STEP = 1e-3
+TIME = np.arange(0.0, 3.0, STEP)
+LOAD = np.clip(TIME / 0.5, 0.0, 1.0) ** 3 * (8.0 * np.sin(6.9 * TIME) + 5.0 * np.sin(17.0 * TIME + 1.0))
+INERTIA = 0.5
+
+
+def reference(stiffness: float, damping: float, gap: float) -> FloatArray:
+    """Lag, rate and push, 3 × samples."""
+
+    def push(time: float, lag: float, rate: float) -> float:
+        beyond = lag - np.clip(lag, -0.5 * gap, 0.5 * gap)
+        force = stiffness * beyond + damping * rate
+        touching = gap == 0.0 or force * beyond > 0.0
+        return (np.interp(time, TIME, LOAD) - touching * force) / INERTIA
+
+    start = [LOAD[0] / stiffness + 0.5 * gap * np.sign(LOAD[0]), 0.0]
+    run = solve_ivp(
+        lambda t, s: [s[1], push(t, *s)],
+        (0.0, TIME[-1]),
+        start,
+        t_eval=TIME,
+        rtol=1e-8,
+        atol=1e-10,
+        max_step=1e-3,
+    )
+    assert run.success
+    return np.vstack([run.y, [push(t, *s) for t, s in zip(TIME, run.y.T, strict=True)]])
+
+
+def found(stiffness: float, damping: float, gap: float) -> FloatArray:
+    return np.array(lag_of_link(np.full_like(LOAD, INERTIA), LOAD, STEP, stiffness, damping, gap))
+
+
+def gear(frequency: float, ratio: float) -> tuple[float, float]:
+    stiffness = INERTIA * (2 * np.pi * frequency) ** 2
+    return stiffness, 2 * ratio * float(np.sqrt(stiffness * INERTIA))
+
+
+@pytest.mark.parametrize(("frequency", "ratio"), [(8.0, 0.0), (12.0, 0.03), (45.0, 0.03), (150.0, 0.05)])
+def test_an_elastic_gear(frequency: float, ratio: float) -> None:
+    stiffness, damping = gear(frequency, ratio)
+    got, wanted = found(stiffness, damping, 0.0), reference(stiffness, damping, 0.0)
+    missed = np.linalg.norm(got - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
+    assert missed[0] < 1e-3
+    assert missed[2] < 0.02
+
+
+@pytest.mark.parametrize("gap", [1e-3, 5e-3])
+def test_play(gap: float) -> None:
+    """Impacts multiply the smallest difference, so the way is compared and not the acceleration."""
+    stiffness, damping = gear(60.0, 0.3)
+    got, wanted = found(stiffness, damping, gap), reference(stiffness, damping, gap)
+    assert np.abs(wanted[0]).max() > 0.5 * gap
+    assert np.linalg.norm(got[0] - wanted[0]) < 0.03 * np.linalg.norm(wanted[0])
+    flying = np.abs(got[0]) < 0.499 * gap
+    assert 0.01 < flying.mean() < 0.5
+    np.testing.assert_allclose((INERTIA * got[2] - LOAD)[flying], 0.0, atol=1e-9)  # no torque in flight
+
+
+def test_a_very_stiff_gear_bends_as_in_statics() -> None:
+    lag = found(1e9, 1e3, 0.0)[0]
+    np.testing.assert_allclose(lag, LOAD / 1e9, atol=1e-3 * np.abs(LOAD).max() / 1e9)
+
+
+def test_a_bristle_follows_dahl_and_does_not_know_the_speed() -> None:
+    length = 0.05
+    position = 0.2 * np.sin(2 * np.pi * 0.7 * TIME) + 0.05 * np.sin(9.0 * TIME)
+    velocity = 0.2 * 2 * np.pi * 0.7 * np.cos(2 * np.pi * 0.7 * TIME) + 0.45 * np.cos(9.0 * TIME)
+    run = solve_ivp(
+        lambda t, z: (np.interp(t, TIME, velocity) - z * abs(np.interp(t, TIME, velocity))) / length,
+        (0.0, TIME[-1]),
+        [0.0],
+        t_eval=TIME,
+        rtol=1e-8,
+        atol=1e-10,
+        max_step=2e-3,
+    )
+    np.testing.assert_allclose(deflection(position, length), run.y[0], atol=2e-3)
+    # Every second sample between the same turning points: the deflection is a matter of the way alone.
+    rising = np.linspace(0.0, 0.3, 301)
+    there_and_back = np.concatenate([rising, rising[-2::-1]])
+    fine, coarse = deflection(there_and_back, length), deflection(there_and_back[::2], length)
+    np.testing.assert_allclose(fine[::2], coarse, atol=1e-12)

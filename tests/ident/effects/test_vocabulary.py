@@ -1,0 +1,391 @@
+"""Columns of the vocabulary against formulas and references that share no code with them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pinocchio
+import pytest
+from scipy.integrate import solve_ivp
+
+import robots
+from ident import RegressorModel
+from ident.discrepancy.present import Present
+from ident.effects import State
+from ident.effects.family import Place
+from ident.effects.placed import Family, Placed
+from ident.effects.usual import friction_sign
+from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
+from ident.errors import IdentificationError
+from ident.signals import low_pass
+from robots import rigid_body_model
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+TX40, EMPS = robots.load("tx40"), robots.load("emps")
+SIGN = friction_sign(TX40)
+BACK = np.linalg.inv(TX40.transmission_matrix)
+STEP = 0.002
+NAMES = [family.name for family in VOCABULARY]
+
+IDENTIFIERS = """viscous_friction coulomb_friction asymmetric_friction stribeck_friction static_friction
+nonlinear_viscous_friction load_dependent_friction drifting_friction position_dependent_friction
+joint_elasticity backlash hysteresis wrist_coupling gear_ripple drive_gain_error current_offset torque_ripple
+saturation rotor_inertia current_loop_lag payload gravity_spring base_tilt time_delay cable_spring contact"""
+
+
+@cache
+def present(name: str) -> Present:
+    model = RegressorModel.of(robots.load(name))
+    return Present(model, model.prior())
+
+
+def at(robot: Robot, time: FloatArray) -> State:
+    """A smooth motion of all joints, exact to its third derivative."""
+    k = np.arange(robot.n)
+    w = 2 * np.pi * (0.6 + 0.17 * k)
+    size = 0.08 * (robot.upper - robot.lower)
+    phase = time[:, np.newaxis] * w + 0.7 * k
+    return State(
+        np.array(robot.home) + size * np.sin(phase),
+        size * w * np.cos(phase),
+        -size * w**2 * np.sin(phase),
+        time,
+        10.0 * np.cos(phase),
+    )
+
+
+def jerk(robot: Robot, time: FloatArray) -> FloatArray:
+    k = np.arange(robot.n)
+    w = 2 * np.pi * (0.6 + 0.17 * k)
+    return -0.08 * (robot.upper - robot.lower) * w**3 * np.cos(time[:, np.newaxis] * w + 0.7 * k)
+
+
+TIME = np.arange(0.0, 2.0, STEP)
+MOTION = at(TX40, TIME)
+
+
+def placed(name: str, place: int, *shape: float, robot: Robot = TX40) -> Placed:
+    family = family_named(name)
+    return family.effect(robot, family.places(robot)[place], shape, present(robot.name))
+
+
+def middle(family: Family, robot: Robot, place: Place) -> tuple[float, ...]:
+    return tuple(shape.grid[len(shape.grid) // 2] for shape in family.shapes(robot, place))
+
+
+def on_joints(row: FloatArray, *values: FloatArray) -> FloatArray:
+    return np.einsum("ps,j->sjp", np.array(values), row)
+
+
+# All of them
+
+
+def test_every_name_that_the_method_lists_is_here() -> None:
+    assert set(NAMES) == set(IDENTIFIERS.split())
+    assert len(set(NAMES)) == len(NAMES)
+
+
+@pytest.mark.parametrize("robot", [TX40, EMPS], ids=lambda robot: robot.name)
+@pytest.mark.parametrize("family", VOCABULARY, ids=NAMES)
+def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
+    state = at(robot, TIME[:200])
+    names: list[str] = []
+    assert set(family.confused_with) <= set(NAMES) - {family.name}
+    for place in family.places(robot):
+        for shape in family.shapes(robot, place):
+            inside = [shape.lower <= value <= shape.upper for value in shape.grid]
+            assert all(inside), (place, shape)
+            assert not shape.logarithmic or shape.lower > 0
+        effect = family.effect(robot, place, middle(family, robot, place), present(robot.name))
+        count = len(effect.parameter_names)
+        assert len(effect.units) == len(effect.bounds) == count
+        assert all(low < high for low, high in effect.bounds)
+        assert all(index < count for index in family.essential)
+        names += effect.parameter_names
+        columns = effect.columns(state)
+        assert columns.shape == (200, robot.n, count)
+        assert np.isfinite(columns).all()
+        np.testing.assert_array_equal(columns, effect.columns(state))
+        assert effect_from(robot, entry_of(robot, effect), present(robot.name)).shape == effect.shape
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("family", VOCABULARY, ids=NAMES)
+def test_an_effect_is_something_in_the_simulation(family: Family) -> None:
+    place = family.places(TX40)[-1]
+    effect = family.effect(TX40, place, middle(family, TX40, place), present("tx40"))
+    parts = effect.simulated(np.full(len(effect.parameter_names), 0.1))
+    assert any(value is not None and len(value) for value in vars(parts).values())
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if "friction" in name])
+def test_friction_of_a_drive_that_stands_still_is_nothing(name: str) -> None:
+    still = MOTION.velocity.copy()
+    still[:, 2] = 0.0
+    effect = placed(name, 2, *middle(family_named(name), TX40, Place("drive", (2,))))
+    assert not effect.columns(replace(MOTION, velocity=still)).any()
+    assert effect.columns(MOTION)[:, 2].any()
+    assert not effect.columns(MOTION)[:, [0, 1, 3, 4, 5]].any()
+
+
+@pytest.mark.parametrize("name", ["viscous_friction", "coulomb_friction", "rotor_inertia", "torque_ripple"])
+def test_a_coupled_drive_loads_both_its_joints_alike(name: str) -> None:
+    """Drive 6 turns with q5 + q6."""
+    effect = placed(name, 5, *middle(family_named(name), TX40, Place("drive", (5,))))
+    columns = effect.columns(MOTION)
+    np.testing.assert_array_equal(columns[:, 4], columns[:, 5])
+    assert columns[:, 4].any()
+    assert not columns[:, :4].any()
+
+
+# Friction
+
+
+def test_friction_over_speed() -> None:
+    v = MOTION.velocity[:, 2]
+    row = np.eye(6)[2]
+    limit = TX40.velocity_limits[2]
+    fade = np.exp(-TIME / 8.0)
+    sign = SIGN(v)
+    cases = [
+        (placed("viscous_friction", 2), [v]),
+        (placed("coulomb_friction", 2), [sign]),
+        (placed("asymmetric_friction", 2), [np.abs(sign), np.abs(v)]),
+        (placed("stribeck_friction", 2, 0.3, 2.0), [sign * np.exp(-((v / 0.3) ** 2))]),
+        (placed("stribeck_friction", 2, 0.3, 1.0), [sign * np.exp(-np.abs(v) / 0.3)]),
+        (placed("static_friction", 2, 0.01, 2.0), [sign * np.exp(-((v / 0.01) ** 2))]),
+        (placed("nonlinear_viscous_friction", 2, 0.5), [sign * np.sqrt(np.abs(v) / limit)]),
+        (placed("nonlinear_viscous_friction", 2, 3.0), [sign * np.abs(v / limit) ** 3]),
+        (placed("drifting_friction", 2, 8.0), [fade * sign, fade * v]),
+        (placed("rotor_inertia", 2), [MOTION.acceleration[:, 2]]),
+        (placed("current_offset", 2), [np.ones_like(v)]),
+    ]
+    for effect, values in cases:
+        np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=1e-12)
+
+
+def test_friction_over_position_and_load() -> None:
+    q, v = MOTION.position[:, 1], MOTION.velocity[:, 1]
+    row = np.eye(6)[1]
+    wave = placed("position_dependent_friction", 1, 3.0).columns(MOTION)
+    expected = on_joints(row, SIGN(v) * np.cos(3 * q), SIGN(v) * np.sin(3 * q))
+    np.testing.assert_allclose(wave, expected, atol=1e-12)
+    model, data = rigid_body_model(TX40), rigid_body_model(TX40).createData()
+    load = [
+        pinocchio.rnea(model, data, *motion)[1]
+        for motion in zip(MOTION.position, MOTION.velocity, MOTION.acceleration, strict=True)
+    ]
+    got = placed("load_dependent_friction", 1, 0.0).columns(MOTION)
+    np.testing.assert_allclose(got, on_joints(row, np.abs(load) * SIGN(v)), atol=1e-9)
+
+
+# Motors and drives
+
+
+def test_ripple_turns_with_the_motor() -> None:
+    q = MOTION.position[:, 2]
+    got = placed("torque_ripple", 2, 2.0).columns(MOTION)
+    expected = on_joints(np.eye(6)[2], np.cos(2 * 45 * q), np.sin(2 * 45 * q))
+    np.testing.assert_allclose(got, expected, atol=1e-12)
+
+
+def test_a_gain_error_lacks_a_share_of_one_drive_s_torque() -> None:
+    """All drives' columns together are the whole torque; each falls on the joints of its drive alone."""
+    torque = present("tx40").torque(MOTION)
+    parts = [placed("drive_gain_error", drive).columns(MOTION)[:, :, 0] for drive in range(6)]
+    np.testing.assert_allclose(sum(parts), -torque, atol=1e-9)
+    np.testing.assert_allclose(parts[4][:, 5], 0.0, atol=1e-12)
+    assert np.abs(parts[5][:, 4]).max() > 0.1
+
+
+def test_saturation_takes_what_is_asked_beyond_the_limit() -> None:
+    assert MOTION.torque is not None
+    got = placed("saturation", 0, 6.0).columns(MOTION)[:, :, 0]
+    asked = MOTION.torque[:, 0]
+    expected = np.where(np.abs(asked) > 6.0, asked - 6.0 * np.sign(asked), 0.0)
+    np.testing.assert_allclose(got, on_joints(np.eye(6)[0], expected)[:, :, 0], atol=1e-12)
+    assert 0.1 < (expected != 0).mean() < 0.9
+
+
+def test_a_lag_leads_by_the_torque_s_rate() -> None:
+    """Against differences of the model's torque on the same motion a little earlier and later."""
+    model, h = present("tx40"), 1e-4
+    rate = (model.torque(at(TX40, TIME + h)) - model.torque(at(TX40, TIME - h))) / (2 * h)
+    got = placed("current_loop_lag", 0).columns(MOTION)[:, :, 0]
+    away = (np.abs(MOTION.velocity) > 0.3 * np.abs(MOTION.velocity).max(axis=0))[1:-1, 0]
+    np.testing.assert_allclose(got[1:-1, 0][away], rate[1:-1, 0][away], atol=0.02 * np.abs(rate).max())
+    assert not got[:, 1:].any()
+
+
+def test_a_late_position_is_a_motion_farther_on() -> None:
+    """The torque is that of the same motion a little later, which the trajectory's formula knows."""
+    model, h = present("tx40"), 1e-4
+    wanted = (model.torque(at(TX40, TIME + h)) - model.torque(MOTION)) / h
+    got = placed("time_delay", 0).columns(MOTION)[:, :, 0]
+    np.testing.assert_allclose(got[2:-2], wanted[2:-2], atol=0.01 * np.abs(wanted).max())
+    # One drive alone: joint 6 turns back by what drive 6 is late, for drive 5 is not.
+    later = at(TX40, TIME + h)
+    moved = {
+        name: getattr(MOTION, name)
+        + ((getattr(later, name) - getattr(MOTION, name)) @ TX40.transmission_matrix[5])[:, np.newaxis]
+        * BACK[:, 5]
+        for name in ("position", "velocity", "acceleration")
+    }
+    wanted = (model.torque(State(**moved)) - model.torque(MOTION)) / h
+    got = placed("time_delay", 6).columns(MOTION)[:, :, 0]
+    np.testing.assert_allclose(got[2:-2], wanted[2:-2], atol=0.01 * np.abs(wanted).max())
+
+
+# Gears, on one carriage of 95 kg: m(θ̈ − ẍ) passes through the gear
+
+
+def test_elasticity_is_a_second_mass_behind_a_spring() -> None:
+    family = family_named("joint_elasticity")
+    robot, time = EMPS, np.arange(0.0, 2.0, 0.001)
+    mass, frequency, ratio = 95.1, 12.0, 0.08
+    stiffness = mass * (2 * np.pi * frequency) ** 2
+    effect = family.effect(robot, family.places(robot)[0], (1 / stiffness, ratio), present("emps"))
+    state = at(robot, time)
+    w, size = 2 * np.pi * 0.6, 0.08 * 0.6
+
+    def link(t: float, s: FloatArray) -> list[float]:
+        ahead, faster = size * np.sin(w * t) - s[0], size * w * np.cos(w * t) - s[1]
+        return [s[1], (stiffness * ahead + 2 * ratio * np.sqrt(stiffness * mass) * faster) / mass]
+
+    start = [size * np.sin(0.0), size * w]
+    run = solve_ivp(link, (0, time[-1]), start, t_eval=time, rtol=1e-9, atol=1e-12)
+    through = mass * np.array([link(t, s)[1] for t, s in zip(time, run.y.T, strict=True)])
+    change = (through - mass * state.acceleration[:, 0])[:, np.newaxis]
+    settings = robot.identification
+    wanted = low_pass(change, settings.cutoff_hz, 0.001, settings.filter_order)[:, 0]
+    got = effect.columns(state)[:, 0, 0]
+    assert np.abs(wanted).max() > 0.3
+    np.testing.assert_allclose(got, wanted, atol=0.01 * np.abs(wanted).max())
+
+
+def test_play_lets_the_carriage_fly_between_the_flanks() -> None:
+    """In flight no torque passes the gear, so the column takes off all that rigid links would take."""
+    state = at(EMPS, np.arange(0.0, 2.0, 0.001))
+    got = placed("backlash", 0, 0.004, 0.0, robot=EMPS).columns(state)[:, 0, 0]
+    rigid = 95.1 * state.acceleration[:, 0]
+    turning = int(np.flatnonzero(np.diff(np.sign(rigid[100:])))[0]) + 100
+    flight = turning + np.arange(15, 40)  # 4 mm at this jerk take a tenth of a second
+    np.testing.assert_allclose(got[flight], -rigid[flight], atol=0.03 * np.abs(rigid).max())
+    pressed = turning - 60 + np.arange(30)
+    assert np.abs(got[pressed]).max() < 0.1 * np.abs(rigid).max()
+
+
+def test_a_kinematic_error_moves_the_load_and_is_a_lever() -> None:
+    """q = u + e(u): Lagrange gives the input (1 + e′) m q̈; to first order m ë + e′ m ü."""
+    state = at(EMPS, TIME)
+    waves, mass = 400.0, 95.1
+    q, v, a = (x[:, 0] for x in (state.position, state.velocity, state.acceleration))
+    cos, sin = np.cos(waves * q), np.sin(waves * q)
+    wanted = [
+        2 * mass * waves * slope * a + mass * waves**2 * bend * v**2
+        for slope, bend in ((-sin, -cos), (cos, -sin))
+    ]
+    got = placed("gear_ripple", 0, 1.0, robot=EMPS).columns(state)[:, 0]
+    np.testing.assert_allclose(got, np.array(wanted).T, atol=2e-3 * np.abs(wanted).max())
+
+
+# Loads
+
+
+def test_a_payload_is_a_body_of_the_last_link() -> None:
+    """Against pin, with the body welded to the wrist: mass and first moments about its frame."""
+    mass, centre = 0.8, np.array([0.03, -0.02, 0.1])
+    effect = placed("payload", 0)
+    symbols = [name.removesuffix("_payload") for name in effect.parameter_names]
+    inertia = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    figures = dict(zip(("M", "MX", "MY", "MZ"), (mass, *(mass * centre)), strict=True)) | {
+        f"{a}{b}": inertia[i, j] for i, a in enumerate("XYZ") for j, b in enumerate("XYZ")
+    }
+    values = np.array([figures[symbol] for symbol in symbols])
+    model = rigid_body_model(TX40)
+    loaded = model.copy()
+    ten = np.concatenate([[mass], mass * centre, inertia[np.tril_indices(3)]])
+    if "XX" not in symbols:
+        ten[4:] = 0.0
+    loaded.inertias[6] = pinocchio.Inertia.FromDynamicParameters(
+        model.inertias[6].toDynamicParameters() + ten
+    )
+    motions = list(zip(MOTION.position, MOTION.velocity, MOTION.acceleration, strict=True))[::20]
+    wanted = [
+        pinocchio.rnea(loaded, loaded.createData(), *m) - pinocchio.rnea(model, model.createData(), *m)
+        for m in motions
+    ]
+    got = effect.columns(MOTION)[::20] @ values
+    np.testing.assert_allclose(got, wanted, atol=1e-9)
+    assert np.abs(wanted).max() > 0.5
+
+
+def test_a_tilted_base_turns_gravity() -> None:
+    """Against pin with the base itself turned about its x axis, then about y."""
+    model = rigid_body_model(TX40)
+    columns = placed("base_tilt", 0).columns(MOTION)
+    small = 1e-4
+    for k, axis in enumerate(np.eye(3)[:2]):
+        turn = pinocchio.AngleAxis(small, axis).toRotationMatrix()
+        tilted = model.copy()
+        tilted.gravity.linear = turn.T @ np.array(TX40.gravity)  # gravity as the turned base sees it
+        for sample in range(0, TIME.size, 100):
+            q = MOTION.position[sample]
+            wanted = pinocchio.computeGeneralizedGravity(tilted, tilted.createData(), q)
+            wanted = wanted - pinocchio.computeGeneralizedGravity(model, model.createData(), q)
+            np.testing.assert_allclose(columns[sample, :, k], wanted / small, atol=1e-2)
+
+
+def test_springs_and_a_contact() -> None:
+    q = MOTION.position[:, 1]
+    row = np.eye(6)[1]
+    cases = [
+        (placed("gravity_spring", 1), [q, np.ones_like(q)]),
+        (placed("cable_spring", 1, 0.2), [q - 0.2, (q - 0.2) ** 3]),
+        (placed("contact", 1, 0.1, 1.0), [np.maximum(q - 0.1, 0.0)]),
+        (placed("contact", 1, 0.1, -1.0), [np.minimum(q - 0.1, 0.0)]),
+    ]
+    for effect, values in cases:
+        np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=1e-12)
+
+
+# Coupled axes
+
+
+def test_a_shaft_between_joints_that_nothing_describes() -> None:
+    """T = ½ J (r q̇1 + q̇2)²: its inertia acts on both joints, diagonal and between."""
+    ratio, row = -0.5, np.array([-0.5, 1.0, 0.0, 0.0, 0.0, 0.0])
+    got = placed("wrist_coupling", 0, ratio).columns(MOTION)
+    a, v = MOTION.acceleration @ row, MOTION.velocity @ row
+    np.testing.assert_allclose(got, on_joints(row, a, v, SIGN(v)), atol=1e-12)
+
+
+def test_a_described_shaft_has_its_own_share_in_the_usual_model_already() -> None:
+    """The same columns as the usual model's, which gives Ia and Fv of both joints the diagonal."""
+    got = placed("wrist_coupling", 4, 1.0).columns(MOTION)
+    usual = next(e for e in RegressorModel.of(TX40).effects if e.name == "wrist_coupling")
+    np.testing.assert_allclose(got, usual.columns(MOTION), atol=1e-12)
+
+
+# As plain values
+
+
+def test_what_is_not_in_the_vocabulary_is_refused_in_one_line() -> None:
+    with pytest.raises(IdentificationError, match="effect sticktion is not in the vocabulary; allowed: vis"):
+        family_named("sticktion")
+    model = present("tx40")
+    with pytest.raises(IdentificationError, match=r"contact at joints \[7\]; allowed: 1; 2; 3; 4; 5; 6"):
+        effect_from(TX40, EffectEntry("contact", (7,), {}), model)
+    with pytest.raises(IdentificationError, match=r"hysteresis with shape \['gap'\]; allowed: length"):
+        effect_from(TX40, EffectEntry("hysteresis", (2,), {"gap": 1.0}), model)
+
+
+def test_a_placed_effect_comes_back_from_plain_values() -> None:
+    effect = placed("contact", 2, 1.5, -1.0)
+    entry = entry_of(TX40, effect)
+    assert entry == EffectEntry("contact", (3,), {"contact_angle": 1.5, "side": -1.0})
+    again = effect_from(TX40, entry, present("tx40"))
+    np.testing.assert_array_equal(again.columns(MOTION), effect.columns(MOTION))
