@@ -6,14 +6,14 @@ import numpy as np
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel
-from ident.effects.placed import ANY, Family, Law, Parameters, Parts
+from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts
 from ident.effects.rigid_body import RigidBody
 from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_SYMBOLS = ("M", "MX", "MY", "MZ")
-_UNITS = ("kg", "kg·m", "kg·m", "kg·m")
+_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
+_UNITS = ("kg", *("kg·m",) * 3, *("kg·m²",) * 6)
 
 
 def _places(robot: Robot) -> tuple[Place, ...]:
@@ -23,7 +23,7 @@ def _places(robot: Robot) -> tuple[Place, ...]:
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """Mass and first moments about the last link's frame; its own inertia is small beside that of a wrist."""
+    """All ten about the last link's frame: a kilogram 0.1 m off it has as much inertia as a wrist."""
     body = RigidBody(robot)
     last = slice(10 * (robot.n - 1), 10 * (robot.n - 1) + len(_SYMBOLS))
 
@@ -36,7 +36,7 @@ def _make(
         return SimulatedParts(links=links)
 
     names = tuple(f"{symbol}_payload" for symbol in _SYMBOLS)
-    return Parameters(names, _UNITS, ((0.0, np.inf), ANY, ANY, ANY)), law, parts
+    return Parameters(names, _UNITS, (POSITIVE, *(ANY,) * 9)), law, parts
 
 
 PAYLOAD = Family(
