@@ -82,11 +82,10 @@ class Cycle:
         period = self.job.cycle_time
         self.publish()
         # A drive that is lost is not waited for.
-        lost = any(self.watch.lost(axis) for axis in range(len(self.goals)))
         until = max(
             self.pace.deadline + RECEIVE_SHARE * period,
             now + LEAST_RECEIVE_SHARE * period,
-            now if lost else now + self.job.budgets.receive_seconds,
+            now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
         )
         self.exchange.receive(until)
         self.watch.check(self.latched_before, self.goals)
@@ -100,11 +99,11 @@ class Cycle:
         """
         goals = self.goals
         words = self.exchange.statusword
-        controlwords = [next_controlword(word, goal) for word, goal in zip(words, goals, strict=True)]
+        controlwords = list(map(next_controlword, words, goals))
         for axis in self._interpolated:
             if controlwords[axis] == Command.ENABLE_OPERATION and has_torque(words[axis]):
                 controlwords[axis] |= INTERPOLATE
-        for axis, goal in enumerate(goals):
+        for axis, goal in enumerate(goals if Goal.SWITCH_ON_DISABLED in goals else ()):
             # A drive that does not say where it is, or says it wrongly, cannot be led down step by step.
             if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.uncontrolled(axis)):
                 controlwords[axis] = Command.DISABLE_VOLTAGE

@@ -83,7 +83,7 @@ class Exchange:
         self._clock, self._sleep = clock, sleep
         self._heartbeat_id = heartbeat_cob_id(master_node)
         self._nodes = [link.node for link in links]
-        self._rpdo = [rpdo_cob_id(link.node) for link in links]
+        self._send_rpdos = port.prepare([rpdo_cob_id(link.node) for link in links], RPDO.size)
         self._whole = [(1 << len(tpdo_layouts(link.control_signal_bits))) - 1 for link in links]
         self._parts = [0] * n
         self._missing = n
@@ -147,10 +147,7 @@ class Exchange:
 
     def send(self, controlwords: Sequence[int], targets: Sequence[int]) -> None:
         """Send each drive its controlword and set-point, in counts; latched at the next SYNC."""
-        pack, send = RPDO.pack, self._port.send
-        for cob_id, controlword, target in zip(self._rpdo, controlwords, targets, strict=True):
-            if not send(cob_id, pack(controlword, target)):
-                self.send_failures += 1
+        self.send_failures += self._send_rpdos(list(map(RPDO.pack, controlwords, targets)))
 
     def send_heartbeat(self) -> None:
         """The master's own sign of life (CiA 301, 7.2.8.2.2)."""

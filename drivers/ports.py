@@ -11,6 +11,7 @@ import select
 import socket
 import struct
 import sys
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import can
@@ -18,6 +19,7 @@ import msgpack
 from can.interfaces.socketcan import SocketcanBus
 from can.interfaces.udp_multicast.utils import pack_message
 
+from drivers.batch import DatagramBatch
 from drivers.bus_errors import BUS_OFF, CONTROLLER, ERROR_FLAG
 from drivers.multicast import LocalMulticastBus
 
@@ -26,6 +28,7 @@ Frame = tuple[int, bytes]
 
 _EXTENDED, _REMOTE = 0x8000_0000, 0x4000_0000
 _CAN_FRAME = struct.Struct("=IB3x8s")
+_HEADER = 8
 _MOST_FRAMES = 4096
 """Taken in at once; a bus that floods must not keep the loop from its deadline for good."""
 # Linux numbers that Python's socket module does not carry.
@@ -39,6 +42,9 @@ class FramePort(Protocol):
 
     def send(self, cob_id: int, data: bytes) -> bool:
         """Put a frame on the bus; False where the system refuses it."""
+
+    def prepare(self, cob_ids: Sequence[int], size: int) -> Callable[[Sequence[bytes]], int]:
+        """What sends a payload of this size on each of these ids, and tells how many the system refused."""
 
     def drain(self) -> list[Frame]:
         """All frames that have come."""
@@ -81,6 +87,8 @@ class _MulticastPort:
         self._receiver, self._sender, self._address = bus.sockets
         self._bus = bus
         self._accepted = bus.accepted_ids
+        self._known: dict[bytes, int] = {}
+        """COB-ID by all that comes before eight bytes of payload: a datagram like one that was decoded."""
         self._templates: dict[tuple[int, int], tuple[bytes, bytes]] = {}
         self._sent = 0
         self._base = dropped_frames(self._receiver)
@@ -96,15 +104,33 @@ class _MulticastPort:
         self._sent += 1
         return True
 
+    def prepare(self, cob_ids: Sequence[int], size: int) -> Callable[[Sequence[bytes]], int]:
+        self._sender.connect(self._address)
+        batch = DatagramBatch(self._sender, [_template(cob_id, size) for cob_id in cob_ids], size)
+
+        def send(payloads: Sequence[bytes]) -> int:
+            refused = batch.send(payloads)
+            self._sent += len(payloads) - refused
+            return refused
+
+        return send
+
     def drain(self) -> list[Frame]:
         frames: list[Frame] = []
-        receive, accepted = self._receiver.recv, self._accepted
+        receive, accepted, known = self._receiver.recv, self._accepted, self._known
         try:
             while len(frames) < _MOST_FRAMES:
-                if (frame := _decoded(receive(512))) is None:
+                datagram = receive(512)
+                head = datagram[:-_TAIL_AND_EIGHT]
+                if (cob_id := known.get(head)) is not None and datagram.endswith(_TAIL):
+                    frames.append((cob_id, datagram[-_TAIL_AND_EIGHT : -len(_TAIL)]))
+                    continue
+                if (frame := _decoded(datagram)) is None:
                     continue
                 if accepted is None or frame[0] in accepted or frame[0] & ERROR_FLAG:
                     frames.append(frame)
+                    if len(frame[1]) == 8 and not frame[0] & ERROR_FLAG and datagram.endswith(_TAIL):
+                        known[head] = frame[0]
         except BlockingIOError:
             pass
         except OSError as error:
@@ -127,6 +153,11 @@ def _template(cob_id: int, size: int) -> tuple[bytes, bytes]:
         return datagram, b""
     before, _, after = datagram.partition(mark)
     return before, after
+
+
+_TAIL = _template(0x181, 8)[1]
+"""What follows the payload in a datagram of python-can."""
+_TAIL_AND_EIGHT = len(_TAIL) + 8
 
 
 def _decoded(datagram: bytes) -> Frame | None:
@@ -156,6 +187,13 @@ class _SocketCanPort:
         except OSError:
             return False
         return True
+
+    def prepare(self, cob_ids: Sequence[int], size: int) -> Callable[[Sequence[bytes]], int]:
+        frames = [
+            (_CAN_FRAME.pack(cob_id, size, b"")[:_HEADER], bytes(_CAN_FRAME.size - _HEADER - size))
+            for cob_id in cob_ids
+        ]
+        return DatagramBatch(self._socket, frames, size).send
 
     def drain(self) -> list[Frame]:
         frames: list[Frame] = []
@@ -204,6 +242,12 @@ class _MessagePort:
         except can.CanError:
             return False
         return True
+
+    def prepare(self, cob_ids: Sequence[int], size: int) -> Callable[[Sequence[bytes]], int]:
+        def send(payloads: Sequence[bytes]) -> int:
+            return sum(not self.send(i, payload) for i, payload in zip(cob_ids, payloads, strict=True))
+
+        return send
 
     def drain(self) -> list[Frame]:
         frames: list[Frame] = []

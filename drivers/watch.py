@@ -22,6 +22,9 @@ from drivers.samples import Outcome
 
 _STATE_BITS = 0x6F
 _ENABLED_BITS = 0x27
+_CALM_MASK = _STATE_BITS | FOLLOWS_BIT | FOLLOWING_ERROR_BIT
+_CALM = _ENABLED_BITS | FOLLOWS_BIT
+"""A statusword of an axis that does what it should: nothing else has to be looked at."""
 _PATIENCE = 3
 """SYNCs in which a statusword bit may contradict before it is believed."""
 
@@ -50,6 +53,8 @@ class Watch:
     ) -> None:
         self.enabled = False
         """Whether every axis is meant to be in operation enabled."""
+        self.any_lost = False
+        """Whether any drive is lost."""
         self.request: Request | None = None
         """The most urgent request of the parent, as of the latest check."""
         self._job = job
@@ -115,7 +120,13 @@ class Watch:
         """
         seen = self._exchange
         now = self._clock()
-        for axis in range(len(goals)):
+        enabled = self.enabled
+        self.any_lost = False
+        for axis, word in enumerate(seen.statusword):
+            if enabled and seen.complete[axis] and word & _CALM_MASK == _CALM and self._alive(axis, now):
+                self._unanswered[axis] = self._astray[axis] = 0
+                self._follows[axis] = True
+                continue
             self._check_answer(axis)
             self._check_life(axis, now)
             self._check_state(axis, goals)
@@ -124,6 +135,16 @@ class Watch:
             for axis in self._motion.blind:
                 goals[axis] = Goal.SWITCH_ON_DISABLED
         self._check_surroundings()
+
+    def _alive(self, axis: int, now: float) -> bool:
+        """Whether its latest heartbeat is good and young, and no emergency has come."""
+        seen = self._exchange
+        return (
+            seen.nmt_state[axis] == OPERATIONAL
+            and now - seen.heard[axis] <= self._heartbeat_patience[axis]
+            and not seen.emergencies[axis]
+            and not seen.booted[axis]
+        )
 
     def lost(self, axis: int) -> bool:
         """Whether a drive has left more SYNCs unanswered than it may: what it said last is out of date."""
@@ -139,6 +160,7 @@ class Watch:
             self._answered[axis] = True
             return
         self._unanswered[axis] += 1
+        self.any_lost = self.any_lost or self.lost(axis)
         # Before the first answer a drive has a longer time, which the loop itself watches.
         if self._answered[axis] and self.lost(axis):
             self.abort(f"no TPDO from {self._job.drives[axis]} in {self._unanswered[axis]} SYNCs")

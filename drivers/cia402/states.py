@@ -121,7 +121,10 @@ def next_controlword(statusword: int, goal: Goal) -> int:
         statusword: latest 6041h.
         goal: how far up the drive shall be.
     """
-    state = state_of(statusword)
+    return _NEXT[goal - Goal.QUICK_STOP][statusword & 0x7F]
+
+
+def _next_controlword(state: State, goal: Goal) -> int:
     if goal is Goal.QUICK_STOP:
         stops = state in (State.OPERATION_ENABLED, State.QUICK_STOP)
         return int(Command.QUICK_STOP if stops else Command.DISABLE_VOLTAGE)
@@ -133,6 +136,10 @@ def next_controlword(statusword: int, goal: Goal) -> int:
     if level > goal:
         return int(_DOWN[state])
     return int(_HOLD[state])
+
+
+_NEXT = tuple(tuple(_next_controlword(state, goal) for state in _STATES) for goal in sorted(Goal))
+"""By goal and by the low bits of the statusword: the cycle asks for six of them each time."""
 
 
 def refusal(statusword: int) -> str | None:
