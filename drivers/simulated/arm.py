@@ -17,6 +17,7 @@ from typing import Any, Self
 from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import NO_FAULTS, Faults
+from drivers.simulated.scenario import Scenario
 from drivers.simulated.truth import PlantTruth
 
 _START_TIMEOUT = 180.0
@@ -34,7 +35,9 @@ class SimulatedArm:
         seed: which arm is drawn around the description, and which noise it has.
         faults: what goes wrong.
         truth: an arm to simulate instead of one drawn from the seed.
-        scenario: file that says what the arm has besides; only the process of the drives reads it.
+        scenario: what the arm has besides, or the file that says so; only the process of the drives reads it.
+        seal: file into which that process writes the truth instead of telling it, see
+            :mod:`drivers.simulated.seal`.
 
     Raises:
         BusError: the bus cannot be opened or is occupied.
@@ -49,7 +52,8 @@ class SimulatedArm:
         *,
         faults: Faults = NO_FAULTS,
         truth: PlantTruth | None = None,
-        scenario: str | Path | None = None,
+        scenario: str | Path | Scenario | None = None,
+        seal: str | Path | None = None,
     ) -> None:
         order = {
             "robot": str(robot_source),
@@ -58,7 +62,8 @@ class SimulatedArm:
             "seed": seed,
             "faults": faults.as_dict(),
             "truth": truth.as_dict() if truth is not None else None,
-            "scenario": str(scenario) if scenario is not None else None,
+            "scenario": _plain(scenario),
+            "seal": str(seal) if seal is not None else None,
         }
         self._process = subprocess.Popen(
             [sys.executable, "-m", "drivers.simulated"],
@@ -83,7 +88,13 @@ class SimulatedArm:
         return self._process.poll() is None
 
     def truth(self) -> PlantTruth:
-        """What the arm really is; kept also after :meth:`close`."""
+        """What the arm really is; kept also after :meth:`close`.
+
+        Raises:
+            DriveError: it is sealed.
+        """
+        if self._truth is None:
+            raise DriveError("the truth of the simulated arm is sealed; open_seal opens the file")
         return self._truth
 
     def close(self) -> None:
@@ -114,7 +125,7 @@ class SimulatedArm:
     ) -> None:
         self.close()
 
-    def _start(self, order: dict[str, Any]) -> PlantTruth:
+    def _start(self, order: dict[str, Any]) -> PlantTruth | None:
         process = self._process
         assert process.stdin is not None
         try:
@@ -126,7 +137,7 @@ class SimulatedArm:
         if "error" in answer:
             kind = BusError if answer["error"] == "BusError" else DriveError
             raise kind(answer["message"])
-        return PlantTruth.from_dict(answer["truth"])
+        return None if answer["truth"] is None else PlantTruth.from_dict(answer["truth"])
 
     def _answer(self) -> dict[str, Any]:
         """The process's first line."""
@@ -144,6 +155,13 @@ class SimulatedArm:
             data += part
         answer: dict[str, Any] = json.loads(data)
         return answer
+
+
+def _plain(scenario: str | Path | Scenario | None) -> str | dict[str, Any] | None:
+    """A scenario as the process takes it: the path of its file, or plain numbers."""
+    if scenario is None:
+        return None
+    return scenario.as_dict() if isinstance(scenario, Scenario) else str(scenario)
 
 
 def _environment() -> dict[str, str]:

@@ -26,7 +26,8 @@ from drivers.channel import Channel
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
 from drivers.simulated.group import DriveGroup
-from drivers.simulated.scenario import EMPTY, load_scenario
+from drivers.simulated.scenario import EMPTY, Scenario, load_scenario
+from drivers.simulated.seal import sealed_content, write_seal
 from drivers.simulated.truth import PlantTruth, draw_truth
 from robots import RobotFileError, load
 
@@ -66,7 +67,8 @@ def main() -> int:
     try:
         robot = load(order["robot"])
         truth = PlantTruth.from_dict(order["truth"]) if order["truth"] else draw_truth(robot, order["seed"])
-        scenario = load_scenario(order["scenario"]) if order["scenario"] else EMPTY
+        scenario = _scenario(order["scenario"])
+        scenario.check(robot)
         with BusLock(channel, LOCK_ROLE):
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
@@ -76,12 +78,27 @@ def main() -> int:
                 # Answers in time even where ordinary processes keep the processors busy.
                 realtime.freeze_heap()
                 realtime.take_priority(realtime.DRIVES_PRIORITY)
-                _say({"truth": truth.as_dict()})
+                _say({"truth": _told(truth, scenario, order["seal"])})
                 serve(group, bus, lifeline.holds)
     except (BusError, DriveError, RobotFileError, can.CanError) as error:
         _say({"error": type(error).__name__, "message": str(error)})
         return 2
     return 0
+
+
+def _scenario(given: str | dict[str, Any] | None) -> Scenario:
+    """A scenario from its file, or as its plain numbers."""
+    if given is None:
+        return EMPTY
+    return load_scenario(given) if isinstance(given, str) else Scenario.from_dict(given)
+
+
+def _told(truth: PlantTruth, scenario: Scenario, seal: str | None) -> dict[str, Any] | None:
+    """What the parent learns of the arm: everything, or nothing where it goes into a sealed file."""
+    if seal is None:
+        return truth.as_dict()
+    write_seal(seal, sealed_content(truth, scenario))
+    return None
 
 
 def frame_sender(bus: can.BusABC) -> Callable[[int, bytes], None]:

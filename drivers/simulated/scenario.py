@@ -118,6 +118,22 @@ class Scenario(BaseModel):
         """Name and axes (from 1) of every effect, noise left out."""
         return tuple((name, entry.axes()) for name, _, entry in self.entries() if name != "noise")
 
+    def merged(self, other: Scenario) -> Scenario:
+        """The effects of both.
+
+        Raises:
+            ScenarioError: both have the same effect on the same axis, or of the whole arm.
+        """
+        values = self.as_dict()
+        for name, given in other.as_dict().items():
+            if isinstance(given, list):
+                values[name] = values.get(name, []) + given
+            elif name in values:
+                raise ScenarioError(f"scenario: {name}: given twice; allowed: one for the arm")
+            else:
+                values[name] = given
+        return type(self).from_dict(values)
+
     def check(self, robot: Robot) -> None:
         """Refuses a scenario that names an axis which the arm does not have.
 

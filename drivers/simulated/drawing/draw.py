@@ -16,7 +16,6 @@ from drivers.simulated.truth import PlantTruth, draw_truth
 from robots import Robot
 from robots.arrays import FloatArray
 
-_PLACES_TRIED = 8
 _STEPS = 9
 _TOLERANCE = 0.15
 """The gap may exceed what was asked for by this share."""
@@ -59,6 +58,9 @@ def draw_scenario(
 ) -> DrawnScenario:
     """Draws a place and a shape, and finds the magnitude whose gap is ``size`` noise floors.
 
+    Where no sensible magnitude is visible enough at a place (play in a light wrist moves hardly any mass),
+    another place is drawn.
+
     Args:
         robot: the description.
         effect: one of ``EFFECTS``: the vocabulary, or an effect outside it.
@@ -83,8 +85,8 @@ def draw_scenario(
     places = recipe.places(robot)
     if not places:
         raise DriveError(f"effect {effect}: {robot.name} has no place for it")
-    for _ in range(_PLACES_TRIED):
-        place = places[int(rng.integers(len(places)))]
+    for choice in rng.permutation(len(places)):
+        place = places[int(choice)]
         shape = recipe.shape(rng, Place(place, robot, ruler))
         if (found := _sized(recipe, shape, place, ruler, size)) is not None:
             scenario, gap = found

@@ -23,8 +23,6 @@ _POSTURES = 40
 _FINEST_PHASE = 0.3
 """Largest resonance times substep, rad: the frequency is then right within 0.4 %."""
 _MOST_SUBSTEPS = 10
-_LARGEST_STRETCH = 0.02
-"""Stretch up to which a cubic spring's stiffness is counted, rad."""
 
 
 class Resonance:
@@ -110,8 +108,7 @@ def substeps(drives: Records, resonance: Resonance, step: float) -> int:
     """
     fastest, where = 0.0, 0
     for i in np.flatnonzero(drives["compliant"]):
-        whole = drives["stiffness"][i] + drives["slip_stiffness"][i]
-        whole += 3.0 * drives["cubic_stiffness"][i] * _LARGEST_STRETCH**2
+        whole = _largest_stiffness(drives, int(i))
         if (frequency := resonance.highest(int(i), float(whole))) > fastest:
             fastest, where = frequency, int(i)
     count = max(1, math.ceil(fastest * step / _FINEST_PHASE))
@@ -122,6 +119,17 @@ def substeps(drives: Records, resonance: Resonance, step: float) -> int:
             f"allowed: at most {most:.0f} Hz, so choose a smaller stiffness"
         )
     return count
+
+
+def _largest_stiffness(drives: Records, i: int) -> float:
+    """Of a gear's spring, where it carries as much as the brake holds, and of all its elements."""
+    linear, cubic = float(drives["stiffness"][i]), float(drives["cubic_stiffness"][i])
+    whole = linear + float(drives["slip_stiffness"][i])
+    if cubic > 0:
+        roots = np.roots([cubic, 0.0, linear, -float(drives["brake"][i])])
+        stretch = float(roots[np.abs(roots.imag).argmin()].real)
+        whole += 3.0 * cubic * stretch**2
+    return whole
 
 
 def _figures(
