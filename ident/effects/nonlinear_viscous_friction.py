@@ -13,6 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
+    angle_unit,
     drive_row,
     each_drive,
     number,
@@ -30,7 +31,10 @@ _GRID = (0.3, 0.5, 0.7, 1.5, 2.0, 3.0)
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """Torque at the drive's speed limit times (speed / limit) to a power."""
+    """Torque at the drive's speed limit times (speed / limit) to a power, and a change of the linear part.
+
+    Friction that bends has another slope, too: the power is not on top of the linear friction of a prior.
+    """
     row, sign, (power,) = drive_row(robot, place), friction_sign(robot), shape
     limit = speed_limit(robot, row)
 
@@ -38,12 +42,19 @@ def _make(
         return sign(speed) * np.abs(speed / limit) ** power
 
     def law(state: State) -> FloatArray:
-        return along(row, over_speed(state.velocity @ row))
+        speed = state.velocity @ row
+        return along(row, over_speed(speed), speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, over_speed),))
+        return SimulatedParts(
+            friction=(FrictionTorque(row, values[0] * row, over_speed),),
+            damping=values[1] * np.outer(row, row),
+        )
 
-    return Parameters((f"Fn{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+    torque = torque_unit(robot, place)
+    names = (f"Fn{number(place)}", f"Fn_linear{number(place)}")
+    units = (torque, f"{torque}·s/{angle_unit(robot, place)}")
+    return Parameters(names, units, (ANY, ANY)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -57,6 +68,7 @@ NONLINEAR_VISCOUS_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
-    contains=("viscous_friction",),
+    essential=(0,),
+    contains=("viscous_friction", "coulomb_friction"),
     confused_with=("stribeck_friction", "viscous_friction"),
 )
