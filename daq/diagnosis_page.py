@@ -1,4 +1,4 @@
-"""The page of one diagnosis: what is missing, where it lives, how sure that is, and the gap with and without it."""
+"""The page of one diagnosis: what is missing, where it lives, how sure that is, the gap before and after."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class FindingView:
     mode: str
     p_value: str
     closed: str
-    parameters: tuple[tuple[str, str, str, str], ...]
+    parameters: tuple[tuple[str, ...], ...]
     portrait: Plot
     ranking: tuple[RankRow, ...]
     gap: tuple[GapRow, ...]

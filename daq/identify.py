@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Literal
 
-import robots
-from daq.capture import Capture, CaptureError
+from daq.capture import Capture
+from daq.described import described
 from daq.identify_options import chosen_settings
-from daq.importing import CAPTURE_SUFFIX, LoadedRecordings, load_recording, loaded_capture
+from daq.importing import LoadedRecordings, load_recording, loaded_capture
 from daq.progress import Steps
-from daq.reader import read_capture
 from daq.results import write_results
 from daq.run_facts import report_facts
 from daq.run_folder import make_run_folder
@@ -71,7 +66,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         CaptureError, RobotFileError, IdentificationError, OutputError: one line each.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
-    with _described(request) as (robot, first):
+    with described(request.robot, request.paths[0]) as (robot, first):
         with steps.step("Read recordings"):
             loaded = [_load(path, robot, request.columns, first) for path in request.paths]
             held_out = [_load(path, robot, request.columns, first) for path in request.validate]
@@ -114,31 +109,6 @@ def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
     """What is missing in the recordings stands before what the estimates say, wherever results are shown."""
     result = replace(fitted.result, warnings=(*warnings, *fitted.result.warnings))
     return replace(fitted, result=result)
-
-
-@contextmanager
-def _described(request: IdentifyRequest) -> Iterator[tuple[Robot, Capture | None]]:
-    """The arm that was asked for, or the one that the first capture describes, with that capture."""
-    if request.robot is not None:
-        yield robots.load(request.robot), None
-        return
-    first = request.paths[0]
-    if first.suffix.lower() != CAPTURE_SUFFIX:
-        raise CaptureError(f"{first}: is no capture, so it does not say of which arm it is; give --robot")
-    capture = read_capture(first)
-    with TemporaryDirectory(prefix="armhil-") as folder:
-        yield _robot_of(capture, Path(folder)), capture
-
-
-def _robot_of(capture: Capture, folder: Path) -> Robot:
-    """The arm as its capture describes it; its files are unpacked into a folder."""
-    (folder / "robot.toml").write_text(capture.robot_text, encoding="utf-8")
-    urdf = (folder / str(tomllib.loads(capture.robot_text)["urdf"])).resolve()
-    if not urdf.is_relative_to(folder.resolve()):
-        raise CaptureError(f"{capture.path}: its description puts the URDF outside its folder; give --robot")
-    urdf.parent.mkdir(parents=True, exist_ok=True)
-    urdf.write_text(capture.urdf_text, encoding="utf-8")
-    return robots.load(folder)
 
 
 def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: Fitted) -> Path:

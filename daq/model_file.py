@@ -9,21 +9,24 @@ from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.capture import file_sha256
 from daq.toml_file import read_toml, validation_line
 from daq.toml_text import TomlTextError, toml_text
 from ident import Fitted
-from ident.results import Verdict
+from ident.results import Parameter, Verdict
 from robots import Identification, Robot
+from robots.arrays import FloatArray
 
 SUFFIX = ".model.toml"
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Correlation = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
@@ -68,6 +71,17 @@ class ModelParameter(_Frozen):
     sigma: NonNegative = Field(description="standard deviation")
     unit: str
     expression: str = Field(description="regrouping of standard parameters")
+    correlation: tuple[Correlation, ...] = Field(
+        default=(), description="with the parameters before this one, in their order"
+    )
+
+
+class ModelFound(_Frozen):
+    """An effect that the discrepancy search found and added."""
+
+    effect: Annotated[str, Field(min_length=1)]
+    joints: tuple[Annotated[int, Field(ge=1)], ...]
+    shape: dict[str, Finite] = Field(default={}, description="parameters that the torque is not linear in")
 
 
 class ModelFile(_Frozen):
@@ -80,7 +94,36 @@ class ModelFile(_Frozen):
     estimate: ModelEstimate
     identification: Identification = Field(description="settings that made rows of samples")
     capture: Annotated[tuple[ModelSource, ...], Field(min_length=1)]
+    found: tuple[ModelFound, ...] = ()
     parameter: Annotated[tuple[ModelParameter, ...], Field(min_length=1)]
+
+    @property
+    def values(self) -> FloatArray:
+        """β̂, shape (b,)."""
+        return np.array([parameter.value for parameter in self.parameter])
+
+    @property
+    def covariance(self) -> FloatArray | None:
+        """Of β̂, (b, b); None where the file has no correlations."""
+        sizes = [len(parameter.correlation) for parameter in self.parameter]
+        if len(sizes) > 1 and not any(sizes):
+            return None
+        sigma = np.array([parameter.sigma for parameter in self.parameter])
+        lower = np.zeros((sigma.size, sigma.size))
+        for row, parameter in enumerate(self.parameter):
+            lower[row, :row] = parameter.correlation
+        return np.asarray((lower + lower.T + np.eye(sigma.size)) * np.outer(sigma, sigma))
+
+    @model_validator(mode="after")
+    def _correlations_are_whole(self) -> Self:
+        sizes = [len(parameter.correlation) for parameter in self.parameter]
+        if any(sizes) and sizes != list(range(len(sizes))):
+            row = next(row for row, size in enumerate(sizes) if size != row)
+            raise ValueError(
+                f"parameter {self.parameter[row].name} has {sizes[row]} correlations; allowed: {row},"
+                " one with each parameter before it, or none in the whole file"
+            )
+        return self
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
@@ -119,15 +162,30 @@ def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFil
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
-        "parameter": tuple(
-            {"name": p.name, "value": p.value, "sigma": p.sigma, "unit": p.unit, "expression": p.expression}
-            for p in estimate.parameters
-        ),
+        "parameter": model_parameters(estimate.parameters, estimate.covariance),
     }
     try:
         return ModelFile.model_validate(values)
     except ValidationError as error:
         raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
+
+
+def model_parameters(parameters: Sequence[Parameter], covariance: FloatArray) -> tuple[dict[str, Any], ...]:
+    """Entries of ``[[parameter]]``: values, deviations and the lower triangle of their correlations."""
+    sigma = np.sqrt(np.diag(covariance))
+    unit = np.where(sigma > 0, sigma, 1.0)
+    correlation = np.clip(covariance / np.outer(unit, unit), -1.0, 1.0)
+    return tuple(
+        {
+            "name": parameter.name,
+            "value": parameter.value,
+            "sigma": parameter.sigma,
+            "unit": parameter.unit,
+            "expression": parameter.expression,
+            "correlation": tuple(correlation[row, :row].tolist()),
+        }
+        for row, parameter in enumerate(parameters)
+    )
 
 
 def source_sha256(path: Path) -> str:
@@ -153,6 +211,16 @@ def write_model(path: Path, fitted: Fitted, captures: Sequence[Path], robot: Rob
         ModelFileError: it cannot be written, or is not a model; see :func:`model_of`.
     """
     model = model_of(fitted, captures, robot)
+    write_model_file(path, model)
+    return model
+
+
+def write_model_file(path: Path, model: ModelFile) -> None:
+    """Write a model.
+
+    Raises:
+        ModelFileError: it cannot be written.
+    """
     heading = (
         f"# Model of {model.robot.name}, identified by armhil {model.armhil}. Values are SI;"
         " sigma is one standard deviation.\n"
@@ -163,7 +231,6 @@ def write_model(path: Path, fitted: Fitted, captures: Sequence[Path], robot: Rob
         raise ModelFileError(f"{path}: {error}") from error
     except OSError as error:
         raise ModelFileError(f"{path}: cannot be written: {error.strerror}") from error
-    return model
 
 
 def read_model(path: Path) -> ModelFile:

@@ -15,8 +15,8 @@ class TomlTextError(ValueError):
 def toml_text(table: Mapping[str, Any]) -> str:
     """A table as TOML: its plain values, then its tables, then its lists of tables.
 
-    Floats keep every digit. Keys whose value is None are left out. Tables hold plain values only, one
-    level below the top, which is all that the files of this project need.
+    Floats keep every digit. Keys whose value is None are left out. Tables below the first level are
+    written inline.
 
     Raises:
         TomlTextError: a value that is no text, number, truth value, list of these, or table of them.
@@ -55,6 +55,8 @@ def _value(value: Any) -> str:
         return repr(float(value))  # nan, inf, 1.0 and 1e-07 are TOML as Python writes them
     if isinstance(value, str):
         return _string(value)
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{_key(key)} = {_value(entry)}' for key, entry in value.items())}}}"
     if isinstance(value, Sequence):
         return f"[{', '.join(_value(entry) for entry in value)}]"
     raise TomlTextError(f"{type(value).__name__} has no form in TOML")

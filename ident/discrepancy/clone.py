@@ -56,7 +56,4 @@ def _as_scene(examination: Examination, scene: Scene, run: SimulatedRun) -> Scen
         run.position,
         run.control_signal,
     )
-    started = 0.0
-    if scene.measured.time is not None and scene.time.size:
-        started = float(scene.measured.time[0] - scene.recording.time[0])
-    return make_scene(examination.base.model.robot, recording, started)
+    return make_scene(examination.base.model.robot, recording, scene.started)

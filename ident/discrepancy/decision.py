@@ -64,7 +64,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
     library = _polished(examination, library, present)
     ranking = best_per_place(singles(library, library.score, rows))
     calibration = _Calibration.of(library, rows, settings)
-    threshold = max(calibration.threshold, settings.smallest_share * rows)
+    share = settings.smallest_share if examination.repeats else settings.smallest_share_without_repeats
+    threshold = max(calibration.threshold, share * rows)
     excess = examination.excess
     best = ranking[0]
     if best.value < threshold:

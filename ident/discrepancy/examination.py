@@ -23,6 +23,9 @@ from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LARGEST_CORRELATION = 0.98
 
+_DEPENDENT = 1e-12
+"""Singular values below this share of the largest are no information."""
+
 
 @dataclass(frozen=True)
 class Examination:
@@ -81,7 +84,8 @@ class Examination:
     @cached_property
     def _projector(self) -> tuple[FloatArray, FloatArray]:
         q, _ = np.linalg.qr(self.instruments)
-        return q, np.linalg.solve(self.regressor.T @ q, self.regressor.T)
+        # Not solve: an effect that was added may be all but dependent on what was there.
+        return q, np.linalg.lstsq(self.regressor.T @ q, self.regressor.T, rcond=_DEPENDENT)[0]
 
 
 def examine(
@@ -126,7 +130,8 @@ def examine(
     ]
     y, x, z = _with_prior(white[0][:, 0], white[1], white[2], prior)
     scale = np.linalg.norm(x, axis=0)
-    beta = np.linalg.solve((z / scale).T @ (x / scale), (z / scale).T @ y) / scale
+    cross = (z / scale).T @ (x / scale)
+    beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=_DEPENDENT)[0] / scale
     return Examination(base, tuple(scenes), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
 
 
@@ -137,9 +142,14 @@ def cautious_whitening(residual: FloatArray, used: BoolArray, parameters: int) -
     much about a slow effect as n (1 − ρ)/(1 + ρ) independent ones.
     """
     block = block_whitening(residual, used, parameters)
-    correlation = np.array([lag1_autocorrelation(residual[used[:, j], j]) for j in range(residual.shape[1])])
-    correlation = np.clip(correlation, 0.0, _LARGEST_CORRELATION)
-    return replace(block, sigma=block.sigma * np.sqrt((1 + correlation) / (1 - correlation)))
+    sigma = [inflated_deviation(residual[used[:, j], j]) for j in range(residual.shape[1])]
+    return replace(block, sigma=np.array(sigma))
+
+
+def inflated_deviation(series: FloatArray) -> float:
+    """Deviation of a series (rows,), as if it had only as many rows as are independent."""
+    correlation = min(max(lag1_autocorrelation(series), 0.0), _LARGEST_CORRELATION)
+    return float(np.sqrt(np.mean(series**2) * (1 + correlation) / (1 - correlation)))
 
 
 def _first_fit(

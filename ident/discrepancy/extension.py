@@ -10,21 +10,30 @@ from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.effects.family import PlacedEffect
 from ident.regressor import RegressorModel
+from robots.arrays import BoolArray
 
 
-def extended(base: BaseParameters, effects: Sequence[PlacedEffect]) -> BaseParameters:
+def extended(
+    base: BaseParameters, effects: Sequence[PlacedEffect], seen: Sequence[BoolArray]
+) -> BaseParameters:
     """Base parameters of the model with effects added; each of theirs is a base parameter of its own.
 
     A payload or a drive gain lies in the span of the links' columns. It is kept all the same, because a
     prior can tell it from them; without a prior the search does not ask for such effects.
+
+    Args:
+        base: the model without them.
+        effects: what is added.
+        seen: per effect, which of its parameters the data show; the others stay zero.
     """
     old = base.model
     model = RegressorModel(old.robot, (*old.effects, *effects))
     p, b, more = len(old.names), base.independent.size, len(model.names) - len(old.names)
-    relation = np.zeros((b + more, p + more))
+    shown = np.flatnonzero(np.concatenate(list(seen)))
+    relation = np.zeros((b + shown.size, p + more))
     relation[:b, :p] = base.relation
-    relation[b:, p:] = np.eye(more)
-    return BaseParameters(model, np.concatenate([base.independent, np.arange(p, p + more)]), relation)
+    relation[b + np.arange(shown.size), p + shown] = 1.0
+    return BaseParameters(model, np.concatenate([base.independent, p + shown]), relation)
 
 
 def extended_prior(prior: Prior | None, more: int) -> Prior | None:

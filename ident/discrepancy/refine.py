@@ -12,7 +12,7 @@ from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Trial, partialled
 from ident.discrepancy.present import Present
 from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 _EVALUATIONS = 40
 
@@ -60,6 +60,8 @@ class Refined:
     shape_sigma: tuple[FloatArray, ...]
     gain: float
     left: float
+    seen: tuple[BoolArray, ...]
+    """Per effect, which of its parameters the data show."""
 
 
 def refine(
@@ -157,6 +159,7 @@ def _with_deviations(
         tuple(per_shape),
         gain,
         left,
+        tuple(np.split(np.linalg.norm(columns, axis=0) > 0.0, cuts)),
     )
 
 
@@ -174,7 +177,7 @@ def _solve(
     counts = [block.shape[1] for block in blocks if block is not None]
     residual = examination.residual
     if fixed is None:
-        scale = np.linalg.norm(columns, axis=0)
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         fixed = np.linalg.lstsq(columns / scale, residual, rcond=np.sqrt(_DEPENDENT))[0] / scale
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts

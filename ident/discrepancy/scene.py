@@ -15,6 +15,9 @@ from ident.signals import DecimationFilter, decimate, decimate_index, decimation
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 
+_EDGE = 5.0
+"""Periods of the cut-off frequency at both ends in which a filtered acceleration is not to be trusted."""
+
 _CHANNELS_AT_ONCE = 96
 """Channels filtered together: bounds the memory of the decimation."""
 
@@ -25,6 +28,7 @@ class Scene:
 
     Attributes:
         recording: what was recorded.
+        started: s from the start of the first recording to the time zero of this one.
         measured: the motion at the full rate, samples × joints.
         instruments: the same motion without this sample's own noise: the mean of the other periods where
             the trajectory repeats, else the measured motion itself (without torque: a measured torque
@@ -37,6 +41,7 @@ class Scene:
     """
 
     recording: Recording
+    started: float
     measured: State
     instruments: State
     full_torque: FloatArray
@@ -76,7 +81,7 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
     """
-    settings = robot.identification
+    settings = _edges_trimmed(robot.identification, recording.sample_time)
     keep = kept_samples(recording.time.shape[0], settings)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
@@ -88,6 +93,7 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     kept_time = time[keep]
     return Scene(
         recording=recording,
+        started=started,
         measured=measured,
         instruments=replace(measured, torque=None)
         if period is None
@@ -100,6 +106,13 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
         decimation=settings.decimation,
         decimation_filter=settings.decimation_filter,
     )
+
+
+def _edges_trimmed(settings: Identification, sample_time: float) -> Identification:
+    """Settings whose trim covers what the filter of the positions does to a record that is cut in motion."""
+    least = int(np.ceil(_EDGE / (settings.cutoff_hz * sample_time))) + 2 * settings.decimation
+    start, end = settings.trim_samples
+    return settings.model_copy(update={"trim_samples": (max(start, least), max(end, least))})
 
 
 def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> FloatArray:

@@ -21,22 +21,26 @@ class SearchSettings:
 
     Attributes:
         smallest_share: a finding takes away at least this multiple of the noise's own energy.
+        smallest_share_without_repeats: the same where noise is not told from repeats.
         false_alarm: chance that noise alone gives a finding on a clean arm.
         alike: two candidates count as told apart where the worse leaves this many times more of the
             excess unexplained than the better one.
         explained: share of the excess that findings together have to explain to be named.
         second_share: a second effect takes away at least this share of what the first does; less is taken
             for the first one's form being a little different.
+        unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
         most: how many effects may be found one after the other.
         draws: residuals of noise alone that the threshold is taken from.
         seed: of those.
     """
 
     smallest_share: float = 0.02
+    smallest_share_without_repeats: float = 0.1
     false_alarm: float = 0.01
     alike: float = 0.5
     explained: float = 0.5
     second_share: float = 0.02
+    unnamed_share: float = 0.08
     most: int = 3
     draws: int = 400
     seed: int = 0

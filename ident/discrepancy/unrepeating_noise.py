@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.discrepancy.examination import Examination
+from ident.discrepancy.examination import Examination, inflated_deviation
 from ident.discrepancy.library import Library
 from ident.discrepancy.scoring import best_per_place, score, singles
 from ident.whitening import Whitening
@@ -31,9 +31,8 @@ def noise_beyond_vocabulary(examination: Examination, library: Library) -> White
     assert order == 0, "rows of Ω alone are not filtered"
     sizes = used.sum(axis=0)
     per_joint = np.split(left[: int(sizes.sum())], np.cumsum(sizes)[:-1])
-    before = np.split(examination.residual[: int(sizes.sum())], np.cumsum(sizes)[:-1])
-    ratio = np.array([np.linalg.norm(a) / np.linalg.norm(b) for a, b in zip(per_joint, before, strict=True)])
-    return replace(examination.whitening, sigma=examination.whitening.sigma * ratio)
+    factors = [inflated_deviation(series) for series in per_joint]
+    return replace(examination.whitening, sigma=examination.whitening.sigma * np.array(factors))
 
 
 def _factors(examination: Examination, library: Library) -> FloatArray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.base import BaseParameters, base_parameters
+from ident.discrepancy.align import aligned
 from ident.discrepancy.clone import with_clone
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.examination import Examination, examine
@@ -89,8 +90,9 @@ def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
         raise IdentificationError("the search needs one recording to fit and another to validate")
     progress("filter", 0.0)
     robot = searching(question.robot, question.fit[0])
-    scenes = _scenes(robot, question.fit)
     model = question.model or RegressorModel.of(robot)
+    robot = aligned(RegressorModel(robot, model.effects), _scenes(robot, question.fit))
+    scenes = _scenes(robot, question.fit)
     base = base_parameters(RegressorModel(robot, model.effects))
     prior = question.prior(base) if question.prior else None
     search = _Search(question, _Step.of(base, scenes, prior), scenes, progress)
@@ -187,9 +189,9 @@ class _Search:
         components = [Component.of(trial) for trial in chosen.trials]
         refined = refine(self.step.examination, components, self.step.present)
         before = self.step
-        more = sum(len(effect.parameter_names) for effect in refined.effects)
+        more = int(sum(seen.sum() for seen in refined.seen))
         after = _Step.of(
-            extended(before.base, refined.effects),
+            extended(before.base, refined.effects, refined.seen),
             self.scenes,
             extended_prior(before.prior, more),
             before,
@@ -273,7 +275,8 @@ class _Search:
             return "ambiguous"
         if self.findings:
             return "named"
-        if choice is not None and choice.excess > choice.threshold:
+        rows = self.step.examination.torque.shape[0]
+        if choice is not None and choice.excess > self.question.settings.unnamed_share * rows:
             return "unnamed"
         return "unnamed" if strange else "clean"
 

@@ -1,0 +1,264 @@
+"""Blind campaign of the discrepancy search: how often the hidden effect gets its right name.
+
+A scenario (effect, place, size) is drawn from a seed and given to the simulated plant alone; the search sees
+recordings, description and a prior model from a clean run of the same arm. The scoring opens the truth
+afterwards. Each run is one line of JSON, so that a campaign can be stopped and gone on with.
+
+    python benchmarks/naming.py --single 300 --clean 200 --outside 50 --jobs 2 --out naming.jsonl
+    python benchmarks/naming.py --report naming.jsonl
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+
+import robots
+from drivers.errors import DriveError
+from drivers.simulated import PlantTruth, draw_truth
+from drivers.simulated.drawing import EFFECTS, draw_scenario
+from drivers.simulated.offline import simulate_offline
+from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
+from ident import BaseParameters, Recording, identify
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, diagnose
+from ident.effects.vocabulary import VOCABULARY
+from robots import Robot
+from robots.arrays import FloatArray
+from trajectories import plan
+
+ARM = "tx40"
+PERIOD = 12.0
+PERIODS = 2
+NAMES = tuple(name for name in EFFECTS if name not in OUTSIDE_VOCABULARY)
+Task = tuple[str, str, int]
+"""Kind of run (single, clean, outside), effect, seed."""
+
+
+def main() -> None:
+    """Run what is asked for, or report what was run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--single", type=int, default=0, help="scenarios with one hidden effect")
+    parser.add_argument("--clean", type=int, default=0, help="arms with nothing hidden")
+    parser.add_argument("--outside", type=int, default=0, help="effects that the vocabulary lacks")
+    parser.add_argument("--effects", nargs="*", default=list(NAMES), help="effects of the single scenarios")
+    parser.add_argument("--size", type=float, default=3.0, help="gap of the hidden effect in noise floors")
+    parser.add_argument("--seed", type=int, default=5000, help="of the first scenario")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("naming.jsonl"))
+    parser.add_argument("--report", type=Path, help="only report these results")
+    given = parser.parse_args()
+    if given.report is None:
+        campaign(tasks_of(given), given.size, given.jobs, given.out)
+    print(report(given.report or given.out))
+
+
+def tasks_of(given: argparse.Namespace) -> list[Task]:
+    """Effects in turn, each with a seed of its own."""
+    tasks = [("single", given.effects[k % len(given.effects)], given.seed + k) for k in range(given.single)]
+    tasks += [("clean", "white" if k % 3 else "coloured", given.seed + k) for k in range(given.clean)]
+    outside = OUTSIDE_VOCABULARY
+    tasks += [("outside", outside[k % len(outside)], given.seed + k) for k in range(given.outside)]
+    return tasks
+
+
+def campaign(tasks: Sequence[Task], size: float, jobs: int, out: Path) -> None:
+    """Run what the file does not hold yet, and append it."""
+    done = {(line["kind"], line["effect"], line["seed"]) for line in _lines(out)}
+    wanted = [task for task in tasks if task not in done]
+    runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        delayed(one_run)(task, size) for task in wanted
+    )
+    with out.open("a", encoding="utf-8") as file:
+        for result in runs:
+            file.write(json.dumps(result) + "\n")
+            file.flush()
+
+
+@cache
+def motion(seed: int) -> FloatArray:
+    """One period of an exciting trajectory, (N, n)."""
+    robot = robots.load(ARM)
+    planned = plan(
+        robot,
+        cycle_time=robot.bus.cycle_time,
+        duration=PERIOD,
+        seed=seed,
+        evaluations=3000,
+        periods=PERIODS,
+    )
+    return np.asarray(planned.position[: round(PERIOD / robot.bus.cycle_time)])
+
+
+def one_run(task: Task, size: float) -> dict[str, Any]:
+    """Draw, simulate, search, and only then compare."""
+    kind, effect, seed = task
+    robot = robots.load(ARM)
+    truth = draw_truth(robot, seed)
+    try:
+        scenario, axes, ratio = _hidden(robot, truth, kind, effect, seed, size)
+    except DriveError as error:
+        return {"kind": kind, "effect": effect, "seed": seed, "skipped": str(error)}
+    quiet = scenario if kind == "clean" else Scenario()
+    accepted = record(robot, truth, quiet, motion(0), seed + 1)
+    fit = record(robot, truth, scenario, motion(0), seed + 2)
+    validation = record(robot, truth, scenario, motion(1), seed + 3)
+    found = search(robot, accepted, fit, validation)
+    return {
+        "kind": kind,
+        "effect": effect,
+        "seed": seed,
+        "axes": list(axes),
+        "ratio": ratio,
+        **summary(found),
+    }
+
+
+def _hidden(
+    robot: Robot, truth: PlantTruth, kind: str, effect: str, seed: int, size: float
+) -> tuple[Scenario, tuple[int, ...], float]:
+    if kind == "clean":
+        noise = {"noise": {"time_constant": 0.02}} if effect == "coloured" else {}
+        return Scenario.from_dict({"format": 1, **noise}), (), 0.0
+    drawn = draw_scenario(robot, effect, seed, size, truth=truth, reference=motion(0))
+    return drawn.scenario, drawn.axes, drawn.ratio
+
+
+def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray, seed: int) -> Recording:
+    """What a master would have recorded."""
+    run = simulate_offline(robot, truth, path, scenario=scenario, periods=PERIODS, seed=seed)
+    return Recording("blind", run.time, run.reference, run.position, run.control_signal)
+
+
+def search(robot: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
+    """The search as a user runs it: an accepted model as prior, one capture to fit, another to validate."""
+    estimate = identify(robot, (accepted,)).result.recommended
+
+    def prior(base: BaseParameters) -> Prior:
+        return accepted_prior(base, estimate.values, estimate.covariance)
+
+    return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
+
+
+def summary(found: Diagnosis) -> dict[str, Any]:
+    """What the scoring needs of a diagnosis."""
+    gap = found.torque
+    return {
+        "verdict": found.verdict,
+        "findings": [
+            {
+                "effect": finding.effect,
+                "joints": list(finding.joints),
+                "score": finding.score,
+                "set": [
+                    [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
+                ],
+                "parameters": {p.name: [p.value, p.sigma] for p in finding.parameters},
+            }
+            for finding in found.findings
+        ],
+        "excess": [examination.excess for examination in found.examinations],
+        "explainable": [gap.explainable(gap.before).tolist(), gap.explainable(gap.after).tolist()],
+        "floor": gap.floor.tolist(),
+    }
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line]
+
+
+def right_first(line: dict[str, Any]) -> bool:
+    """The first finding has the right name and place."""
+    findings = line["findings"]
+    return bool(findings) and _same(line, findings[0]["effect"], findings[0]["joints"])
+
+
+def in_set(line: dict[str, Any]) -> bool:
+    """The truth is the first finding or among what cannot be told from it."""
+    if right_first(line):
+        return True
+    return any(
+        _same(line, effects[0], joints[0])
+        for finding in line["findings"][:1]
+        for effects, joints in finding["set"]
+        if len(effects) == 1
+    )
+
+
+def _same(line: dict[str, Any], effect: str, joints: Sequence[int]) -> bool:
+    if effect != line["effect"]:
+        return False
+    return not line["axes"] or not joints or sorted(joints) == sorted(line["axes"])
+
+
+def share(hits: Iterable[bool]) -> str:
+    """A share with its 95 % interval (Wilson)."""
+    flags = list(hits)
+    n = len(flags)
+    if not n:
+        return "–"
+    p, z = sum(flags) / n, 1.959963984540054
+    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
+    return f"{100 * p:.0f} % [{100 * max(middle - half, 0):.0f}, {100 * min(middle + half, 1):.0f}] of {n}"
+
+
+def report(path: Path) -> str:
+    """The campaign as Markdown: figures with intervals, per effect, and what was taken for what."""
+    lines = [line for line in _lines(path) if "skipped" not in line]
+    single = [line for line in lines if line["kind"] == "single"]
+    clean = [line for line in lines if line["kind"] == "clean"]
+    outside = [line for line in lines if line["kind"] == "outside"]
+    sizes = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
+    confident = [bool(line["findings"]) and not in_set(line) for line in single]
+    named = [line for line in single if right_first(line)]
+    text = [
+        "| figure | value |",
+        "|---|---|",
+        f"| right name and joint first | {share(map(right_first, single))} |",
+        f"| truth in the reported set | {share(map(in_set, single))} |",
+        f"| mean size of the set | {np.mean(sizes or [np.nan]):.2f} |",
+        f"| a wrong name, the truth not in the set | {share(confident)} |",
+        f"| gap on validation ≤ 20 % of what it was, where named right | {share(map(_closed, named))} |",
+        f"| clean arms with a finding | {share(bool(line['findings']) for line in clean)} |",
+        f"| clean arms not called clean | {share(line['verdict'] != 'clean' for line in clean)} |",
+        f"| outside the vocabulary: noticed | {share(line['verdict'] != 'clean' for line in outside)} |",
+        f"| outside the vocabulary: no name | {share(not line['findings'] for line in outside)} |",
+        "",
+        "| effect | right first | in the set | called otherwise |",
+        "|---|---|---|---|",
+    ]
+    groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    for line in single:
+        groups[line["effect"]].append(line)
+    for effect, rows in sorted(groups.items()):
+        others = Counter(_called(line) for line in rows if not right_first(line))
+        words = ", ".join(f"{name} ×{count}" for name, count in others.most_common())
+        text.append(f"| {effect} | {share(map(right_first, rows))} | {share(map(in_set, rows))} | {words} |")
+    return "\n".join(text) + "\n"
+
+
+def _closed(line: dict[str, Any]) -> bool:
+    before, after = (np.array(values) for values in line["explainable"])
+    floor = np.array(line["floor"])
+    return bool(np.linalg.norm(after / floor) <= 0.2 * np.linalg.norm(before / floor))
+
+
+def _called(line: dict[str, Any]) -> str:
+    if not line["findings"]:
+        return str(line["verdict"])
+    first = line["findings"][0]
+    return first["effect"] + ("" if first["effect"] != line["effect"] else " at another joint")
+
+
+if __name__ == "__main__":
+    main()
