@@ -239,7 +239,8 @@ def test_a_search_may_pass_through_no_delay() -> None:
     least = placed("time_delay", 0, 1e-4).columns(MOTION)
     np.testing.assert_array_equal(placed("time_delay", 0, 0.0).columns(MOTION), least)
     rate = placed("time_delay", 0, -1e-4).columns(MOTION)
-    away = np.abs(MOTION.velocity).min(axis=1) > 0.2
+    drives = MOTION.velocity @ TX40.transmission_matrix.T
+    away = np.abs(drives).min(axis=1) > 0.2  # of reversals, whose friction is not linear in anything
     away[[0, -1]] = False  # beyond them there is no motion
     np.testing.assert_allclose(rate[away], least[away], atol=0.01 * np.abs(least[away]).max())
 
