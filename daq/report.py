@@ -210,7 +210,9 @@ def _settings(robot: Robot) -> list[tuple[str, str]]:
         ("Trimmed", f"{rows.trim_samples[0]} samples at the start, {rows.trim_samples[1]} at the end"),
         ("Friction sign", sign),
         ("Torque offset per joint", "yes" if rows.offset else "no"),
-        ("Margin of gate 1", f"{setting(100.0 * rows.instrument_margin)} %"),
+        ("Margin of gate 1, regressors", f"{setting(100.0 * rows.instrument_margin)} %"),
+        ("Margin of gate 1, torque", f"{setting(100.0 * rows.torque_margin)} %"),
+        ("Margin of gate 1, following error", f"{setting(100.0 * rows.following_error_margin)} %"),
         ("Position loop", f"{loop}, sampled every {setting(1e3 * controller.sample_time)} ms"),
         (
             "Drive gain uncertainty",
