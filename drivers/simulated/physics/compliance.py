@@ -22,7 +22,7 @@ _CONTACT_DAMPING = 0.2
 _POSTURES = 40
 _FINEST_PHASE = 0.3
 """Largest resonance times substep, rad: the frequency is then right within 0.4 %."""
-_MOST_SUBSTEPS = 10
+_MOST_SUBSTEPS = 8
 
 
 class Resonance:

@@ -24,6 +24,8 @@ from drivers.simulated.physics.records import Record
 
 _DAMPING_SPEED = 50.0
 """Bristle damping dies out above this many widths per second, so that sliding is purely Coulomb."""
+_FADED = 26.0
+"""Beyond this exp(−x²) is nothing, and takes long to find out by underflow."""
 _LOWEST_LEVEL = 0.02
 """Dry friction does not vanish, whatever lowers it."""
 _ROUNDING = 1e-3
@@ -98,7 +100,9 @@ def linearise(drive: Record, motor: Record, speed: float, position: float, brake
         bent = towards * (1.0 - decay) - motor.bristle_slope * predicted
         motor.bristle_start = motor.bristle + bent
         fading = predicted / (_DAMPING_SPEED * drive.bristle_width)
-        damping = drive.bristle_damping / step * math.exp(-fading * fading)
+        damping = 0.0
+        if abs(fading) < _FADED:
+            damping = drive.bristle_damping / step * math.exp(-fading * fading)
         motor.dry = drive.coulomb * motor.bristle_start + damping * bent
         motor.slope = (drive.coulomb + damping) * motor.bristle_slope
     if braked:

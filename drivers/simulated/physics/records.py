@@ -133,7 +133,6 @@ MOTOR_STATE = np.dtype(
         # Of the coming step of a compliant gear, see ``step``.
         ("lever", "f8"),
         ("push", "f8"),
-        ("pull", "f8"),
         ("joining", "f8"),
         ("stretch", "f8"),
     ]
