@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import Library
+from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.present import Present
 from ident.discrepancy.refine import Component, refine
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
@@ -70,6 +70,7 @@ def choose(examination: Examination, library: Library, present: Present, setting
     best = ranking[0]
     if best.value < threshold:
         return Choice(None, (), tuple(ranking), threshold, excess, calibration.p_value(best.value))
+    best = _simplest(best, ranking, _allowed(best, excess, settings, examination.repeats))
     chosen, rivals = best, ranking
     left = excess - best.gain
     if left > threshold:
@@ -77,7 +78,7 @@ def choose(examination: Examination, library: Library, present: Present, setting
         needed = max(threshold, settings.alike * left, settings.second_share * best.gain)
         if pair and pair[0].value - best.value > needed:
             chosen, rivals = pair[0], pair
-    alike = _alike(chosen, rivals, excess, settings)
+    alike = _alike(chosen, rivals, _allowed(chosen, excess, settings, examination.repeats))
     return Choice(chosen, alike, tuple(ranking), threshold, excess, calibration.p_value(chosen.value))
 
 
@@ -99,15 +100,8 @@ def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Sc
     return best_per_place(pairs(library, ranking[:_LEADERS], library.score, rows))
 
 
-def _alike(
-    chosen: Score, rivals: Sequence[Score], excess: float, settings: SearchSettings
-) -> tuple[Score, ...]:
-    """Rivals whose misfit beyond noise is hardly larger than the misfit of the chosen one.
-
-    What the chosen one leaves measures how wrong the forms of effects are; a difference smaller than
-    that decides nothing.
-    """
-    allowed = max(_EVEN, settings.alike * max(excess - chosen.gain, 0.0))
+def _alike(chosen: Score, rivals: Sequence[Score], allowed: float) -> tuple[Score, ...]:
+    """Rivals whose score is so near that the difference decides nothing."""
     keys = {trial.key for trial in chosen.trials}
     return tuple(
         rival
@@ -124,12 +118,35 @@ def _general_form(rival: Score, chosen: Score) -> bool:
     others = [trial for trial in rival.trials if trial.key not in mine]
     left = [trial for trial in chosen.trials if trial.key not in {t.key for t in rival.trials}]
     return bool(others) and all(
-        any(
-            limit.place.joints == other.place.joints and limit.family.name in other.family.contains
-            for limit in left
-        )
+        any(_sits_with(limit, other) and limit.family.name in other.family.contains for limit in left)
         for other in others
     )
+
+
+def _sits_with(limit: Trial, general: Trial) -> bool:
+    """At the same place; the drive of coupled axes is that of the second."""
+    if limit.place.scope == "joint_pair" and general.place.scope == "drive":
+        return limit.place.joints[1] == general.place.joints[0]
+    return limit.place.joints == general.place.joints
+
+
+def _simplest(best: Score, ranking: Sequence[Score], allowed: float) -> Score:
+    """A limit of the best candidate that explains as much, where there is one."""
+    for rival in ranking:
+        if best.value - rival.value <= allowed and rival is not best and _general_form(best, rival):
+            return rival
+    return best
+
+
+def _allowed(chosen: Score, excess: float, settings: SearchSettings, repeats: bool) -> float:
+    """Difference of scores that decides nothing.
+
+    What the chosen one leaves measures how wrong the forms of effects are. Where noise is not told from
+    repeats, scores themselves are only known to a share.
+    """
+    if not repeats:
+        return max(_EVEN, settings.alike_without_repeats * chosen.gain)
+    return max(_EVEN, settings.alike * max(excess - chosen.gain, 0.0))
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,10 @@ _IN_SPAN = 1e-3
 """A column of which less than this share (of its norm) is outside the present model's span says nothing."""
 
 
+_NOTHING = 1e-30
+"""A column this small is what an exponential leaves far from where it acts."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """One family at one place with one set of shape values, and where its columns are in the library.
@@ -117,11 +121,11 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
 def partialled(examination: Examination, effect: PlacedEffect) -> FloatArray | None:
     """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it."""
     white = examination.whiten([effect_rows(scene, effect) for scene in examination.scenes])
-    before = np.linalg.norm(white, axis=0)
-    if not before.any() or not np.isfinite(before).all():
+    before = np.sqrt(np.einsum("rp,rp->p", white, white))
+    if not np.isfinite(before).all() or not (before > _NOTHING).any():
         return None
     beyond = examination.partial_out(white)
-    beyond[:, np.linalg.norm(beyond, axis=0) <= _IN_SPAN * before] = 0.0
+    beyond[:, np.linalg.norm(beyond, axis=0) <= np.maximum(_IN_SPAN * before, _NOTHING)] = 0.0
     return beyond if beyond.any() else None
 
 

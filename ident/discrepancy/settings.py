@@ -25,6 +25,7 @@ class SearchSettings:
         false_alarm: chance that noise alone gives a finding on a clean arm.
         alike: two candidates count as told apart where the worse leaves this many times more of the
             excess unexplained than the better one.
+        alike_without_repeats: the same as a share of the score, where noise is not told from repeats.
         explained: share of the excess that findings together have to explain to be named.
         second_share: a second effect takes away at least this share of what the first does; less is taken
             for the first one's form being a little different.
@@ -38,6 +39,7 @@ class SearchSettings:
     smallest_share_without_repeats: float = 0.1
     false_alarm: float = 0.01
     alike: float = 0.5
+    alike_without_repeats: float = 0.03
     explained: float = 0.5
     second_share: float = 0.02
     unnamed_share: float = 0.08

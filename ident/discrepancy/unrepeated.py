@@ -14,8 +14,8 @@ from ident.discrepancy.examination import Examination
 from ident.whitening import autoregressive_whitening
 from robots.arrays import FloatArray
 
-_LOW_ORDER = 2
-"""An AR model of higher order would swallow a single frequency."""
+_LOW_ORDER = 1
+"""An AR model of order two follows a single frequency and would swallow it."""
 
 _BLOCKS = 16
 

@@ -64,6 +64,6 @@ DRIFTING_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
-    contains=("coulomb_friction", "viscous_friction"),
+    contains=("coulomb_friction", "viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
 )

@@ -69,6 +69,6 @@ NONLINEAR_VISCOUS_FRICTION = Family(
     _make,
     _shapes,
     essential=(0,),
-    contains=("viscous_friction", "coulomb_friction"),
+    contains=("viscous_friction", "coulomb_friction", "wrist_coupling"),
     confused_with=("stribeck_friction", "viscous_friction"),
 )

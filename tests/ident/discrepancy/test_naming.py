@@ -1,0 +1,111 @@
+"""Blind: the plant has an effect that the search is not told of; the search names it, its place and its size.
+
+A short form of benchmarks/naming.py. The plant shares no code with the effects of the vocabulary.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robots
+from drivers.simulated import draw_truth
+from drivers.simulated.drawing import exercise
+from drivers.simulated.offline import simulate_offline
+from drivers.simulated.scenario import Scenario
+from ident import BaseParameters, Recording, identify
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, diagnose
+from ident.effects.vocabulary import VOCABULARY
+from robots import Robot
+
+ARM_SEED = 41
+
+
+@cache
+def arm() -> Robot:
+    return robots.load("tx40")
+
+
+def recorded(scenario: Scenario, motion: int, seed: int) -> Recording:
+    truth = draw_truth(arm(), ARM_SEED)
+    path = exercise(arm(), duration=8.0, seed=motion)
+    run = simulate_offline(arm(), truth, path, scenario=scenario, periods=2, seed=seed)
+    return Recording("blind", run.time, run.reference, run.position, run.control_signal)
+
+
+@cache
+def accepted() -> tuple[np.ndarray, np.ndarray]:
+    """The same arm's model from before, when nothing was hidden."""
+    estimate = identify(arm(), (recorded(Scenario(), 0, 1),)).result.recommended
+    return estimate.values, estimate.covariance
+
+
+def search(scenario: dict[str, object]) -> Diagnosis:
+    hidden = Scenario.from_dict({"format": 1, **scenario})
+
+    def prior(base: BaseParameters) -> Prior:
+        return accepted_prior(base, *accepted())
+
+    question = Question(arm(), (recorded(hidden, 0, 2),), (recorded(hidden, 1, 3),), VOCABULARY, prior)
+    return diagnose(question)
+
+
+def named(found: Diagnosis) -> tuple[str, tuple[int, ...]]:
+    assert found.findings, found.description
+    return found.findings[0].effect, found.findings[0].joints
+
+
+def value(found: Diagnosis, name: str) -> tuple[float, float]:
+    parameter = next(p for p in found.findings[0].parameters if p.name == name)
+    return parameter.value, parameter.sigma
+
+
+def test_a_clean_arm_gets_no_finding() -> None:
+    found = search({})
+    assert found.verdict == "clean"
+    assert not found.findings
+    assert found.torque.before == pytest.approx(found.torque.floor, rel=0.15)
+
+
+def test_a_payload_is_found_against_the_model_from_before() -> None:
+    found = search({"payload": {"mass": 0.25, "centre": [0.0, 0.01, 0.04]}})
+    assert named(found) == ("payload", ())
+    mass, sigma = value(found, "M_payload")
+    assert mass == pytest.approx(0.25, abs=max(3 * sigma, 0.01))
+    assert found.findings[0].held_out_gain > 0.9
+    assert found.position is not None
+    assert (found.position.after <= found.position.before * 1.05).all()
+
+
+def test_a_lost_drive_gain_is_found() -> None:
+    found = search({"drive_gain_error": [{"drive": 2, "change": -0.05}]})
+    assert named(found) == ("drive_gain_error", (2,))
+    assert value(found, "gain_error2")[0] == pytest.approx(-0.05 / 0.95, abs=0.004)
+
+
+def test_stribeck_friction_is_found_after_a_refit_too() -> None:
+    hidden = Scenario.from_dict(
+        {"format": 1, "stribeck_friction": [{"drive": 3, "rise": 0.5, "speed": 0.12}]}
+    )
+    question = Question(arm(), (recorded(hidden, 0, 2),), (recorded(hidden, 1, 3),), VOCABULARY)
+    found = diagnose(question)
+    assert named(found) == ("stribeck_friction", (3,))
+    assert found.findings[0].mode == "refit"
+    assert value(found, "stribeck_speed")[0] == pytest.approx(0.12, rel=0.15)
+    assert found.findings[0].gap.after[2] < 0.5 * found.findings[0].gap.before[2] + found.torque.floor[2]
+
+
+def test_a_constant_offset_may_be_friction_that_differs_with_the_direction() -> None:
+    found = search({"current_offset": [{"drive": 3, "torque": 1.0}]})
+    assert found.verdict == "ambiguous"
+    names = {found.findings[0].effect, *(c.effects[0] for c in found.findings[0].indistinguishable_from)}
+    assert names == {"current_offset", "asymmetric_friction"}
+
+
+def test_a_vibration_has_no_name_and_is_said() -> None:
+    found = search({"vibration": [{"joint": 2, "amplitude": 1.0, "frequency": 11.7}]})
+    assert found.verdict == "unnamed"
+    assert not found.findings
+    assert any("11." in item.sentence for item in found.unrepeated)

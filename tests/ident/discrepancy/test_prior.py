@@ -1,0 +1,43 @@
+"""A prior as rows of unit variance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robots
+from ident import RegressorModel, base_parameters
+from ident.discrepancy.prior import Prior, accepted_prior, described_prior
+
+
+def test_rows_say_what_the_covariance_says() -> None:
+    generator = np.random.default_rng(1)
+    root = generator.normal(size=(4, 4))
+    prior = Prior(generator.normal(size=4), root @ root.T, "test")
+    rows, target = prior.rows()
+    assert np.linalg.inv(rows.T @ rows) == pytest.approx(prior.covariance, rel=1e-9)
+    assert np.linalg.solve(rows, target) == pytest.approx(prior.values)
+
+
+def test_an_infinite_variance_leaves_a_parameter_free() -> None:
+    prior = Prior(np.array([1.0, 2.0, 3.0]), np.diag([0.1, np.inf, 0.2]), "test")
+    rows, target = prior.rows()
+    assert rows.shape == (2, 3)
+    assert not rows[:, 1].any()
+    assert rows @ np.array([1.0, 77.0, 3.0]) == pytest.approx(target)
+
+
+def test_the_description_leaves_friction_free_and_holds_the_links() -> None:
+    base = base_parameters(RegressorModel.of(robots.load("tx40")))
+    deviation = np.sqrt(np.diag(described_prior(base).covariance))
+    for name, sigma in zip(base.names, deviation, strict=True):
+        friction = name.rstrip("R0123456789") in ("Fv", "Fc", "Fvm", "Fcm")
+        assert np.isinf(sigma) == friction, name
+
+
+def test_an_accepted_model_is_no_surer_than_two_runs_agree() -> None:
+    base = base_parameters(RegressorModel.of(robots.load("tx40")))
+    values = np.arange(1.0, base.independent.size + 1)
+    prior = accepted_prior(base, values, np.zeros((values.size, values.size)), 0.01, 0.05)
+    share = np.sqrt(np.diag(prior.covariance)) / values
+    assert set(np.round(share, 12)) == {0.01, 0.05}

@@ -1,0 +1,52 @@
+"""Where a residual lives, and what does not repeat and should not be there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ident.discrepancy.unrepeated import _bursts, _nearly_white, _single_frequency
+from ident.discrepancy.where import correlation_ratio
+
+
+def test_the_correlation_ratio_is_the_share_that_a_quantity_explains() -> None:
+    generator = np.random.default_rng(0)
+    quantity = generator.uniform(-1, 1, 20_000)
+    noise = generator.normal(size=quantity.size)
+    shape = np.sin(7 * quantity)
+    values = shape / shape.std() + noise
+    assert correlation_ratio(quantity, values) == pytest.approx(0.5, abs=0.03)
+    assert correlation_ratio(generator.permutation(quantity), values) < 0.01
+
+
+def test_a_constant_quantity_explains_nothing() -> None:
+    assert correlation_ratio(np.ones(100), np.random.default_rng(0).normal(size=100)) == 0.0
+
+
+def coloured(seed: int, samples: int = 3000) -> np.ndarray:
+    generator = np.random.default_rng(seed)
+    series = np.zeros(samples)
+    for k in range(1, samples):
+        series[k] = 0.8 * series[k - 1] + generator.normal()
+    return series
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_coloured_noise_alone_is_no_vibration(seed: int) -> None:
+    white = _nearly_white(coloured(seed))
+    assert not _single_frequency(0, white, 0.004)
+    assert not _bursts(0, white, 0.004)
+
+
+def test_a_vibration_is_found_at_its_frequency() -> None:
+    time = 0.004 * np.arange(3000)
+    found = _single_frequency(2, _nearly_white(coloured(1) + 2 * np.sin(2 * np.pi * 17.3 * time)), 0.004)
+    assert len(found) == 1
+    assert found[0].joint == 2
+    assert "17." in found[0].sentence
+
+
+def test_bursts_are_found() -> None:
+    series = coloured(2)
+    series[1000:1150] *= 6
+    assert _bursts(0, _nearly_white(series), 0.004)[0].kind == "bursts"
