@@ -10,7 +10,8 @@ import numpy as np
 from drivers.errors import DriveError
 from drivers.simulated.drawing.exercise import exercise
 from drivers.simulated.drawing.gap import Ruler
-from drivers.simulated.drawing.recipes import EFFECTS, Place, Recipe
+from drivers.simulated.drawing.places import Place
+from drivers.simulated.drawing.recipes import EFFECTS, Recipe
 from drivers.simulated.scenario import Scenario
 from drivers.simulated.truth import PlantTruth, draw_truth
 from robots import Robot
@@ -65,7 +66,8 @@ def draw_scenario(
         robot: the description.
         effect: one of ``EFFECTS``: the vocabulary, or an effect outside it.
         seed: the same seed always gives the same scenario.
-        size: gap over noise floor at the joint where that is largest, by simulation; met within 15 %.
+        size: gap over noise floor at the joint where that is largest, by simulation; exceeded by at most 15 %,
+            or up to twice where the gap jumps with the magnitude.
         truth: the arm; drawn from the seed where None.
         reference: motion on which the gap is measured, (N, n) per SYNC from ``robot.home``;
             :func:`exercise` where None.
