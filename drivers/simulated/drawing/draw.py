@@ -66,8 +66,8 @@ def draw_scenario(
         robot: the description.
         effect: one of ``EFFECTS``: the vocabulary, or an effect outside it.
         seed: the same seed always gives the same scenario.
-        size: gap over noise floor at the joint where that is largest, by simulation; exceeded by at most 15 %,
-            or up to twice where the gap jumps with the magnitude.
+        size: gap over noise floor at the joint where that is largest, by simulation; exceeded by 15 % at
+            most, or up to twice where the gap jumps with the magnitude.
         truth: the arm; drawn from the seed where None.
         reference: motion on which the gap is measured, (N, n) per SYNC from ``robot.home``;
             :func:`exercise` where None.
