@@ -14,7 +14,6 @@ import argparse
 import json
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from joblib import Parallel, delayed
 import robots
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
-from drivers.simulated.drawing import EFFECTS, draw_scenario
+from drivers.simulated.drawing import draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
 from ident import BaseParameters, Recording, identify
@@ -37,7 +36,7 @@ from trajectories import plan
 ARM = "tx40"
 PERIOD = 12.0
 PERIODS = 2
-NAMES = tuple(name for name in EFFECTS if name not in OUTSIDE_VOCABULARY)
+NAMES = tuple(family.name for family in VOCABULARY)
 Task = tuple[str, str, int]
 """Kind of run (single, clean, outside), effect, seed."""
 
@@ -73,8 +72,9 @@ def campaign(tasks: Sequence[Task], size: float, jobs: int, out: Path) -> None:
     """Run what the file does not hold yet, and append it."""
     done = {(line["kind"], line["effect"], line["seed"]) for line in _lines(out)}
     wanted = [task for task in tasks if task not in done]
+    motions = (motion(0), motion(1))
     runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(one_run)(task, size) for task in wanted
+        delayed(one_run)(task, size, motions) for task in wanted
     )
     with out.open("a", encoding="utf-8") as file:
         for result in runs:
@@ -82,7 +82,6 @@ def campaign(tasks: Sequence[Task], size: float, jobs: int, out: Path) -> None:
             file.flush()
 
 
-@cache
 def motion(seed: int) -> FloatArray:
     """One period of an exciting trajectory, (N, n)."""
     robot = robots.load(ARM)
@@ -97,19 +96,19 @@ def motion(seed: int) -> FloatArray:
     return np.asarray(planned.position[: round(PERIOD / robot.bus.cycle_time)])
 
 
-def one_run(task: Task, size: float) -> dict[str, Any]:
+def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> dict[str, Any]:
     """Draw, simulate, search, and only then compare."""
     kind, effect, seed = task
     robot = robots.load(ARM)
     truth = draw_truth(robot, seed)
     try:
-        scenario, axes, ratio = _hidden(robot, truth, kind, effect, seed, size)
+        scenario, axes, ratio = _hidden(robot, truth, task, size, motions[0])
     except DriveError as error:
         return {"kind": kind, "effect": effect, "seed": seed, "skipped": str(error)}
     quiet = scenario if kind == "clean" else Scenario()
-    accepted = record(robot, truth, quiet, motion(0), seed + 1)
-    fit = record(robot, truth, scenario, motion(0), seed + 2)
-    validation = record(robot, truth, scenario, motion(1), seed + 3)
+    accepted = record(robot, truth, quiet, motions[0], seed + 1)
+    fit = record(robot, truth, scenario, motions[0], seed + 2)
+    validation = record(robot, truth, scenario, motions[1], seed + 3)
     found = search(robot, accepted, fit, validation)
     return {
         "kind": kind,
@@ -122,12 +121,13 @@ def one_run(task: Task, size: float) -> dict[str, Any]:
 
 
 def _hidden(
-    robot: Robot, truth: PlantTruth, kind: str, effect: str, seed: int, size: float
+    robot: Robot, truth: PlantTruth, task: Task, size: float, path: FloatArray
 ) -> tuple[Scenario, tuple[int, ...], float]:
+    kind, effect, seed = task
     if kind == "clean":
         noise = {"noise": {"time_constant": 0.02}} if effect == "coloured" else {}
         return Scenario.from_dict({"format": 1, **noise}), (), 0.0
-    drawn = draw_scenario(robot, effect, seed, size, truth=truth, reference=motion(0))
+    drawn = draw_scenario(robot, effect, seed, size, truth=truth, reference=path)
     return drawn.scenario, drawn.axes, drawn.ratio
 
 
@@ -142,7 +142,7 @@ def search(robot: Robot, accepted: Recording, fit: Recording, validation: Record
     estimate = identify(robot, (accepted,)).result.recommended
 
     def prior(base: BaseParameters) -> Prior:
-        return accepted_prior(base, estimate.values, estimate.covariance)
+        return accepted_prior(base, estimate.values, estimate.covariance, 0.002, 0.002)
 
     return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
 

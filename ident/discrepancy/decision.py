@@ -65,21 +65,25 @@ def choose(examination: Examination, library: Library, present: Present, setting
     ranking = best_per_place(singles(library, library.score, rows))
     calibration = _Calibration.of(library, rows, settings)
     share = settings.smallest_share if examination.repeats else settings.smallest_share_without_repeats
-    threshold = max(calibration.threshold, share * rows)
+    by_noise = max(calibration.threshold, settings.least_score)
+    threshold = max(by_noise, share * rows)
     excess = examination.excess
     best = ranking[0]
-    if best.value < threshold:
-        return Choice(None, (), tuple(ranking), threshold, excess, calibration.p_value(best.value))
+    # Evidence in the prior's rows is not weakened by a misfit of filters and friction: noise is its bound.
+    of_prior = best.trials[0].prior_share
+    needed = by_noise + (1.0 - of_prior) * max(share * rows - by_noise, 0.0)
+    if best.value < needed:
+        return Choice(None, (), tuple(ranking), needed, excess, calibration.p_value(best.value))
     best = _simplest(best, ranking, _allowed(best, excess, settings, examination.repeats))
     chosen, rivals = best, ranking
     left = excess - best.gain
     if left > threshold:
         pair = _best_pair(library, ranking, rows)
-        needed = max(threshold, settings.alike * left, settings.second_share * best.gain)
-        if pair and pair[0].value - best.value > needed:
+        more = max(threshold, settings.alike * left, settings.second_share * best.gain)
+        if pair and pair[0].value - best.value > more:
             chosen, rivals = pair[0], pair
     alike = _alike(chosen, rivals, _allowed(chosen, excess, settings, examination.repeats))
-    return Choice(chosen, alike, tuple(ranking), threshold, excess, calibration.p_value(chosen.value))
+    return Choice(chosen, alike, tuple(ranking), needed, excess, calibration.p_value(chosen.value))
 
 
 def _polished(examination: Examination, library: Library, present: Present) -> Library:

@@ -66,6 +66,12 @@ class Examination:
         return np.asarray(left if self.clone is None else left - self.clone)
 
     @property
+    def data_rows(self) -> int:
+        """How many of the rows are data; those of the prior follow."""
+        held = 0 if self.prior is None else int(np.isfinite(np.diag(self.prior.covariance)).sum())
+        return int(self.torque.shape[0]) - held
+
+    @property
     def excess(self) -> float:
         """Residual sum of squares beyond what noise of unit variance leaves."""
         freedom = self.torque.shape[0] - self.base.independent.size

@@ -41,6 +41,8 @@ class Trial:
     end: int
     shapes: int
     parameters: FloatArray
+    prior_share: float
+    """Share of its columns' energy that is in the rows of the prior: how much it rests on them."""
 
     @property
     def columns(self) -> slice:
@@ -81,7 +83,8 @@ class Library:
             basis, parameters = orthonormal(beyond)
             end = start + basis.shape[1]
             shapes = len(family.shapes(examination.base.model.robot, effect.place))
-            trials.append(Trial(family, effect.place, effect, start, end, shapes, parameters))
+            share = prior_share(basis, examination.data_rows)
+            trials.append(Trial(family, effect.place, effect, start, end, shapes, parameters, share))
             blocks.append(basis.astype(np.float32))
             start = end
         matrix = np.concatenate(blocks, axis=1)
@@ -97,6 +100,7 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
     """Evaluate every trial at the instruments' motion and partial the present model out of it."""
     trials: list[Trial] = []
     blocks: list[FloatArray] = []
+    data = examination.data_rows
     robot = examination.base.model.robot
     start = 0
     for family in families:
@@ -110,12 +114,18 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
                 basis, parameters = orthonormal(beyond)
                 blocks.append(basis.astype(np.float32))
                 end = start + basis.shape[1]
-                trials.append(Trial(family, place, effect, start, end, len(shapes), parameters))
+                share = prior_share(basis, data)
+                trials.append(Trial(family, place, effect, start, end, len(shapes), parameters, share))
                 start = end
     matrix = np.concatenate(blocks, axis=1)
     gram = (matrix.T @ matrix).astype(np.float64)
     score = matrix.T @ examination.residual
     return Library(tuple(trials), gram, score, matrix)
+
+
+def prior_share(basis: FloatArray, data_rows: int) -> float:
+    """Share of the energy of orthonormal columns (N, r) that is in the rows after the data."""
+    return float(np.sum(basis[data_rows:] ** 2) / basis.shape[1])
 
 
 def partialled(examination: Examination, effect: PlacedEffect) -> FloatArray | None:

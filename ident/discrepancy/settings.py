@@ -22,6 +22,7 @@ class SearchSettings:
     Attributes:
         smallest_share: a finding takes away at least this multiple of the noise's own energy.
         smallest_share_without_repeats: the same where noise is not told from repeats.
+        least_score: no finding scores less, whatever the noise alone could give.
         false_alarm: chance that noise alone gives a finding on a clean arm.
         alike: two candidates count as told apart where the worse leaves this many times more of the
             excess unexplained than the better one.
@@ -37,6 +38,7 @@ class SearchSettings:
 
     smallest_share: float = 0.02
     smallest_share_without_repeats: float = 0.1
+    least_score: float = 40.0
     false_alarm: float = 0.01
     alike: float = 0.5
     alike_without_repeats: float = 0.03

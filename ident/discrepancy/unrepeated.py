@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
+from scipy.stats import f as f_distribution
 
 from ident.discrepancy.examination import Examination
 from ident.whitening import autoregressive_whitening
@@ -16,6 +17,9 @@ from robots.arrays import FloatArray
 
 _LOW_ORDER = 1
 """An AR model of order two follows a single frequency and would swallow it."""
+
+_NEAR, _FAR = 3, 16
+"""Ordinates of the periodogram to either side: nearer ones belong to a line, those up to the far ones do not."""
 
 _BLOCKS = 16
 
@@ -75,15 +79,21 @@ def _nearly_white(series: FloatArray) -> FloatArray:
 
 
 def _single_frequency(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeated]:
-    """Fisher's test: the largest ordinate of the periodogram against the local mean of its neighbours."""
-    power = np.abs(np.fft.rfft(white))[1:] ** 2
-    width = max(25, power.size // 40)
-    padded = np.pad(power, width, mode="reflect")
-    around = np.array([np.median(padded[k : k + 2 * width + 1]) for k in range(power.size)]) / np.log(2)
+    """F-test of the largest ordinate of the periodogram against its neighbours.
+
+    A line is one or two ordinates wide; what the loop amplifies, however sharply, is wider than the
+    neighbourhood.
+    """
+    power = np.abs(np.fft.rfft(white * np.hanning(white.size)))[1:] ** 2
+    kernel = np.ones(2 * _FAR + 1)
+    kernel[_FAR - _NEAR : _FAR + _NEAR + 1] = 0.0
+    padded = np.pad(power, _FAR, mode="reflect")
+    around = np.convolve(padded, kernel / kernel.sum(), mode="valid")
     ratio = power / around
     peak = int(np.argmax(ratio))
-    p_value = float(-np.expm1(power.size * np.log1p(-np.exp(-ratio[peak]))))
-    line = power[max(peak - 1, 0) : peak + 2].sum() - around[max(peak - 1, 0) : peak + 2].sum()
+    # Neighbours under a window are not independent: half of them count.
+    p_value = min(1.0, power.size * float(f_distribution.sf(ratio[peak], 2, kernel.sum())))
+    line = power[max(peak - 2, 0) : peak + 3].sum() - around[max(peak - 2, 0) : peak + 3].sum()
     if p_value > _CLEAR or line < _SMALLEST_LINE * power.sum():
         return []
     frequency = (peak + 1) / (white.size * sample_time)

@@ -183,7 +183,9 @@ class _Search:
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what is there is not its name."""
         assert choice.chosen is not None
-        return choice.chosen.gain >= self.question.settings.explained * choice.excess
+        settings, rows = self.question.settings, self.step.examination.torque.shape[0]
+        beyond_misfit = choice.excess - settings.smallest_share * rows
+        return bool(choice.chosen.gain >= settings.explained * beyond_misfit)
 
     def _add(self, chosen: Score, choice: Choice) -> None:
         components = [Component.of(trial) for trial in chosen.trials]
