@@ -41,7 +41,7 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         )
         dynamics = _dynamics(frames, parts, coordinates, terms, strength)
         start = recording.position[0], leading.velocity
-        run = run._replace(start=coordinates.start(*start, _bias(dynamics, *start)))
+        run = run._replace(start=coordinates.start(*start, _load(dynamics, *start)))
         ending, sample = closed_loop_with_extras(
             axes, np.arange(coordinates.count), dynamics, drives, run, leading.substeps, extras
         )
@@ -61,8 +61,10 @@ def mass_matrix(dynamics: Dynamics, q: FloatArray) -> FloatArray:
     return whole
 
 
-def _bias(dynamics: Dynamics, position: FloatArray, velocity: FloatArray) -> FloatArray:
-    return _mass_and_bias(dynamics, position, velocity)[1]
+def _load(dynamics: Dynamics, position: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Torque (n,) of links and of what is constant on their side, without acceleration."""
+    bias = _mass_and_bias(dynamics, position, velocity)[1]
+    return np.asarray(bias + dynamics.constant[: position.shape[0]])
 
 
 def _mass_and_bias(

@@ -33,6 +33,7 @@ class Gear:
     stiffness: float
     damping: float
     gap: float
+    offset_at_link: float
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,10 @@ class Coordinates:
         return whole
 
     def split_torque(self, torque: FloatArray) -> FloatArray:
-        """(m,) of a torque (n,): what acts at a gear's drive moves over."""
+        """(m,) of a constant torque (n,): what acts at a gear's drive moves over."""
         at_drives = np.linalg.solve(self.robot.transmission_matrix.T, torque)
+        for gear in self.gears:
+            at_drives[gear.drive] *= 1.0 - gear.offset_at_link
         whole = np.concatenate([torque, at_drives[[gear.drive for gear in self.gears]]])
         for gear in self.gears:
             whole[: self.robot.n] -= at_drives[gear.drive] * self._row(gear)
@@ -155,6 +158,7 @@ def coordinates_of(robot: Robot, inertia: FloatArray, springs: Iterable[GearSpri
         compliance = sum(spring.compliance for spring in own)
         gap = sum(spring.gap for spring in own)
         damping = sum(spring.damping for spring in own)
+        at_link = max(spring.offset_at_link for spring in own)
         if compliance < 0.0 or gap < 0.0:
             raise IdentificationError(
                 f"the gear of drive {drive + 1} has a compliance of {compliance:.4g} and a gap of {gap:.4g};"
@@ -165,5 +169,5 @@ def coordinates_of(robot: Robot, inertia: FloatArray, springs: Iterable[GearSpri
         if compliance * stiffest < 1.0:
             compliance = 1.0 / stiffest
             damping = max(damping, 2.0 * _CONTACT_DAMPING * rotor * turn)
-        gears.append(Gear(drive, rotor, 1.0 / compliance, damping, gap))
+        gears.append(Gear(drive, rotor, 1.0 / compliance, damping, gap, at_link))
     return Coordinates(robot, tuple(gears))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.closed_loop.coordinates import Coordinates, Gear
-from ident.closed_loop.friction_rows import FrictionRows, friction_rows
+from ident.closed_loop.friction_rows import FrictionRows, friction_rows, together
 from ident.closed_loop.kernel.values import LAW_CELLS, LINEAR, TERM_HEAD, Extras
 from ident.effects.simulated import DriveChange, FrictionTorque, SimulatedParts, Table
 from ident.errors import IdentificationError
@@ -65,17 +65,18 @@ def extras_of(
         IdentificationError: a delay or lag is negative.
     """
     robot, tables = coordinates.robot, _Tables()
-    rows = friction_rows(extra.friction, robot.velocity_limits, h)
-    contact = [_contact(index, gear, coordinates) for index, gear in enumerate(coordinates.gears) if gear.gap]
-    terms = np.concatenate([lifted_terms(usual, coordinates), lifted_terms(rows, coordinates), *contact])
-    strength = np.concatenate([usual.strength, rows.strength, np.ones(len(contact))])
-    changing = [
-        _changing(usual.strength.size + k, rows.strength[k], extra.friction[source], coordinates, tables)
-        for k, source in enumerate(rows.sources)
-        if _changes(extra.friction[source])
-    ]
-    first = usual.strength.size + rows.strength.size
+    changes = {k for k, torque in enumerate(extra.friction) if _changes(torque)}
+    rows = together(usual, friction_rows(extra.friction, robot.velocity_limits, h), changes)
     loose = [(index, gear) for index, gear in enumerate(coordinates.gears) if gear.gap]
+    contact = [_contact(index, gear, coordinates) for index, gear in loose]
+    terms = np.concatenate([lifted_terms(rows, coordinates), *contact])
+    strength = np.concatenate([rows.strength, np.ones(len(contact))])
+    changing = [
+        _changing(k, rows.strength[k], extra.friction[source], coordinates, tables)
+        for k, source in enumerate(rows.sources)
+        if source in changes
+    ]
+    first = rows.strength.size
     for k, (index, gear) in enumerate(loose, start=first):
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
         row = coordinates.across(index)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,6 +87,46 @@ def friction_rows(torques: Iterable[FrictionTorque], limits: FloatArray, h: floa
                     rows.laws.append(part)
                     rows.add(head, speed, share, sign)
     return rows.rows()
+
+
+def together(usual: FrictionRows, more: FrictionRows, apart: Collection[int]) -> FrictionRows:
+    """All terms; those of one law over one speed are added up, direction by direction.
+
+    So a term that lessens another one is part of a law that still grows with speed, as long as the sum does.
+
+    Args:
+        usual, more: the terms.
+        apart: sources of ``more`` that are left as they are, since they change with the motion.
+    """
+    n = usual.speed.shape[1]
+    out, sums = _Rows(n), dict[tuple[bytes, ...], tuple[FloatArray, FloatArray, FloatArray, FloatArray]]()
+    for rows in (usual, more):
+        for k, head in enumerate(rows.heads):
+            source = rows.sources[k] if rows is more else -1
+            if source in apart or head[1] not in (LINEAR, TANH):
+                out.source = source
+                if head[3] >= 0:
+                    head = np.array([*head[:3], len(out.laws)])
+                    out.laws.append(rows.laws[int(rows.heads[k, 3])])
+                out.add(tuple(head), rows.speed[k], rows.torque[k], float(rows.strength[k]))
+                continue
+            size = float(np.linalg.norm(rows.torque[k]))
+            if size == 0.0:
+                continue
+            along = rows.torque[k] / size
+            key = (head[:2].tobytes(), rows.speed[k].tobytes(), np.round(along, 12).tobytes())
+            sums.setdefault(key, (head, rows.speed[k], along, np.zeros(3)))[3][int(head[2])] += (
+                size * rows.strength[k]
+            )
+    out.source = -1
+    for head, speed, along, (always, forwards, backwards) in sums.values():
+        parts = [(0, always)]
+        if forwards or backwards:
+            parts = [(1, always + forwards), (-1, always + backwards)]
+        for direction, size in parts:
+            if size:
+                out.add((*head[:2], direction, -1), speed, size * along)
+    return out.rows()
 
 
 @dataclass

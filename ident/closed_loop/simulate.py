@@ -105,12 +105,28 @@ def simulate_many(
     parts = [structure.parts(standard) for standard in standards]
     frames = chain_frames(structure.rigid_body)
     if frames is None or any(part.others for part in parts):
+        _only_usual(parts)
         return tuple(run_in_python(structure, part, leading) for part in parts)
     # Imported here: the compiler takes a second to load, and most commands do not simulate.
     from ident.closed_loop.compiled import run_compiled
 
     run = partial(run_compiled, frames, leading)
     return tuple(_in_threads(run, parts, threads))
+
+
+def _only_usual(parts: Sequence[TorqueParts]) -> None:
+    """Refuse what only the compiled loop can, beside what it cannot.
+
+    Raises:
+        IdentificationError: names the effect.
+    """
+    for part in parts:
+        if not part.usual:
+            why = part.others[0][0].name if part.others else "a branched chain of links"
+            raise IdentificationError(
+                f"{why} has no compiled simulation; allowed beside it: effects without simulated parts of"
+                " their own"
+            )
 
 
 def _in_threads(

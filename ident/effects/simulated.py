@@ -123,12 +123,14 @@ class GearSpring:
         compliance: rad per N·m (or m per N) at the drive output.
         damping: N·m·s/rad (or N·s/m) beside the spring.
         gap: rad (or m), the whole play.
+        offset_at_link: share of the constant torque that acts behind the gear, on the link.
     """
 
     drive: int
     compliance: float = 0.0
     damping: float = 0.0
     gap: float = 0.0
+    offset_at_link: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

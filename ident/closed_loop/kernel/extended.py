@@ -117,20 +117,27 @@ def record_with_extras(
     coordinates: IntArray,
     drives: Drives,
     extras: Extras,
+    memory: Memory,
     run: Run,
     v: FloatArray,
     sample: int,
+    count: int,
+    h: float,
     measured: FloatArray,
     rate: FloatArray,
 ) -> None:
-    """Put the joint positions that the encoders say, and the drives' velocities, into the run."""
+    """Put joint positions and velocities as the encoders say into the run, after ``count`` steps of h s."""
     read(coordinates, drives, v, rate)
-    n = measured.shape[0]
+    n, kept, back = measured.shape[0], memory.seen.shape[0], extras.back
+    for i in range(extras.reading.shape[0]):
+        if extras.reading[i] > 0.0:
+            first = count - math.ceil(extras.reading[i]) + 1
+            rate[i] = (memory.seen[first % kept, i] - memory.seen[(first - 1) % kept, i]) / h
     for i in range(n):
         run.position[sample, i], run.velocity[sample, i] = 0.0, 0.0
         for j in range(n):
-            run.position[sample, i] += extras.back[i, j] * measured[j]
-            run.velocity[sample, i] += extras.back[i, j] * rate[j]
+            run.position[sample, i] += back[i, j] * measured[j]
+            run.velocity[sample, i] += back[i, j] * rate[j]
 
 
 @compiled
@@ -142,50 +149,53 @@ def _link_motion(
     With drive output u = t·q a gear's error e(u) moves the joints by c e(u): q_link = q + c e, so
     q̇_link = (1 + c e′ tᵀ) q̇, and q̈_link has c e″ u̇² besides.
     """
+    position, velocity, bending = memory.link_position, memory.link_velocity, memory.bend
+    errors, jacobian = extras.errors, memory.jacobian
     n = len(axes)
     for i in range(n):
-        memory.link_position[i], memory.link_velocity[i] = q[i], v[i]
-    count = extras.errors.shape[0]
+        position[i], velocity[i] = q[i], v[i]
+    count = errors.shape[0]
     if count == 0:
         return
     for i in range(n):
-        memory.bend[i] = 0.0
+        bending[i] = 0.0
         for j in range(n):
-            memory.jacobian[i, j] = 1.0 if i == j else 0.0
+            jacobian[i, j] = 1.0 if i == j else 0.0
     for k in range(count):
         output, rate = 0.0, 0.0
         for j in range(n):
-            output += extras.errors[k, 1 + j] * q[j]
-            rate += extras.errors[k, 1 + j] * v[j]
-        error, slope, bend = look_up(extras.values, extras.tables, int(extras.errors[k, 0]), output)
+            output += errors[k, 1 + j] * q[j]
+            rate += errors[k, 1 + j] * v[j]
+        error, slope, bend = look_up(extras.values, extras.tables, int(errors[k, 0]), output)
         for i in range(n):
-            share = extras.errors[k, 1 + n + i]
-            memory.link_position[i] += share * error
-            memory.link_velocity[i] += share * slope * rate
-            memory.bend[i] += share * bend * rate * rate
+            share = errors[k, 1 + n + i]
+            position[i] += share * error
+            velocity[i] += share * slope * rate
+            bending[i] += share * bend * rate * rate
             for j in range(n):
-                memory.jacobian[i, j] += share * slope * extras.errors[k, 1 + j]
+                jacobian[i, j] += share * slope * errors[k, 1 + j]
     for i in range(n):
-        turn[i, 0], turn[i, 1] = math.cos(memory.link_position[i]), math.sin(memory.link_position[i])
+        turn[i, 0], turn[i, 1] = math.cos(position[i]), math.sin(position[i])
 
 
 @compiled
 def _seen_from_gears(axes: Axes, memory: Memory, mass: FloatArray, bias: FloatArray) -> None:
     """Mass matrix and bias of the links as the inputs of the gears see them: Jᵀ M J and Jᵀ (N + M J̇ q̇)."""
+    bend, forces = memory.bend, memory.forces
     n = len(axes)
     jacobian, product = memory.jacobian, memory.product
     for i in range(n):
         force = bias[i]
         for j in range(n):
-            force += mass[i, j] * memory.bend[j]
+            force += mass[i, j] * bend[j]
             product[i, j] = 0.0
             for k in range(n):
                 product[i, j] += mass[i, k] * jacobian[k, j]
-        memory.forces[i] = force
+        forces[i] = force
     for i in range(n):
         bias[i] = 0.0
         for k in range(n):
-            bias[i] += jacobian[k, i] * memory.forces[k]
+            bias[i] += jacobian[k, i] * forces[k]
         for j in range(n):
             mass[i, j] = 0.0
             for k in range(n):
@@ -200,15 +210,16 @@ def _drive_signals(
 
     Delayed (as a mean over the step where the delayed signal jumps within it), lagging, limited; (n,).
     """
-    kept = memory.sent.shape[0]
+    sent, lagging, chain = memory.sent, memory.lagging, extras.chain
+    kept = sent.shape[0]
     for i in range(len(axes)):
-        whole, rest = int(extras.chain[i, 2]), extras.chain[i, 3]
+        whole, rest = int(chain[i, 2]), chain[i, 3]
         older = min(max((rest - elapsed) / h, 0.0), 1.0)
-        now, before = memory.sent[(step - whole) % kept, i], memory.sent[(step - whole - 1) % kept, i]
+        now, before = sent[(step - whole) % kept, i], sent[(step - whole - 1) % kept, i]
         wanted = now + older * (before - now)
-        behind = memory.lagging[i] - wanted
-        memory.lagging[i] = wanted + behind * extras.chain[i, 0]
-        mean, limit = wanted + behind * extras.chain[i, 1], extras.chain[i, 4]
+        behind = lagging[i] - wanted
+        lagging[i] = wanted + behind * chain[i, 0]
+        mean, limit = wanted + behind * chain[i, 1], chain[i, 4]
         signal[i] = min(max(mean, -limit), limit)
 
 
@@ -221,27 +232,28 @@ def _position_torques(
     A quarter of h² times the stiffness there makes the step the trapezoidal rule (Newmark with β = 1/4),
     stable at any stiffness and without damping of its own.
     """
+    curves, values, tables, push, mass = extras.curves, extras.values, extras.tables, arm.push, arm.mass
     m = len(coordinates)
-    for k in range(extras.curves.shape[0]):
+    for k in range(curves.shape[0]):
         x = 0.0
         for j in range(m):
-            x += extras.curves[k, _CURVES_HEAD + j] * q[j]
-        value, slope, _ = look_up(extras.values, extras.tables, int(extras.curves[k, 0]), x)
-        course = int(extras.curves[k, 1])
+            x += curves[k, _CURVES_HEAD + j] * q[j]
+        value, slope, _ = look_up(values, tables, int(curves[k, 0]), x)
+        course = int(curves[k, 1])
         if course >= 0:
-            factor = look_up(extras.values, extras.tables, course, time)[0]
+            factor = look_up(values, tables, course, time)[0]
             value, slope = value * factor, slope * factor
         along = 0.0
         for i in range(m):
-            share = extras.curves[k, _CURVES_HEAD + m + i]
-            arm.push[i] -= h * share * value
-            along += share * extras.curves[k, _CURVES_HEAD + i]
+            share = curves[k, _CURVES_HEAD + m + i]
+            push[i] -= h * share * value
+            along += share * curves[k, _CURVES_HEAD + i]
         if slope * along > 0.0:
             for i in range(m):
-                stiffness = 0.25 * h * h * slope * extras.curves[k, _CURVES_HEAD + m + i]
+                stiffness = 0.25 * h * h * slope * curves[k, _CURVES_HEAD + m + i]
                 if stiffness != 0.0:
                     for j in range(m):
-                        arm.mass[i, j] += stiffness * extras.curves[k, _CURVES_HEAD + j]
+                        mass[i, j] += stiffness * curves[k, _CURVES_HEAD + j]
 
 
 @compiled
@@ -249,23 +261,25 @@ def _change_strengths(
     axes: Axes, coordinates: IntArray, extras: Extras, memory: Memory, time: float, q: FloatArray
 ) -> None:
     """The strength of friction that depends on position, time or load."""
+    changing, values, tables = extras.changing, extras.values, extras.tables
+    loads, strength = memory.load, memory.strength
     n = len(axes)
-    for k in range(extras.changing.shape[0]):
-        factor = extras.changing[k, 1]
-        over_position, over_time = int(extras.changing[k, 2]), int(extras.changing[k, 3])
+    for k in range(changing.shape[0]):
+        factor = changing[k, 1]
+        over_position, over_time = int(changing[k, 2]), int(changing[k, 3])
         if over_position >= 0:
             x = 0.0
             for j in range(len(coordinates)):
-                x += extras.changing[k, _CHANGING_HEAD + n + j] * q[j]
-            factor *= look_up(extras.values, extras.tables, over_position, x)[0]
+                x += changing[k, _CHANGING_HEAD + n + j] * q[j]
+            factor *= look_up(values, tables, over_position, x)[0]
         if over_time >= 0:
-            factor *= look_up(extras.values, extras.tables, over_time, time)[0]
-        if extras.changing[k, 4] != 0.0:
+            factor *= look_up(values, tables, over_time, time)[0]
+        if changing[k, 4] != 0.0:
             load = 0.0
             for i in range(n):
-                load += extras.changing[k, _CHANGING_HEAD + i] * memory.load[i]
+                load += changing[k, _CHANGING_HEAD + i] * loads[i]
             factor *= abs(load)
-        memory.strength[int(extras.changing[k, 0])] = factor
+        strength[int(changing[k, 0])] = factor
 
 
 @compiled
@@ -298,84 +312,92 @@ def move_with_extras(  # noqa: C901
     Returns:
         the row of the scratch array; -1 where the mass matrix is not positive definite.
     """
-    n, m, kept = len(axes), len(coordinates), memory.seen.shape[0]
-    q, v, mass, work = arm.q, arm.v, arm.mass, arm.work
+    # Names for the arrays: reaching into a tuple in a loop costs a count of references each time.
+    frames, parameters, gravity = dynamics.frames, dynamics.links, dynamics.gravity
+    inertia, damping, constant = dynamics.inertia, dynamics.damping, dynamics.constant
+    terms, spans, strength, laws = dynamics.terms, dynamics.spans, memory.strength, extras.laws
+    q, v, turn, signal, push, bias = arm.q, arm.v, arm.turn, arm.signal, arm.push, arm.bias
+    mass, implicit, check, factors = arm.mass, arm.implicit, arm.check, arm.factors
+    links, work, load, last, seen = arm.links, arm.work, memory.load, memory.last, memory.seen
+    link_position, link_velocity = memory.link_position, memory.link_velocity
+    gains, transmission = drives.torque, drives.transmission
+    n, m, kept = len(axes), len(coordinates), seen.shape[0]
     bristles = False
-    for k in range(dynamics.terms.shape[0]):
-        bristles = bristles or dynamics.terms[k, 1] >= BRISTLE
+    for k in range(terms.shape[0]):
+        bristles = bristles or terms[k, 1] >= BRISTLE
     memory.sent[step % memory.sent.shape[0]] = output
     for i in range(n):
-        arm.turn[i, 0], arm.turn[i, 1] = math.cos(q[i]), math.sin(q[i])
+        turn[i, 0], turn[i, 1] = math.cos(q[i]), math.sin(q[i])
     for substep in range(substeps):
-        _link_motion(axes, extras, memory, q, v, arm.turn)
+        _link_motion(axes, extras, memory, q, v, turn)
         mass_and_bias(
             axes,
-            dynamics.frames,
-            dynamics.links,
-            dynamics.gravity,
-            memory.link_position,
-            arm.turn,
-            memory.link_velocity,
+            frames,
+            parameters,
+            gravity,
+            link_position,
+            turn,
+            link_velocity,
             mass,
-            arm.bias,
-            arm.links,
+            bias,
+            links,
         )
         if extras.errors.shape[0] > 0:
-            _seen_from_gears(axes, memory, mass, arm.bias)
+            _seen_from_gears(axes, memory, mass, bias)
         for i in range(n):
-            memory.load[i] = arm.bias[i]
+            load[i] = bias[i]
             for j in range(n):
-                memory.load[i] += mass[i, j] * (v[j] - memory.last[j]) / h
+                load[i] += mass[i, j] * (v[j] - last[j]) / h
         for i in range(m):
             for j in range(m):
                 if i >= n or j >= n:
                     mass[i, j] = 0.0
-                arm.check[i, j] = mass[i, j] + dynamics.inertia[i, j]
-        if substep == 0 and not is_positive_definite(coordinates, arm.check, arm.factors):
+                check[i, j] = mass[i, j] + inertia[i, j]
+        if substep == 0 and not is_positive_definite(coordinates, check, factors):
             return -1
-        _drive_signals(axes, extras, memory, step, substep * h, h, arm.signal)
+        _drive_signals(axes, extras, memory, step, substep * h, h, signal)
         for i in range(m):
-            force = -dynamics.constant[i] - arm.bias[i]
+            force = -constant[i] - bias[i]
             for j in range(n):
-                force += drives.torque[i, j] * arm.signal[j]
+                force += gains[i, j] * signal[j]
             for j in range(m):
-                force -= dynamics.damping[i, j] * v[j]
-                mass[i, j] += arm.implicit[i, j]
-            arm.push[i] = h * force
-            memory.last[i] = v[i]
+                force -= damping[i, j] * v[j]
+                mass[i, j] += implicit[i, j]
+            push[i] = h * force
+            last[i] = v[i]
         _position_torques(coordinates, extras, time, q, h, arm)
         _change_strengths(axes, coordinates, extras, memory, time, q)
         if bristles:
             for i in range(m):
                 work[_TRIAL, i] = v[i]
-            friction(dynamics.terms, dynamics.spans, extras.laws, work, _TRIAL, here)
+            friction(terms, spans, laws, work, _TRIAL, here)
         here = implicit_step(
             coordinates,
-            dynamics.terms,
-            dynamics.spans,
-            memory.strength,
-            extras.laws,
+            terms,
+            spans,
+            strength,
+            laws,
             mass,
-            arm.push,
+            push,
             v,
             h,
-            arm.check,
+            check,
             work,
             here,
         )
         if bristles:
-            for k in range(dynamics.terms.shape[0]):
-                if dynamics.terms[k, 1] >= BRISTLE:
+            for k in range(terms.shape[0]):
+                if terms[k, 1] >= BRISTLE:
                     work[BRISTLES, k] = work[here + 1, k]
-        turn_on(axes, q, arm.turn, v, h)
+        turn_on(axes, q, turn, v, h)
         for i in range(n, m):
             q[i] += h * v[i]
         if extras.reading.shape[0] > 0:
             count = step * substeps + substep + 1
             for i in range(n):
-                memory.seen[count % kept, i] = 0.0
+                seen[count % kept, i] = 0.0
                 for j in range(m):
-                    memory.seen[count % kept, i] += drives.transmission[i, j] * q[j]
+                    seen[count % kept, i] += transmission[i, j] * q[j]
     return here
 
 
@@ -431,7 +453,19 @@ def closed_loop_with_extras(
         for part in range(per_sample):
             read_with_extras(coordinates, drives, extras, memory, arm.q, step * substeps, measured)
             if part == 0:
-                record_with_extras(coordinates, drives, extras, run, arm.v, sample, measured, rate)
+                record_with_extras(
+                    coordinates,
+                    drives,
+                    extras,
+                    memory,
+                    run,
+                    arm.v,
+                    sample,
+                    step * substeps,
+                    h,
+                    measured,
+                    rate,
+                )
             control(axes, drives, run, loop, measured, step, output)
             if part == 0:
                 run.control_signal[sample] = output

@@ -1,0 +1,124 @@
+"""One definition of every effect: simulated with it, the motion takes the torque that its columns say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+import robots
+from ident import Recording, RegressorModel
+from ident.closed_loop import simulate
+from ident.discrepancy.present import Present
+from ident.effects import RigidBody, State
+from ident.effects.placed import Family, Placed
+from ident.effects.vocabulary import VOCABULARY
+from robots.description import Robot
+
+STEP, EDGE = 0.00025, 400
+"""s; samples at either end, where filters and differences do not hold."""
+
+
+def fine(robot: Robot) -> Robot:
+    """Controller, integration and recording in the same steps, so that differences of samples are exact."""
+    controller = robot.controller.model_copy(update={"sample_time": STEP, "interpolation": "spline"})
+    return robot.model_copy(update={"controller": controller})
+
+
+TX40 = fine(robots.load("tx40"))
+MODEL = RegressorModel.of(TX40)
+PRIOR = MODEL.prior()
+
+
+def motion(robot: Robot, duration: float = 1.4) -> Recording:
+    """Two reversals of every joint, at speeds and accelerations of an exciting trajectory."""
+    time = np.arange(0.0, duration, STEP)
+    fade = np.clip(np.minimum(time, duration - time) / 0.2, 0.0, 1.0)
+    fade = fade**3 * (10 - 15 * fade + 6 * fade**2)
+    phase = np.arange(robot.n)
+    waves = np.sin(2 * np.pi * (1.1 + 0.15 * phase) * time[:, np.newaxis] + phase) - np.sin(phase)
+    reference = np.array(robot.home) + 0.25 * fade[:, np.newaxis] * waves
+    at_rest = np.zeros((1, robot.n))
+    hold = MODEL.columns(State(np.array([robot.home]), at_rest, at_rest)) @ PRIOR
+    signal = np.repeat(robot.control_signal(hold), time.size, axis=0)
+    return Recording("motion", time, reference, reference.copy(), signal)
+
+
+MOTION = motion(TX40)
+
+
+def torques(robot: Robot, effect: Placed, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the usual model leaves of the control signals' torque, and what the effect's columns say of it."""
+    model = replace(MODEL, effects=(*MODEL.effects, effect))
+    run = simulate(model, np.concatenate([PRIOR, values]), MOTION, 1)
+    q, steps = run.position[1:-1], np.diff(run.position, axis=0) / STEP
+    before, after = steps[:-1], steps[1:]
+    acceleration = (after - before) / STEP
+    torque = robot.joint_torque(run.control_signal[1:-1])
+    # Links at the beginning of a step, friction at its end, as the integration takes them.
+    links = sum(len(e.parameter_names) for e in MODEL.effects if isinstance(e, RigidBody))
+    start = MODEL.effects[0].columns(State(q, before, acceleration)) @ PRIOR[:links]
+    rest = replace(MODEL, effects=MODEL.effects[1:]).columns(State(q, after, acceleration)) @ PRIOR[links:]
+    state = State(q, 0.5 * (before + after), acceleration, run.time[1:-1], torque)
+    left, said = torque - start - rest, effect.columns(state) @ values
+    # Both through the low-pass that both sides of the identification go through.
+    lowpass = butter(4, robot.identification.cutoff_hz, fs=1.0 / STEP, output="sos")
+    smooth = [sosfiltfilt(lowpass, torque, axis=0)[EDGE:-EDGE] for torque in (left, said)]
+    return smooth[0], smooth[1]
+
+
+# Family: index of the place, shape (None: the middle of the grid), values, largest share of the effect's
+# torque that its columns may miss. Falling friction and loads are taken at the old velocity, and columns that
+# are linear in the effect (of a lag, a delay, a gear that gives way) miss its second order. Backlash is the coarsest: its columns are the gear's own state along
+# the recorded motion, which another impact of the same gear leaves at another instant.
+CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], float]]] = {
+    "viscous_friction": [(2, None, (0.5,), 0.005), (5, None, (0.5,), 0.005)],
+    "coulomb_friction": [(2, None, (0.5,), 0.01), (5, None, (0.5,), 0.01), (1, None, (-3.0,), 0.01)],
+    "asymmetric_friction": [(2, None, (0.5, 0.3), 0.01), (5, None, (-0.4, 0.1), 0.02)],
+    "stribeck_friction": [(2, None, (2.0,), 0.05), (4, None, (1.0,), 0.05)],
+    "static_friction": [(2, None, (2.0,), 0.15)],
+    "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
+    "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
+    "drifting_friction": [(2, (8.0,), (0.5, 0.3), 0.005)],
+    "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
+    "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
+    "backlash": [(2, None, (1.0,), 0.4)],
+    "hysteresis": [(2, None, (1.0,), 0.01), (5, None, (0.5,), 0.01)],
+    "wrist_coupling": [(0, None, (0.005, 0.2, 0.3), 0.01)],
+    "gear_ripple": [(2, (1.0,), (2e-4, 1e-4), 0.02)],
+    "drive_gain_error": [(2, None, (0.05,), 0.01), (4, None, (-0.05,), 0.01)],
+    "current_offset": [(2, None, (1.0,), 1e-6), (5, None, (0.5,), 1e-6)],
+    "torque_ripple": [(2, (2.0,), (0.5, 0.3), 0.001), (5, (1.0,), (0.3, 0.1), 0.001)],
+    "saturation": [(2, (25.0,), (1.0,), 0.001)],
+    "rotor_inertia": [(2, None, (0.02,), 1e-6)],
+    "current_loop_lag": [(2, None, (0.001,), 0.05)],
+    "payload": [(0, None, (0.5, 0.01, 0.0, 0.05, 0.006, 0.0, 0.006, 0.0, -0.001, 0.001), 0.001)],
+    "gravity_spring": [(1, None, (20.0, 5.0), 1e-4)],
+    "base_tilt": [(0, None, (0.02, -0.03), 1e-6)],
+    "time_delay": [(0, (0.001,), (0.001,), 0.1), (3, (0.001,), (0.001,), 0.1)],
+    "cable_spring": [(2, None, (3.0, 1.0), 1e-4)],
+    "contact": [(2, (1.55, 1.0), (100.0,), 0.001)],
+}
+
+
+def test_the_whole_vocabulary_is_here() -> None:
+    assert set(CASES) == {family.name for family in VOCABULARY}
+
+
+@pytest.mark.parametrize(
+    ("family", "case"),
+    [pytest.param(f, case, id=f"{f.name}-{case[0]}") for f in VOCABULARY for case in CASES[f.name]],
+)
+def test_the_simulated_motion_takes_the_torque_of_the_columns(
+    family: Family, case: tuple[int, tuple[float, ...] | None, tuple[float, ...], float]
+) -> None:
+    index, shape, values, share = case
+    place = family.places(TX40)[index]
+    middle = tuple(s.grid[len(s.grid) // 2] for s in family.shapes(TX40, place))
+    effect = family.effect(TX40, place, middle if shape is None else shape, Present(MODEL, PRIOR))
+    left, said = torques(TX40, effect, np.array(values))
+    assert np.abs(said).max() > 0.05  # N·m: there is something to explain
+    missed = np.sqrt(np.mean((left - said) ** 2, axis=0))
+    assert missed.max() <= share * np.sqrt(np.mean(said**2, axis=0)).max()
