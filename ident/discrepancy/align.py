@@ -24,6 +24,16 @@ _FARTHEST_TIME = 0.003
 """Samples or seconds, whichever is more, by which channels of one log may be apart; beyond is an effect."""
 
 
+TAKEN_BY_ALIGNMENT = ("time_delay", "current_loop_lag")
+"""Effects that cannot be told from a lag of the channels, so not be found where that had to be estimated."""
+
+
+def lag_is_known(robot: Robot) -> bool:
+    """Whether the description says how control signal and position lie in time."""
+    settings = robot.identification
+    return settings.control_signal_lag != 0.0 or settings.control_signal_reading == "sampled"
+
+
 def aligned(model: RegressorModel, scenes: Sequence[Scene]) -> Robot:
     """The arm with the lag between control signal and position that the recordings show.
 
@@ -36,7 +46,7 @@ def aligned(model: RegressorModel, scenes: Sequence[Scene]) -> Robot:
     """
     robot = model.robot
     settings = robot.identification
-    if settings.control_signal_lag != 0.0 or settings.control_signal_reading == "sampled":
+    if lag_is_known(robot):
         return robot
     sample = scenes[0].recording.sample_time
     base, lag = base_parameters(model), 0.0

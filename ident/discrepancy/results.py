@@ -75,7 +75,8 @@ class Finding:
         """The finding as a sentence."""
         values = ", ".join(_parameter_words(parameter) for parameter in self.parameters)
         place = _joints(self.joints)
-        return f"{place} has {self.effect.replace('_', ' ')} ({values})"
+        verb = "have" if len(self.joints) > 1 else "has"
+        return f"{place} {verb} {self.effect.replace('_', ' ')} ({values})"
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ _LOW_ORDER = 1
 """An AR model of order two follows a single frequency and would swallow it."""
 
 _NEAR, _FAR = 3, 16
-"""Ordinates of the periodogram to either side: nearer ones belong to a line, those up to the far ones do not."""
+"""Ordinates of the periodogram to either side: the nearer are of the line, those up to the far ones not."""
 
 _BLOCKS = 16
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.base import BaseParameters, base_parameters
-from ident.discrepancy.align import aligned
+from ident.discrepancy.align import TAKEN_BY_ALIGNMENT, aligned, lag_is_known
 from ident.discrepancy.clone import with_clone
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.examination import Examination, examine
@@ -170,11 +170,12 @@ class _Search:
 
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
-        with_prior = self.step.prior is not None
+        with_prior, known = self.step.prior is not None, lag_is_known(self.question.robot)
         return tuple(
             family
             for family in self.question.families
-            if with_prior or not (family.needs_prior or family.name in present)
+            if (with_prior or not (family.needs_prior or family.name in present))
+            and (known or family.name not in TAKEN_BY_ALIGNMENT)
         )
 
     def _usual(self) -> tuple[object, ...]:
