@@ -182,11 +182,15 @@ class _Search:
         return self.first.base.model.effects
 
     def _worth_naming(self, choice: Choice) -> bool:
-        """A candidate that explains too little of what is there is not its name."""
+        """A candidate that explains too little of what the data show is not its name.
+
+        What rests on the prior is no part of that: a changed parameter shows in the prior's rows.
+        """
         assert choice.chosen is not None
         settings, rows = self.question.settings, self.step.examination.torque.shape[0]
         beyond_misfit = choice.excess - settings.smallest_share * rows
-        return bool(choice.chosen.gain >= settings.explained * beyond_misfit)
+        of_data = 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
+        return bool(choice.chosen.gain >= settings.explained * of_data * beyond_misfit)
 
     def _add(self, chosen: Score, choice: Choice) -> None:
         components = [Component.of(trial) for trial in chosen.trials]
