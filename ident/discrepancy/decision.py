@@ -74,7 +74,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
     needed = by_noise + (1.0 - of_prior) * max(share * rows - by_noise, 0.0)
     if best.value < needed:
         return Choice(None, (), tuple(ranking), needed, excess, calibration.p_value(best.value))
-    best = _simplest(best, ranking, _allowed(best, excess, settings, examination.repeats))
+    unexplained = excess - share * rows if examination.repeats else excess
+    best = _simplest(best, ranking, _allowed(best, unexplained, settings, examination.repeats))
     chosen, rivals = best, ranking
     left = excess - best.gain
     if left > threshold:
@@ -82,7 +83,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
         more = max(threshold, settings.alike * left, settings.second_share * best.gain)
         if pair and pair[0].value - best.value > more:
             chosen, rivals = pair[0], pair
-    alike = _alike(chosen, rivals, _allowed(chosen, excess, settings, examination.repeats))
+    allowed = _allowed(chosen, unexplained, settings, examination.repeats)
+    alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], allowed)
     return Choice(chosen, alike, tuple(ranking), needed, excess, calibration.p_value(chosen.value))
 
 
@@ -142,15 +144,16 @@ def _simplest(best: Score, ranking: Sequence[Score], allowed: float) -> Score:
     return best
 
 
-def _allowed(chosen: Score, excess: float, settings: SearchSettings, repeats: bool) -> float:
+def _allowed(chosen: Score, unexplained: float, settings: SearchSettings, repeats: bool) -> float:
     """Difference of scores that decides nothing.
 
-    What the chosen one leaves measures how wrong the forms of effects are. Where noise is not told from
-    repeats, scores themselves are only known to a share.
+    What the chosen one leaves of the data measures how wrong the forms of effects are; evidence in the
+    prior's rows has no form. Where noise is not told from repeats, scores are only known to a share.
     """
     if not repeats:
         return max(_EVEN, settings.alike_without_repeats * chosen.gain)
-    return max(_EVEN, settings.alike * max(excess - chosen.gain, 0.0))
+    of_data = 1.0 - min(trial.prior_share for trial in chosen.trials)
+    return max(_EVEN, settings.alike * of_data * max(unexplained - chosen.gain, 0.0))
 
 
 @dataclass(frozen=True)
