@@ -131,7 +131,7 @@ def record_with_extras(
     n, kept, back = measured.shape[0], memory.seen.shape[0], extras.back
     for i in range(extras.reading.shape[0]):
         if extras.reading[i] > 0.0:
-            first = count - math.ceil(extras.reading[i]) + 1
+            first = count - int(extras.reading[i])
             rate[i] = (memory.seen[first % kept, i] - memory.seen[(first - 1) % kept, i]) / h
     for i in range(n):
         run.position[sample, i], run.velocity[sample, i] = 0.0, 0.0

@@ -71,8 +71,9 @@ def torques(robot: Robot, effect: Placed, values: np.ndarray) -> tuple[np.ndarra
 
 # Family: index of the place, shape (None: the middle of the grid), values, largest share of the effect's
 # torque that its columns may miss. Falling friction and loads are taken at the old velocity, and columns that
-# are linear in the effect (of a lag, a delay, a gear that gives way) miss its second order. Backlash is the coarsest: its columns are the gear's own state along
-# the recorded motion, which another impact of the same gear leaves at another instant.
+# are linear in the effect (of a lag, a delay, a gear that gives way) miss its second order. Backlash is the
+# coarsest: its columns are the gear's own state along the recorded motion, where an impact comes at another
+# instant.
 CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], float]]] = {
     "viscous_friction": [(2, None, (0.5,), 0.005), (5, None, (0.5,), 0.005)],
     "coulomb_friction": [(2, None, (0.5,), 0.01), (5, None, (0.5,), 0.01), (1, None, (-3.0,), 0.01)],
