@@ -23,18 +23,18 @@ from robots.arrays import FloatArray
 from robots.description import Identification, Robot
 
 _ITERATIONS = 20
-_STILL = 0.01
+_STILL = 0.03
 """Deviations of the estimate; smaller steps end the iteration."""
 
 _FARTHEST = 0.02
 """s; an estimate that leaves the given lag by more is none: the channels are not merely shifted."""
 
 _SAME_RATE = 0.02
-"""Samples that the lag may move before dτ/dt is computed anew: shifted against the torque, its noise is
+"""Rows that the lag may move before dτ/dt is computed anew: shifted against the torque, its noise is
 correlated with that of the torque."""
 
-_OTHER_ERRORS = 0.25
-"""Samples from which on a wrong lag is a good part of the errors, so that their size is found anew."""
+_OTHER_ERRORS = 0.15
+"""Rows from which on a wrong lag is a good part of the errors, so that their size is found anew."""
 
 _SIGNIFICANT = 4.0
 """Deviations between setting and estimate that are worth a word."""
@@ -89,11 +89,12 @@ def estimate_lag(
     weights = stacked.spread(1.0 / _error_deviations(stacked))
     basis = np.linalg.qr(stacked.x * weights[:, np.newaxis])[0]
     given, sample_time = settings.control_signal_lag, recordings[0].sample_time
+    row = sample_time * settings.decimation
     lag, step, sigma, rate_at = given, np.inf, np.inf, np.inf
     torque, rate = stacked.y, stacked.y
     for _ in range(_ITERATIONS):
         here = settings.model_copy(update={"control_signal_lag": lag})
-        if abs(lag - rate_at) > _SAME_RATE * sample_time:
+        if abs(lag - rate_at) > _SAME_RATE * row:
             rates = np.concatenate([observed_torque_rate(robot, r, here) for r in recordings])
             rate = _stack(rows, rates) * weights
             rate -= basis @ (basis.T @ rate)
@@ -104,7 +105,7 @@ def estimate_lag(
         if abs(step) < _STILL * sigma or abs(lag - given) > _FARTHEST:
             break
     converged = abs(step) < _STILL * sigma and abs(lag - given) <= _FARTHEST
-    if converged and abs(lag - given) > _OTHER_ERRORS * sample_time:
+    if converged and abs(lag - given) > _OTHER_ERRORS * row:
         errors = regression_whitening(torque, rows.regressor, rows.segment, rows.used)
         sigma = _deviation(rows, rate, weights, errors)
     return LagEstimate(lag, sigma, given, sample_time, converged)

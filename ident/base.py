@@ -41,22 +41,23 @@ class BaseParameters:
     @property
     def names(self) -> tuple[str, ...]:
         """Names (b,): the leading standard parameter, with an R where others are regrouped with it."""
-        names = []
-        for row, column in enumerate(self.independent):
-            regrouped = np.count_nonzero(self.relation[row]) > 1
-            names.append(self.model.names[column] + ("R" if regrouped else ""))
-        return tuple(names)
+        standard = self.model.names
+        regrouped = np.count_nonzero(self.relation, axis=1) > 1
+        return tuple(
+            standard[column] + ("R" if more else "")
+            for column, more in zip(self.independent, regrouped, strict=True)
+        )
 
     @property
     def units(self) -> tuple[str, ...]:
-        return tuple(self.model.units[column] for column in self.independent)
+        units = self.model.units
+        return tuple(units[column] for column in self.independent)
 
     @property
     def expressions(self) -> tuple[str, ...]:
         """The regrouping relations in print, e.g. ``ZZ1 + Ia1 + YY2 + 0.07 MZ3``."""
-        return tuple(
-            _expression(self.relation[row], self.model.names) for row in range(len(self.independent))
-        )
+        names = self.model.names
+        return tuple(_expression(row, names) for row in self.relation)
 
     def regroup(self, standard: FloatArray | dict[str, float]) -> FloatArray:
         """Base vector (b,) of a standard vector (p,) or of named standard values."""
@@ -71,7 +72,7 @@ class BaseParameters:
 
     def columns(self, state: State) -> FloatArray:
         """The base regressor IDM(q, q̇, q̈) of eq. 2: samples × joints × b."""
-        return np.ascontiguousarray(self.model.columns(state)[:, :, self.independent])
+        return np.take(self.model.columns(state), self.independent, axis=2)
 
 
 def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> BaseParameters:

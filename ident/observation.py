@@ -49,7 +49,7 @@ _WITHOUT_HISTORY = (
 )
 """Effects that look at each sample alone."""
 
-_SAMPLES_AT_ONCE = 2000
+_SAMPLES_AT_ONCE = 200
 """Samples at which the regressor is evaluated together: a piece of it stays in the cache."""
 
 
