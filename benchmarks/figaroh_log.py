@@ -1,8 +1,9 @@
 """The published TX40 log through FIGAROH, in the interpreter of an environment that has it.
 
 Runs FIGAROH's own pipeline (filter, differences, regressor, decimation by ten, base parameters by QR,
-weighted least squares) with the settings that it ships for this arm; no plots, no files. Prints one JSON object: times
-from log to results, relative torque error, peak memory. ``benchmarks/speed_on_log.py`` calls it.
+weighted least squares) with the settings that it ships for this arm; no plots, no files. Prints one JSON
+object: times from log to results, relative torque error, peak memory. ``benchmarks/speed_on_log.py``
+calls it.
 
     FIGAROH_PYTHON benchmarks/figaroh_log.py DATA/tx40
 """

@@ -2,10 +2,10 @@
 
 Both read the same files, filter, differentiate, build the regressor, decimate and solve weighted least
 squares, each in a process of its own, on one thread, in turns: armhil with the settings that it ships for
-such logs (50 Hz filter, 100 Hz rows), FIGAROH with its own (100 Hz filter, 500 Hz rows), and armhil with those of
-FIGAROH. armhil besides judges the signals, finds the lag and fits the error model of its σ. Times are from
-files to results, without and with imports; processor time beside the wall's, which a busy machine stretches.
-Medians over the repetitions, with the smallest and the largest.
+such logs (50 Hz filter, 100 Hz rows), FIGAROH with its own (100 Hz filter, 500 Hz rows), and armhil with
+those of FIGAROH. armhil besides judges the signals, finds the lag and fits the error model of its σ.
+Times are from files to results, without and with imports; processor time beside the wall's, which a busy
+machine stretches. Medians over the repetitions, with the smallest and the largest.
 
 FIGAROH wants an environment of its own:
 
