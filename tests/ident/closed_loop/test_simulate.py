@@ -16,6 +16,7 @@ from ident.closed_loop import SimulatedRun, simulate, simulate_many
 from ident.closed_loop.simulate import leading_of, run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.effects import Effect, FrictionSign, State
+from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.description import Robot
 
 TX40 = robots.load("tx40")
@@ -149,6 +150,31 @@ def test_effects_of_another_shape_are_simulated_too() -> None:
     assert_same(none, simulate(usual, usual.prior(), recording, 1))
     some = simulate(model, np.append(usual.prior(), 3.0), recording, 1)
     assert np.abs(some.position - none.position).max() > 1e-5
+
+
+@dataclass(frozen=True)
+class Lagging:
+    """A lag of the first drive's torque, which is compiled or nothing."""
+
+    robot: Robot
+    name = "lagging"
+    sentence = "torque that comes late"
+    parameter_names = ("lag",)
+    units = ("s",)
+
+    def columns(self, state: State) -> np.ndarray:
+        return np.zeros((*state.velocity.shape, 1))
+
+    def simulated(self, values: np.ndarray) -> SimulatedParts:
+        return SimulatedParts(drives=(DriveChange(0, lag=float(values[0])),))
+
+
+def test_what_only_compiled_code_can_is_refused_beside_what_it_cannot() -> None:
+    usual = RegressorModel.of(TX40)
+    effects: tuple[Effect, ...] = (Drag(TX40, FrictionSign("tanh", 0.1)), Lagging(TX40))
+    model = replace(usual, effects=(*usual.effects, *effects))
+    with pytest.raises(IdentificationError, match=r"^drag has no compiled simulation"):
+        simulate(model, np.append(usual.prior(), [1.0, 0.001]), swing(TX40))
 
 
 def test_the_torque_of_the_simulated_motion_is_that_of_the_regressor() -> None:
