@@ -1,8 +1,9 @@
 """How fast the closed loop is simulated: 20 s, six axes, 1 kHz controller, integration step 0.25 ms.
 
-Prints times and ratios to real time and to the same model in plain Python. Run it on a quiet machine:
+Prints times and ratios to real time and to the same model in plain Python; with --effects also of the model
+with each effect of the vocabulary at its first place. Run it on a quiet machine:
 
-    PYTHONPATH=. python benchmarks/closed_loop.py [--replicates 64] [--seconds 20]
+    PYTHONPATH=. python benchmarks/closed_loop.py [--replicates 64] [--seconds 20] [--effects]
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import argparse
 import os
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +22,8 @@ from ident import Recording, RegressorModel
 from ident.closed_loop import simulate, simulate_many
 from ident.closed_loop.simulate import leading_of, run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
+from ident.discrepancy.present import Present
+from ident.effects.vocabulary import VOCABULARY
 
 _PLAIN_SECONDS = 0.5
 
@@ -47,10 +52,27 @@ def shortest(work: Callable[[], object], repeats: int) -> tuple[float, float]:
     return min(times)
 
 
+def each_effect(model: RegressorModel, recording: Recording) -> None:
+    """Print how fast the model with one effect of each family is; its size is small, as if just found."""
+    robot, prior = model.robot, model.prior()
+    print(f"\n{'with':38}{'s per run':>12}{'processor s':>14}{'× real time':>14}")
+    for family in VOCABULARY:
+        place = family.places(robot)[0]
+        shape = tuple(shape.grid[len(shape.grid) // 2] for shape in family.shapes(robot, place))
+        effect = family.effect(robot, place, shape, Present(model, prior))
+        whole = replace(model, effects=(*model.effects, effect))
+        values = np.append(prior, np.full(len(effect.parameter_names), 1e-3))
+        simulate(whole, values, recording)  # compiles or loads
+        elapsed, processor = shortest(partial(simulate, whole, values, recording), 3)
+        ratio = float(recording.time[-1]) / elapsed
+        print(f"{family.name:38}{elapsed:12.4f}{processor:14.4f}{ratio:14.1f}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--replicates", type=int, default=64)
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--effects", action="store_true")
     arguments = parser.parse_args()
     robot = robots.load("tx40")
     model = RegressorModel.of(robot)
@@ -75,6 +97,8 @@ def main() -> None:
         each = elapsed / runs
         ratios = f"{arguments.seconds / each:14.1f}{reference / each:16.1f}"
         print(f"{label:38}{each:12.4f}{processor / runs:14.4f}{ratios}")
+    if arguments.effects:
+        each_effect(model, whole)
 
 
 if __name__ == "__main__":

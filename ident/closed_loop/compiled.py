@@ -8,7 +8,8 @@ import numpy as np
 
 from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
-from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms
+from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms, only_plain_friction
+from ident.closed_loop.friction_rows import friction_rows, together
 from ident.closed_loop.kernel.extended import closed_loop_with_extras
 from ident.closed_loop.kernel.loop import closed_loop
 from ident.closed_loop.kernel.rigid_bodies import mass_and_bias
@@ -31,9 +32,11 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
     coordinates = coordinates_of(robot, parts.inertia, parts.extra.springs, h)
     drives = _drives(coordinates, gain_errors(parts.extra.drives, robot.n))
     run = _run(coordinates, leading)
-    if parts.usual:
-        terms, strength = lifted_terms(parts.friction, coordinates), parts.friction.strength
-        dynamics = _dynamics(frames, parts, coordinates, terms, strength)
+    if parts.usual or only_plain_friction(parts.extra):
+        rows = parts.friction
+        if parts.extra.friction:
+            rows = together(rows, friction_rows(parts.extra.friction, robot.velocity_limits, h), ())
+        dynamics = _dynamics(frames, parts, coordinates, lifted_terms(rows, coordinates), rows.strength)
         ending, sample = closed_loop(axes, dynamics, drives, run, leading.substeps)
     else:
         extras, terms, strength = extras_of(

@@ -10,6 +10,7 @@ import numpy as np
 from ident.closed_loop.coordinates import Coordinates, Gear
 from ident.closed_loop.friction_rows import FrictionRows, friction_rows, together
 from ident.closed_loop.kernel.values import LAW_CELLS, LINEAR, TERM_HEAD, Extras
+from ident.effects import FrictionSign
 from ident.effects.simulated import DriveChange, FrictionTorque, SimulatedParts, Table
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
@@ -32,6 +33,14 @@ class _Tables:
         self.values.append(np.asarray(table.values, dtype=np.float64))
         self.rows.append((first, table.values.size, table.lower, 1.0 / table.spacing))
         return len(self.rows) - 1
+
+
+def only_plain_friction(extra: SimulatedParts) -> bool:
+    """Whether there is nothing but friction that the usual model's code can take along."""
+    return not (extra.position or extra.springs or extra.errors or extra.drives) and all(
+        (torque.law is None or isinstance(torque.law, FrictionSign)) and not _changes(torque)
+        for torque in extra.friction
+    )
 
 
 def lifted_terms(rows: FrictionRows, coordinates: Coordinates) -> FloatArray:
