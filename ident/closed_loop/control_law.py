@@ -33,9 +33,17 @@ class ControlLaw:
     """
 
     def __init__(
-        self, controller: Controller, position: FloatArray, velocity: FloatArray, control_signal: FloatArray
+        self,
+        controller: Controller,
+        position: FloatArray,
+        control_signal: FloatArray,
+        velocity: FloatArray | None = None,
     ) -> None:
-        """Start at a drive position and velocity (n,) while the drives put out ``control_signal`` (n,)."""
+        """Start at a drive position (n,) while the drives put out ``control_signal`` (n,).
+
+        ``velocity`` (n,) is that of the drives; without it they are at rest.
+        """
+        velocity = np.zeros_like(position) if velocity is None else velocity
         self._controller = controller
         self._position_gain = np.array(controller.position_gain)
         self._velocity_gain = np.array(controller.velocity_gain)
@@ -55,15 +63,19 @@ class ControlLaw:
         )
 
     def step(
-        self, reference: FloatArray, reference_velocity: FloatArray, added: FloatArray, position: FloatArray
+        self,
+        reference: FloatArray,
+        reference_velocity: FloatArray,
+        position: FloatArray,
+        added: FloatArray | None = None,
     ) -> FloatArray:
         """Control signal (n,) that acts from now on, given set-point and position at the drive outputs.
 
-        ``added`` (n,) is what :func:`fed_forward` adds to it.
+        ``added`` (n,) is what :func:`fed_forward` adds to it, if anything.
         """
         velocity = self._measured_velocity(position)
         proportional, rate = self._errors(reference - position, reference_velocity, velocity)
-        output = self._integrate(proportional + added, rate)
+        output = self._integrate(proportional if added is None else proportional + added, rate)
         self._coming.append(output)
         return self._coming.popleft()
 

@@ -177,16 +177,15 @@ def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leadin
     transmission = robot.transmission_matrix
     position, velocity = recording.position[0].copy(), leading.velocity.copy()
     law = ControlLaw(
-        robot.controller, transmission @ position, transmission @ velocity, recording.control_signal[0]
+        robot.controller, transmission @ position, recording.control_signal[0], transmission @ velocity
     )
-    nothing = np.zeros(robot.n)
     h = robot.controller.sample_time / leading.substeps
     samples = recording.time.shape[0]
     run = SimulatedRun(recording.time, *(np.empty((samples, robot.n)) for _ in range(3)))
     for step in range(samples * leading.per_sample):
         sample, part = divmod(step, leading.per_sample)
-        added = leading.added[step] if leading.added.size else nothing
-        signal = law.step(leading.points[step], leading.speeds[step], added, transmission @ position)
+        added = leading.added[step] if leading.added.size else None
+        signal = law.step(leading.points[step], leading.speeds[step], transmission @ position, added)
         if part == 0:
             run.position[sample], run.velocity[sample] = position, velocity
             run.control_signal[sample] = signal

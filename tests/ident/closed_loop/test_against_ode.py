@@ -98,13 +98,13 @@ def solved(
     """
     recording = motion()
     assert recording.reference is not None
-    law = ControlLaw(EMPS.controller, np.zeros(1), np.zeros(1), np.zeros(1))
+    law = ControlLaw(EMPS.controller, np.zeros(1), np.zeros(1))
     x, past, positions = np.zeros(states), [0.0] * 8, []
     previous = recording.reference[0]
     for instant, reference in zip(recording.time, recording.reference, strict=True):
         positions.append(seen(x))
         speed, previous = (reference - previous) / PERIOD, reference
-        past.append(float(law.step(reference, speed, np.zeros(1), np.array([positions[-1]]))[0]))
+        past.append(float(law.step(reference, speed, np.array([positions[-1]]))[0]))
         edges = (0.0, *breaks, PERIOD)
         for start, end in pairwise(edges):
             signal = sent(past, 0.5 * (start + end))
