@@ -6,6 +6,11 @@ columns are the first independent ones in that order. W has its rows divided by 
 Reported: cond(W), −log det(G)/p and tr C of the best motion of each seed, and their medians.
 
     python benchmarks/excitation.py --arm tx40 --family ruckig --seeds 5
+    python benchmarks/excitation.py --ends rest --collision
+
+``--ends rest`` makes the motion begin and end at rest in the middle of the travel, ``--collision`` keeps it
+10 mm clear of itself and of a floor at the height of the base, at every instant: the price of a motion that
+can be driven. Times are processor seconds of all processes together; two idle cores need half of that.
 
 The TX40's URDF is read from $ARMHIL_DATA, or ../shared/data beside the clone; the UR10's from the package
 example-robot-data. An arm whose URDF is not there is left out, with the reason.
@@ -15,9 +20,9 @@ from __future__ import annotations
 
 import argparse
 import os
-import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+import resource
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
@@ -27,13 +32,19 @@ import numpy as np
 import pinocchio
 
 from robots.arrays import FloatArray, IntArray
+from robots.description import Robot
+from robots.loading import load, robot_from_text
+from trajectories.checks import Check
+from trajectories.collision import CollisionCheck
 from trajectories.fourier_search import FourierSearch
 from trajectories.information import Criterion, Information, Objective
 from trajectories.limits import Limits
-from trajectories.motion import Motion, MotionState
+from trajectories.motion import Extremes, Motion, MotionState
 from trajectories.multi_start import best_of
 from trajectories.optimise import WaypointSearch
 from trajectories.problem import ExcitationProblem
+from trajectories.segments import Waypoint
+from trajectories.surroundings import Surroundings
 from trajectories.torque import TorqueCheck
 
 DURATION = 10.0
@@ -63,7 +74,10 @@ PUBLISHED = {
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm as the benchmark defines it; arrays (n,)."""
+    """An arm as the benchmark defines it; arrays (n,).
+
+    ``bodies`` describes the arm with bodies that can touch; its joints read ``shift`` less than ``model``'s.
+    """
 
     model: pinocchio.Model
     limits: Limits
@@ -71,6 +85,8 @@ class Arm:
     inertia: FloatArray | None
     viscous: FloatArray
     coulomb: FloatArray
+    bodies: Callable[[], Robot]
+    shift: FloatArray
 
 
 @dataclass(frozen=True)
@@ -129,6 +145,8 @@ def tx40() -> Arm:
         inertia=np.array([0.362, 0.507, 0.0829, 0.0341, 0.0361, 0.0114]),
         viscous=np.array([7.94, 5.69, 1.98, 1.11, 1.60, 0.69]),
         coulomb=np.array([6.98, 7.83, 6.19, 2.41, 3.41, 1.83]),
+        bodies=lambda: load("tx40"),
+        shift=centre,
     )
 
 
@@ -152,7 +170,88 @@ def ur10() -> Arm:
         inertia=None,
         viscous=friction,
         coulomb=friction,
+        bodies=lambda: ur10_bodies(Path(str(urdf.locate())), model),
+        shift=np.zeros(6),
     )
+
+
+def ur10_bodies(urdf: Path, model: pinocchio.Model) -> Robot:
+    """The UR10 as a description; all that counts here are its names and the bodies of its URDF."""
+    names = list(model.names)[1:]
+    lines = [f'format = 1\nname = "ur10"\ndescription = "UR10"\nurdf = "{urdf.name}"\nhome = {[0.0] * 6}']
+    lines.append(f"transmission = {np.eye(6).tolist()}")
+    for name, speed in zip(names, model.velocityLimit, strict=True):
+        lines.append(
+            f'[[joint]]\nname = "{name}"\nposition = [-3.1, 3.1]\nvelocity = {speed}\n'
+            "acceleration = 10.0\njerk = 150.0\ntorque = 50.0"
+        )
+    lines += [
+        f"[[drive]]\nnode_id = {k + 1}\nencoder_counts = 4096\ngear = 100.0\ngain = 10.0\n"
+        "gain_relative_uncertainty = 0.02\ncontrol_signal = { per_count = 0.01 }\n"
+        "dynamics = { inertia = 0.0, viscous = 0.0, coulomb = 0.0 }"
+        for k in range(6)
+    ]
+    lines.append(
+        f'[controller]\ntype = "pd"\nsample_time = 0.001\nposition_gain = {[50.0] * 6}\n'
+        f"velocity_gain = {[5.0] * 6}\nintegral_gain = {[0.0] * 6}\nvelocity_feed_forward = {[0.0] * 6}\n"
+        f"saturation = {[100.0] * 6}\n[identification]\ncutoff_hz = 20.0\n"
+    )
+    robot = robot_from_text("\n".join(lines), urdf.parent / "robot.toml")
+    # Its meshes are named from the folder above the package.
+    share = next(parent for parent in urdf.parents if parent.name == "share")
+    return robot.model_copy(update={"folder": share, "urdf": str(urdf.relative_to(share))})
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """A motion whose joints read ``shift`` (n,) less."""
+
+    motion: Motion
+    shift: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return self.motion.duration
+
+    @property
+    def joints(self) -> int:
+        """n."""
+        return self.motion.joints
+
+    def at(self, time: FloatArray) -> MotionState:
+        """The state at each time."""
+        state = self.motion.at(time)
+        return replace(state, position=state.position - self.shift)
+
+    def breaks(self) -> FloatArray:
+        """As the motion's."""
+        return self.motion.breaks()
+
+    def extremes(self) -> Extremes:
+        """As the motion's, shifted."""
+        extremes = self.motion.extremes()
+        return replace(extremes, lowest=extremes.lowest - self.shift, highest=extremes.highest - self.shift)
+
+
+@dataclass(frozen=True)
+class ShiftedCollision:
+    """The collision check of an arm whose joints read differently."""
+
+    check: CollisionCheck
+    shift: FloatArray
+
+    def allows(self, motion: Motion) -> bool:
+        """Whether a motion is proven to keep the clearance."""
+        return self.check.allows(Shifted(motion, self.shift))
+
+    def excess(self, motion: Motion) -> float:
+        """How much of the clearance is missing, m."""
+        return self.check.excess(Shifted(motion, self.shift))
+
+    def require(self, motion: Motion) -> None:
+        """Raise where the clearance is not kept."""
+        self.check.require(Shifted(motion, self.shift))
 
 
 def arm_limits(
@@ -180,22 +279,26 @@ def arm_limits(
 ARMS = {"tx40": tx40, "ur10": ur10}
 
 
-def problem_of(arm: Arm, criterion: Criterion) -> ExcitationProblem:
-    """The benchmark's definition as the planner's problem, both ends free."""
+def problem_of(arm: Arm, criterion: Criterion, at_rest: bool, collision: bool) -> ExcitationProblem:
+    """The benchmark's definition as the planner's problem."""
     n, with_inertia = arm.model.nv, arm.inertia is not None
     inertia = arm.inertia if arm.inertia is not None else np.zeros(n)
     kept = first_independent(all_columns(arm.model, with_inertia, random_state(arm.limits)))
-    check = TorqueCheck(arm.model, np.eye(n), inertia, arm.viscous, arm.coulomb, arm.limits)
+    checks: list[Check] = [TorqueCheck(arm.model, np.eye(n), inertia, arm.viscous, arm.coulomb, arm.limits)]
+    if collision:
+        checks.append(ShiftedCollision(CollisionCheck(arm.bodies(), Surroundings(floor=0.0)), arm.shift))
+    rest = Waypoint.at_rest((arm.limits.upper + arm.limits.lower) / 2) if at_rest else None
     return ExcitationProblem(
         regressor=BenchmarkRegressor(arm.model, with_inertia, kept),
         sigma=arm.sigma,
         prior=np.zeros(len(kept)),  # torque is left to the check, which has the true links
         limits=arm.limits,
         duration=DURATION,
-        start=None,
-        goal=None,
+        start=rest,
+        goal=rest,
         objective=Objective(criterion, condition_cap=CONDITION_CAP),
-        checks=(check.within,),
+        slow_passes=True,
+        checks=tuple(checks),
     )
 
 
@@ -220,9 +323,12 @@ def figures(motion: Motion, problem: ExcitationProblem) -> tuple[float, float, f
 
 def run(arm: str, options: argparse.Namespace) -> Iterator[str]:
     """The table of one arm, line by line as it comes."""
-    problem = problem_of(ARMS[arm](), options.criterion)
+    problem = problem_of(ARMS[arm](), options.criterion, options.ends == "rest", options.collision)
+    ends = "at rest at both ends" if options.ends == "rest" else "ends free"
+    kept = ends + (", clear of itself and the floor" if options.collision else "")
     trials = f"{options.searches} × {options.evaluations} evaluations"
-    yield f"\n{arm}: {len(problem.prior)} base columns, {trials}, {options.criterion} with condition ≤ 150"
+    columns = len(problem.prior)
+    yield f"\n{arm}: {columns} base columns, {trials}, {options.criterion} with condition ≤ 150, {kept}"
     yield "| motion | cond W | −log det(G)/p | tr C | s |"
     yield "|---|---|---|---|---|"
     for name, *earlier in PUBLISHED[arm]:
@@ -230,9 +336,9 @@ def run(arm: str, options: argparse.Namespace) -> Iterator[str]:
     for family in options.family:
         results = []
         for seed in range(options.seeds):
-            begin = time.perf_counter()
+            begin = processor_seconds()
             motion = planned(problem, family, seed, options)
-            results.append((*figures(motion, problem), time.perf_counter() - begin))
+            results.append((*figures(motion, problem), processor_seconds() - begin))
             yield row(f"{family}, seed {seed}", results[-1])
         yield row(f"**{family}, median of {options.seeds}**", tuple(np.median(results, axis=0).tolist()))
 
@@ -244,6 +350,12 @@ def planned(problem: ExcitationProblem, family: str, seed: int, options: argpars
     searches = [kind(problem, int(s), options.evaluations) for s in seeds]
     best, _ = best_of(searches, options.workers)
     return best.finished()
+
+
+def processor_seconds() -> float:
+    """Of this process and of the workers that have ended."""
+    own, children = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
 
 
 def row(name: str, result: tuple[float, ...]) -> str:
@@ -260,9 +372,11 @@ def main() -> None:
     parser.add_argument("--family", nargs="+", choices=("ruckig", "fourier"), default=("ruckig", "fourier"))
     parser.add_argument("--criterion", choices=("determinant", "trace"), default="determinant")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--evaluations", type=int, default=25_000, help="of each search")
+    parser.add_argument("--evaluations", type=int, default=12_000, help="of each search")
     parser.add_argument("--searches", type=int, default=2, help="independent searches per seed")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--ends", choices=("free", "rest"), default="free")
+    parser.add_argument("--collision", action="store_true", help="clear of itself and of the floor")
     options = parser.parse_args()
     for arm in options.arm:
         try:

@@ -25,7 +25,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-OK, WARNING, FAILED, INTERRUPTED = 0, 1, 2, 130
+OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout; text goes to stderr.")]
 RobotName = Annotated[
@@ -76,11 +76,13 @@ def _interruptions() -> tuple[type[Exception], ...]:
 def _user_errors() -> tuple[type[Exception], ...]:
     """What a user can cause; each says in one line what is wrong and what is allowed."""
     from daq.capture import CaptureError
+    from daq.cell_file import CellFileError
     from daq.demo import RunFailed
     from daq.model_file import ModelFileError
     from daq.report import ReportError
     from daq.run_folder import OutputError
     from daq.testing import NoTests
+    from daq.trajectory_file import TrajectoryFileError
     from drivers import BusError, DriveError
     from ident import IdentificationError
     from robots import RobotFileError
@@ -89,6 +91,7 @@ def _user_errors() -> tuple[type[Exception], ...]:
     return (
         BusError,
         CaptureError,
+        CellFileError,
         DriveError,
         IdentificationError,
         ModelFileError,
@@ -100,6 +103,7 @@ def _user_errors() -> tuple[type[Exception], ...]:
         RobotFileError,
         RunFailed,
         TrajectoryError,
+        TrajectoryFileError,
     )
 
 
@@ -238,6 +242,133 @@ def identify(
     if result.report is not None:
         console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
     return _code_of(result.fitted.result.test.verdict)
+
+
+@app.command()
+def plan(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    check: Annotated[
+        Path | None, typer.Option(help="Judge this trajectory (.json, .csv, .mcap) instead of planning one.")
+    ] = None,
+    objective: Annotated[
+        str, typer.Option(help="determinant, trace or condition: what is minimised.")
+    ] = "determinant",
+    parameters: Annotated[
+        str | None, typer.Option(help="Only these: payload, friction4, joint2, ZZ1R, …", show_default="all")
+    ] = None,
+    family: Annotated[str, typer.Option(help="ruckig or fourier.")] = "ruckig",
+    duration: Annotated[float, typer.Option(min=0.1, max=600.0, help="One period of the motion, s.")] = 12.0,
+    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 1,
+    speed: Annotated[float, typer.Option(help="The same path slower, e.g. 0.1 for a first run.")] = 1.0,
+    start: Annotated[
+        str | None, typer.Option(help="Where the arm stands: n positions, comma.", show_default="home")
+    ] = None,
+    cell: Annotated[Path | None, typer.Option(help="cell.toml: floor, obstacles, tool.")] = None,
+    floor: Annotated[float | None, typer.Option(help="Height of a floor, m.", show_default="none")] = None,
+    tool_speed: Annotated[
+        float | None, typer.Option(help="Highest speed of the tool, m/s.", show_default="none")
+    ] = None,
+    earlier: Annotated[
+        Path | None, typer.Option(help="An earlier capture or model of the arm: errors and values to expect.")
+    ] = None,
+    cycle_time: Annotated[
+        float | None, typer.Option(help="Between set-points, s.", show_default="the robot's")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed is the same motion.")] = 0,
+    evaluations: Annotated[int, typer.Option(min=1, help="Trials of each search.")] = 12000,
+    searches: Annotated[int, typer.Option(min=1, help="Independent searches; the best counts.")] = 2,
+    workers: Annotated[int, typer.Option(min=1, help="Processes for them.")] = 2,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-plan-<robot>")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Plan an exciting trajectory, or judge any trajectory, before anything moves.
+
+    Example: [bold]armhil plan tx40 --seed 1 --out runs/plan[/]
+    """
+    import robots
+    from daq.plan import PlanRequest, run_plan
+    from daq.plan_json import plan_json
+    from daq.plan_options import criterion_of, family_of, posture_of, words_of
+    from daq.plan_terminal import print_plan
+    from daq.terminal import TerminalSteps
+
+    console = _console(as_json)
+    request = PlanRequest(
+        robot=robots.load(robot),
+        check=check,
+        family=family_of(family),
+        criterion=criterion_of(objective),
+        parameters=words_of(parameters),
+        duration=duration,
+        periods=periods,
+        seed=seed,
+        evaluations=evaluations,
+        searches=searches,
+        workers=workers,
+        speed=speed,
+        start=posture_of(start),
+        cell=cell,
+        floor=floor,
+        tool_speed=tool_speed,
+        cycle_time=cycle_time,
+        earlier=earlier,
+        out=out,
+    )
+    result = run_plan(request, TerminalSteps(console))
+    if as_json:
+        _print_json(plan_json(result))
+    print_plan(console, result)
+    return {"fine": OK, "weak": WARNING, "refused": FAILED, "unmeasurable": UNKNOWN}[result.verdict]
+
+
+@app.command()
+def diagnose(
+    paths: Annotated[list[Path], typer.Argument(help="Captures or logs to find the missing effect on.")],
+    validate: Annotated[
+        list[Path] | None, typer.Option("--validate", help="Captures or logs to show the gap on.")
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
+    ] = None,
+    split_half: Annotated[
+        bool, typer.Option("--split-half", help="Validate on the second half of each record.")
+    ] = False,
+    without: Annotated[
+        list[str] | None, typer.Option("--without", help="An effect to leave out of the model.")
+    ] = None,
+    prior: Annotated[
+        str | None, typer.Option(help="An accepted model file, or cad.", show_default="after a refit")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
+    as_json: Json = False,
+) -> int:
+    """Find what the model lacks, name it, add it, and show the gap shrink on data that was not fitted.
+
+    Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
+    """
+    from daq.diagnose import DiagnoseRequest, run_diagnose
+    from daq.diagnosis_json import diagnosis_json
+    from daq.diagnosis_terminal import print_diagnosis
+    from daq.terminal import TerminalSteps
+
+    console = _console(as_json)
+    fit, held = tuple(paths), tuple(validate or ())
+    request = DiagnoseRequest(fit, held, robot, columns, split_half, tuple(without or ()), prior, out)
+    result = run_diagnose(request, TerminalSteps(console))
+    if as_json:
+        names = [[str(path) for path in group] for group in (fit, held or fit)]
+        _print_json(diagnosis_json(result.diagnosis, result.robot.name, *names))
+    print_diagnosis(console, result.diagnosis)
+    if result.folder is not None:
+        page = result.folder / "diagnosis.html"
+        console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)
+    return OK if result.diagnosis.verdict == "clean" else WARNING
 
 
 @app.command()

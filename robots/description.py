@@ -43,6 +43,9 @@ class Joint(_Frozen):
     acceleration: Positive = Field(description="rad/s² or m/s²")
     jerk: Positive = Field(description="rad/s³ or m/s³")
     torque: Positive = Field(description="N·m or N, at the joint")
+    torque_noise: Positive | None = Field(
+        default=None, description="N·m or N; standard deviation of the torque error of one row"
+    )
 
     @model_validator(mode="after")
     def _limits_in_order(self) -> Self:

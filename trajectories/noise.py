@@ -47,13 +47,13 @@ class TorqueNoise:
 
     @classmethod
     def white(cls, robot: Robot, sigma: ArrayLike | None = None) -> TorqueNoise:
-        """Independent errors of given deviations (n,); 1 % of the torque limits where not given.
+        """Independent errors of given deviations (n,); the description's where not given, else 1 % of torque.
 
         Raises:
             PlanError: sigma is not one positive number per joint.
         """
         if sigma is None:
-            noise, source = DEFAULT_SHARE * robot.torque_limits, "1 % of each joint's torque limit, white"
+            noise, source = _described(robot)
         else:
             noise, source = np.asarray(sigma, dtype=np.float64), "as given, white"
         if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).all():
@@ -95,3 +95,17 @@ class TorqueNoise:
         kind = self.process(row_time).kind
         lost = any(a.size for a in self.coefficients) and kind == "block"
         return self.source + (", taken as white: its rows were at another rate" if lost else "")
+
+
+def _described(robot: Robot) -> tuple[FloatArray, str]:
+    """Deviations (n,) of the description, a share of the torque limit where it has none, and in words."""
+    given = [joint.torque_noise for joint in robot.joint]
+    noise = [
+        DEFAULT_SHARE * joint.torque if value is None else value
+        for joint, value in zip(robot.joint, given, strict=True)
+    ]
+    if all(value is None for value in given):
+        return np.array(noise), "1 % of each joint's torque limit, white"
+    missing = [joint.name for joint in robot.joint if joint.torque_noise is None]
+    rest = f", 1 % of the torque limit for {', '.join(missing)}" if missing else ""
+    return np.array(noise), f"torque_noise of the robot's description{rest}, white"

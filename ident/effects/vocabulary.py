@@ -11,7 +11,7 @@ from ident.effects.current_loop_lag import CURRENT_LOOP_LAG
 from ident.effects.drifting_friction import DRIFTING_FRICTION
 from ident.effects.drive_gain_error import DRIVE_GAIN_ERROR
 from ident.effects.elastic_gear import BACKLASH, JOINT_ELASTICITY
-from ident.effects.family import PresentModel
+from ident.effects.family import PlacedEffect, PresentModel
 from ident.effects.gear_ripple import GEAR_RIPPLE
 from ident.effects.hysteresis import HYSTERESIS
 from ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
@@ -87,7 +87,7 @@ class EffectEntry:
     shape: Mapping[str, float]
 
 
-def entry_of(robot: Robot, placed: Placed) -> EffectEntry:
+def entry_of(robot: Robot, placed: PlacedEffect) -> EffectEntry:
     """The plain values of a placed effect."""
     shapes = family_named(placed.name).shapes(robot, placed.place)
     values = zip(shapes, placed.shape, strict=True)

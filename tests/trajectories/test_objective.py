@@ -73,7 +73,8 @@ def singular_values(robot: Robot, trajectory: Trajectory, columns: int) -> Float
         if np.linalg.svd(probe[:, [*kept, column]], compute_uv=False)[-1] > 1e-9:
             kept.append(column)
     assert len(kept) == columns
-    weighted = rows[:, :, kept] / (0.01 * robot.torque_limits)[:, np.newaxis]
+    noise = np.array([joint.torque_noise or 0.01 * joint.torque for joint in robot.joint])
+    weighted = rows[:, :, kept] / (noise)[:, np.newaxis]
     values = np.linalg.svd(weighted.reshape(-1, columns), compute_uv=False)
     return values * np.sqrt(100.0 * trajectory.cycle_time)
 

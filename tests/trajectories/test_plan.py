@@ -64,7 +64,9 @@ def test_its_figures_are_those_of_its_samples(planned: Trajectory) -> None:
         State(planned.position, planned.velocity, planned.acceleration)
     )
     rows = rows * fast_samples(robot, planned)[:, :, np.newaxis]
-    weighted = (rows / (0.01 * robot.torque_limits)[:, np.newaxis]).reshape(-1, rows.shape[2])
+    weighted = (rows / np.array([joint.torque_noise for joint in robot.joint])[:, np.newaxis]).reshape(
+        -1, rows.shape[2]
+    )
     assert planned.detail.condition == pytest.approx(np.linalg.cond(weighted), rel=0.05)
     covariance = np.linalg.inv(weighted.T @ weighted) * 2.5
     assert planned.detail.trace == pytest.approx(np.trace(covariance), rel=0.06)
