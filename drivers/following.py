@@ -53,23 +53,29 @@ class Follower:
         self._move_to(start, end)
         self._follow([job.reference[0].tolist()] * cycle.turns(job.budgets.settle_seconds), record=False)
 
-    def stream(self) -> None:
+    def stream(self) -> bool:
         """The reference, one target per SYNC that is sent, whatever deadlines were skipped.
 
         The SYNC just sent has latched the first point: it is row 0. Row k is recorded when target k+1 goes
         out; after the last one that target stays.
+
+        Returns:
+            Whether what comes next still belongs to the record: not where it ended in a pause.
         """
         targets: list[list[int]] = self._job.reference.tolist()
         cycle, watch = self._cycle, self._cycle.watch
         for row, target in enumerate([*targets[1:], targets[-1]], start=1):
+            paused = False
             if row in self._ends and watch.request is not None and watch.fine:
-                self._end_period(targets, row)
+                paused = self._end_period(targets, row)
             if not watch.fine:
-                self._ramp_down(record=True)
-                return
+                # The way into a pause is not recorded, so what follows would not fit what was before.
+                self._ramp_down(record=not paused)
+                return not paused
             cycle.command(target)
             cycle.record()
             cycle.turn()
+        return True
 
     def come_to_rest(self) -> None:
         """Hold the last target until the arm stands, or its time is over."""
@@ -89,12 +95,12 @@ class Follower:
 
     # Periods --------------------------------------------------------------------------------
 
-    def _end_period(self, targets: list[list[int]], row: int) -> None:
-        """What was asked for the end of a period: a pause, or the end of the stream."""
+    def _end_period(self, targets: list[list[int]], row: int) -> bool:
+        """What was asked for the end of a period: a pause (True), or the end of the stream."""
         watch = self._cycle.watch
         if watch.request is Request.STOP:
             watch.stop("stop requested: the period was finished")
-            return
+            return False
         self._ramp_down(record=False)
         request: Request | None = Request.PAUSE
         while watch.fine and request is Request.PAUSE:
@@ -105,6 +111,7 @@ class Follower:
         if watch.fine:
             self._resume(targets[row - 1], targets[row])
             self.pauses.append(self._cycle.rows)
+        return True
 
     def _resume(self, boundary: list[int], following: list[int]) -> None:
         """From rest to the end of the period, at the velocity that the next one begins with."""

@@ -61,7 +61,7 @@ class Loop:
         self._follower.approach()
         recorded = watch.fine
         if recorded:
-            self._follower.stream()
+            recorded = self._follower.stream()
         if watch.halting:
             quick_stop(self.cycle, recorded)
         else:

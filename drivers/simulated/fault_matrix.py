@@ -22,6 +22,7 @@ from drivers.simulated.faults import (
     LostFrames,
 )
 from drivers.simulated.in_process import InProcessRun, stream_in_process
+from drivers.simulated.state_machine import State
 from drivers.simulated.truth import draw_truth
 from robots import Robot
 from robots.arrays import FloatArray
@@ -198,12 +199,17 @@ def _problems(
 
 
 def largest_acceleration(robot: Robot, run: InProcessRun) -> float:
-    """Of the recorded set-points, as a share of the joints' limits; the rounding to counts is taken off."""
-    if len(run.rows) < 3:
+    """Of the recorded set-points, as a share of the joints' limits; the rounding to counts is taken off.
+
+    Rows in a quick stop are left out: the drives follow no set-points then, and get their own positions.
+    """
+    quick_stop = ((run.rows["statusword"] & 0x6F) == State.QUICK_STOP_ACTIVE.value).any(axis=1)
+    rows = run.rows[: int(np.argmax(quick_stop))] if quick_stop.any() else run.rows
+    if len(rows) < 3:
         return 0.0
     period = robot.bus.cycle_time
     scale = robot.counts_per_output_unit
-    joints = np.linalg.solve(robot.transmission_matrix, (run.rows["target"] / scale).T).T
+    joints = np.linalg.solve(robot.transmission_matrix, (rows["target"] / scale).T).T
     rounding = 4 / np.abs(scale).min() / period**2
     acceleration = np.maximum(np.abs(np.diff(joints, 2, axis=0)) / period**2 - rounding, 0.0)
     return float((acceleration / robot.acceleration_limits).max()) / 1.001

@@ -135,6 +135,8 @@ def test_every_other_request_ends_a_pause(tx40: Robot, truth: PlantTruth, reques
     assert done.result is not None and done.result.outcome == "stopped"
     assert done.bus.syncs > 500
     assert not done.bus.powered
+    worst = largest_acceleration(tx40, done)
+    assert worst <= 1.0, "the record has no row that does not follow from the one before"
 
 
 def test_requests_come_from_any_thread_and_the_most_urgent_one_rules() -> None:
