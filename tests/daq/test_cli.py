@@ -21,7 +21,7 @@ from drivers.simulated import SimulatedArm
 from robots import Robot
 from tests.daq.captures import record_cycles
 
-COMMANDS = ("demo", "identify", "robots", "test")
+COMMANDS = ("demo", "diagnose", "doctor", "identify", "plan", "robots", "sim", "test")
 STEP = re.compile(r"[A-Z][a-z ]+ …")
 
 
