@@ -105,7 +105,8 @@ def _check_used(stream: ReadDataStream, body: bytes) -> None:
 def _read_chunk(chunk: Chunk, result: Scan) -> None:
     if chunk.compression != "zstd":
         raise ValueError("a compression that captures do not have")
-    if not 0 <= zstandard.frame_content_size(chunk.data) <= _LARGEST_CHUNK:
+    sizes = (zstandard.frame_content_size(chunk.data), chunk.uncompressed_size)
+    if not all(0 <= size <= _LARGEST_CHUNK for size in sizes):
         raise ValueError("a chunk of implausible size")
     if chunk.uncompressed_crc == 0:
         raise ValueError("a chunk without a checksum cannot be trusted")

@@ -26,7 +26,7 @@ from drivers import Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
 from robots import Robot
 
-SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "100"]
+SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "600"]
 VERDICTS = {"exogenous", "endogenous", "instruments_invalid", "not_testable"}
 
 

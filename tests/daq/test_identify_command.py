@@ -151,7 +151,7 @@ def test_a_capture_is_read_once(identify: Identify, capture: Path, monkeypatch: 
         read.append(path)
         return read_capture(path)
 
-    monkeypatch.setattr("daq.identify.read_capture", counted)
+    monkeypatch.setattr("daq.described.read_capture", counted)
     monkeypatch.setattr("daq.importing.read_capture", counted)
     identify(capture)
     assert read == [capture]
