@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import robots
-from daq.capture import DESCRIPTION, RUN, TRAJECTORY
-from daq.reader import read_capture
-from daq.recorder import Recorder
-from daq.run_facts import outcome_facts
+from daq.identification.run_facts import outcome_facts
+from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY
+from daq.recording.reader import read_capture
+from daq.recording.recorder import Recorder
 from drivers import Samples
 from drivers.simulated.fault_matrix import KINDS, FaultCase, run_case
 from drivers.units import Units

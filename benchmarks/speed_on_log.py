@@ -39,7 +39,7 @@ KEYS = {
 def identify_log(folder: Path, like_figaroh: bool) -> dict[str, float]:
     """One identification of the log in this process, shipped settings or FIGAROH's."""
     import robots
-    from daq.importing import load_recording
+    from daq.importing.load import load_recording
     from ident import identify
 
     imported, worked = time.perf_counter(), time.process_time()

@@ -6,13 +6,13 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.capture import Capture
-from daq.importing import capture_recordings
+from daq.identification.results import write_results
+from daq.identification.run_facts import outcome_facts, report_facts, run_facts
+from daq.importing.load import capture_recordings
 from daq.progress import Steps
-from daq.reader import read_capture
-from daq.recorder import Recorder
-from daq.results import write_results
-from daq.run_facts import outcome_facts, report_facts, run_facts
+from daq.recording.capture import Capture
+from daq.recording.reader import read_capture
+from daq.recording.recorder import Recorder
 from drivers import ArmSession, BusError, Channel, Samples
 from drivers.simulated import PlantTruth, SimulatedArm
 from ident import BaseParameters, Fitted, drive_parameters, identify

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq import recorder
-from daq.capture import DESCRIPTION, RUN, TRAJECTORY, Facts
-from daq.recorder import Recorder
+from daq.recording import recorder
+from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY, Facts
+from daq.recording.recorder import Recorder
 from drivers import Samples
 from robots import Robot
 

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq import cli
-from daq.capture import Capture
+from daq.cli import entry as cli
 from daq.demo import DemoRequest, DemoResult, run_demo
-from daq.model_file import read_model
+from daq.files.model_file import read_model
 from daq.progress import Silent
-from daq.reader import read_capture
+from daq.recording.capture import Capture
+from daq.recording.reader import read_capture
 from drivers import Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
 from robots import Robot
@@ -138,7 +138,7 @@ def start_demo(out: Path, channel: Channel) -> subprocess.Popen[str]:
     options = ["--duration", "20", "--periods", "2", "--evaluations", "100"]
     return subprocess.Popen(
         [sys.executable, "-m", "daq", "demo", "--channel", channel.name, "--out", str(out), *options],
-        env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parent.parent)},
+        env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

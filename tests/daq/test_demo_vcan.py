@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.capture import Capture
-from daq.reader import read_capture
+from daq.recording.capture import Capture
+from daq.recording.reader import read_capture
 from tests.drivers.test_vcan import ROOT, TOOL, needs_device, needs_tool, own_device
 
 

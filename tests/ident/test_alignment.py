@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robots
-from daq.importing import load_recording
+from daq.importing.load import load_recording
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from ident import IdentificationError, Recording, identify

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import robots
-from daq.importing import load_recording
+from daq.importing.load import load_recording
 from drivers.simulated import draw_truth
 from ident import BaseParameters, IdentificationError, RegressorModel, base_parameters, drive_parameters
 from ident.base import random_states

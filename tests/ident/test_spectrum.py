@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import butter, sosfiltfilt
 
 import robots
-from daq.importing import load_recording
+from daq.importing.load import load_recording
 from ident.cutoff import propose_cutoff
 from ident.noise import noise_estimate, smallest_step
 from ident.recording import Recording

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import robots
-from daq.importing import load_recording
+from daq.importing.load import load_recording
 from ident import Estimate, IdentificationError, Recording, identify
 from robots import Robot
 

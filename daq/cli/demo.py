@@ -1,0 +1,50 @@
+"""The whole chain on simulated drives."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import Json, Out, RobotName, code_of, console_of, print_json
+
+
+@app.command()
+def demo(
+    robot: RobotName = "tx40",
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm, its noise and the trajectory.")] = 0,
+    out: Out = None,
+    duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
+    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
+    evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    as_json: Json = False,
+) -> int:
+    """Run the whole chain on simulated drives: plan, stream, record, identify, test, report.
+
+    Example: [bold]armhil demo --robot tx40 --seed 3 --out runs/first[/]
+    """
+    import robots
+    from daq.demo import DemoRequest, run_demo
+    from daq.files.run_folder import make_run_folder
+    from daq.identification.identification_json import identification_json
+    from daq.identification.terminal import TerminalSteps, print_identification
+    from drivers import Channel
+
+    arm = robots.load(robot)
+    bus = Channel(
+        arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
+    )
+    folder = make_run_folder(out, arm.name)
+    request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations)
+    console = console_of(as_json)
+    result = run_demo(request, TerminalSteps(console))
+    if as_json:
+        print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
+    print_identification(console, result.fitted.result, result.truth)
+    console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    return code_of(result.fitted.result.test.verdict)

@@ -1,0 +1,35 @@
+"""`armhil doctor`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import Json, bus_of, console_of, print_json
+
+
+@app.command()
+def doctor(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    as_json: Json = False,
+) -> int:
+    """Is this machine fit to drive this arm? Each check with what to do about it; nothing moves.
+
+    Example: [bold]armhil doctor tx40[/]
+    """
+    import robots
+    from daq.doctor import CODES, describe, doctor_json, examine, worst
+
+    arm = robots.load(robot)
+    bus = bus_of(arm, interface, channel)
+    checks = examine(arm, bus)
+    if as_json:
+        print_json(doctor_json(arm, bus, checks))
+    console_of(as_json).print(describe(checks), highlight=False, markup=False, soft_wrap=True)
+    return CODES[worst(checks)]

@@ -1,0 +1,52 @@
+"""The command line: it parses, calls and prints; the work is done elsewhere.
+
+Modules that take long to import are imported inside the commands, so that help is quick.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+from typer.exceptions import TyperException
+
+from daq.cli import demo, diagnose, doctor, identify, plan, robots, sim, test
+from daq.cli.app import app
+from daq.cli.common import FAILED, INTERRUPTED, OK, say
+from daq.cli.errors import interruptions, user_errors
+
+__all__ = ["app", "main"]
+
+# Importing one of these adds its command to the app; the order is that of the help.
+COMMANDS = (demo, identify, plan, diagnose, robots, doctor, sim, test)
+
+
+def main() -> None:
+    """Run the command line; a user's mistake ends in one line and exit code 2, never in a traceback."""
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        # Many small solves run faster on one thread. Before anything imports numpy.
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    debug = os.environ.get("ARMHIL_DEBUG", "") not in ("", "0")
+    try:
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+    except SystemExit:
+        # So Typer leaves where the reader of a pipe has gone; nobody is there to be told.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(OK)
+    except typer.Abort:
+        code = INTERRUPTED
+    except TyperException as error:
+        say(error.format_message())
+        sys.exit(FAILED)
+    except interruptions() as error:
+        say(str(error))
+        sys.exit(INTERRUPTED)
+    except user_errors() as error:
+        if debug:
+            raise
+        say(" ".join(str(error).split()))
+        sys.exit(FAILED)
+    if code == INTERRUPTED:
+        say("interrupted")  # Typer makes this code of a KeyboardInterrupt
+    sys.exit(code if isinstance(code, int) else OK)

@@ -1,0 +1,44 @@
+"""Which exceptions a user can cause; imported only once there is an exception to compare with."""
+
+from __future__ import annotations
+
+
+def interruptions() -> tuple[type[Exception], ...]:
+    """A stop on request. Imported only once there is an exception to compare with."""
+    from daq.demo import RunInterrupted
+
+    return (RunInterrupted,)
+
+
+def user_errors() -> tuple[type[Exception], ...]:
+    """What a user can cause; each says in one line what is wrong and what is allowed."""
+    from daq.demo import RunFailed
+    from daq.files.cell_file import CellFileError
+    from daq.files.model_file import ModelFileError
+    from daq.files.run_folder import OutputError
+    from daq.files.trajectory_file import TrajectoryFileError
+    from daq.recording.capture import CaptureError
+    from daq.report.page import ReportError
+    from daq.testing import NoTests
+    from drivers import BusError, DriveError
+    from ident import IdentificationError
+    from robots import RobotFileError
+    from trajectories import PlanError, TrajectoryError
+
+    return (
+        BusError,
+        CaptureError,
+        CellFileError,
+        DriveError,
+        IdentificationError,
+        ModelFileError,
+        NoTests,
+        OSError,
+        OutputError,
+        PlanError,
+        ReportError,
+        RobotFileError,
+        RunFailed,
+        TrajectoryError,
+        TrajectoryFileError,
+    )

@@ -1,0 +1,79 @@
+"""`armhil identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import Json, code_of, console_of, print_json
+
+
+@app.command()
+def identify(
+    paths: Annotated[
+        list[Path], typer.Argument(help="Captures (.mcap), or logs that a column map describes.")
+    ],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
+    ] = None,
+    validate: Annotated[
+        list[Path] | None, typer.Option(help="A recording to predict and not to fit to; may be repeated.")
+    ] = None,
+    method: Annotated[str, typer.Option(help="auto, ls, iv or robust.")] = "auto",
+    covariance: Annotated[
+        str | None,
+        typer.Option(help="iid, block, ar, hc, hac, cluster or bootstrap.", show_default="settings"),
+    ] = None,
+    friction: Annotated[
+        str | None, typer.Option(help="symmetric or asymmetric.", show_default="settings")
+    ] = None,
+    essential: Annotated[
+        bool, typer.Option("--essential", help="Find the essential parameters by F-tests.")
+    ] = False,
+    cutoff: Annotated[
+        str | None,
+        typer.Option(help="Low-pass for q: Hz, or auto for the proposed one.", show_default="settings"),
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
+    as_json: Json = False,
+) -> int:
+    """Identify an arm from recordings and say whether the model can be trusted.
+
+    Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
+    """
+    from daq.identification.identification_json import identification_json
+    from daq.identification.identify import IdentifyRequest, run_identify
+    from daq.identification.identify_options import cutoff_of, method_of
+    from daq.identification.terminal import TerminalSteps, print_identification
+
+    console = console_of(as_json)
+    request = IdentifyRequest(
+        tuple(paths),
+        robot,
+        columns,
+        cutoff_of(cutoff),
+        rate,
+        out,
+        method=method_of(method),
+        covariance=covariance,
+        friction=friction,
+        validate=tuple(validate or ()),
+        essential=essential,
+    )
+    result = run_identify(request, TerminalSteps(console))
+    if as_json:
+        print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
+    print_identification(console, result.fitted.result)
+    if result.report is not None:
+        console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    return code_of(result.fitted.result.test.verdict)

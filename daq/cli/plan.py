@@ -1,0 +1,90 @@
+"""`armhil plan`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import FAILED, OK, UNKNOWN, WARNING, Json, console_of, print_json
+
+
+@app.command()
+def plan(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    check: Annotated[
+        Path | None, typer.Option(help="Judge this trajectory (.json, .csv, .mcap) instead of planning one.")
+    ] = None,
+    objective: Annotated[
+        str, typer.Option(help="determinant, trace or condition: what is minimised.")
+    ] = "determinant",
+    parameters: Annotated[
+        str | None, typer.Option(help="Only these: payload, friction4, joint2, ZZ1R, …", show_default="all")
+    ] = None,
+    family: Annotated[str, typer.Option(help="ruckig or fourier.")] = "ruckig",
+    duration: Annotated[float, typer.Option(min=0.1, max=600.0, help="One period of the motion, s.")] = 12.0,
+    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 1,
+    speed: Annotated[float, typer.Option(help="The same path slower, e.g. 0.1 for a first run.")] = 1.0,
+    start: Annotated[
+        str | None, typer.Option(help="Where the arm stands: n positions, comma.", show_default="home")
+    ] = None,
+    cell: Annotated[Path | None, typer.Option(help="cell.toml: floor, obstacles, tool.")] = None,
+    floor: Annotated[float | None, typer.Option(help="Height of a floor, m.", show_default="none")] = None,
+    tool_speed: Annotated[
+        float | None, typer.Option(help="Highest speed of the tool, m/s.", show_default="none")
+    ] = None,
+    earlier: Annotated[
+        Path | None, typer.Option(help="An earlier capture or model of the arm: errors and values to expect.")
+    ] = None,
+    cycle_time: Annotated[
+        float | None, typer.Option(help="Between set-points, s.", show_default="the robot's")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed is the same motion.")] = 0,
+    evaluations: Annotated[int, typer.Option(min=1, help="Trials of each search.")] = 12000,
+    searches: Annotated[int, typer.Option(min=1, help="Independent searches; the best counts.")] = 2,
+    workers: Annotated[int, typer.Option(min=1, help="Processes for them.")] = 2,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-plan-<robot>")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Plan an exciting trajectory, or judge any trajectory, before anything moves.
+
+    Example: [bold]armhil plan tx40 --seed 1 --out runs/plan[/]
+    """
+    import robots
+    from daq.identification.terminal import TerminalSteps
+    from daq.planning.plan import PlanRequest, run_plan
+    from daq.planning.plan_json import plan_json
+    from daq.planning.plan_options import criterion_of, family_of, posture_of, words_of
+    from daq.planning.plan_terminal import print_plan
+
+    console = console_of(as_json)
+    request = PlanRequest(
+        robot=robots.load(robot),
+        check=check,
+        family=family_of(family),
+        criterion=criterion_of(objective),
+        parameters=words_of(parameters),
+        duration=duration,
+        periods=periods,
+        seed=seed,
+        evaluations=evaluations,
+        searches=searches,
+        workers=workers,
+        speed=speed,
+        start=posture_of(start),
+        cell=cell,
+        floor=floor,
+        tool_speed=tool_speed,
+        cycle_time=cycle_time,
+        earlier=earlier,
+        out=out,
+    )
+    result = run_plan(request, TerminalSteps(console))
+    if as_json:
+        print_json(plan_json(result))
+    print_plan(console, result)
+    return {"fine": OK, "weak": WARNING, "refused": FAILED, "unmeasurable": UNKNOWN}[result.verdict]

@@ -1,0 +1,29 @@
+"""`armhil sim`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import bus_of
+
+
+@app.command()
+def sim(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    interface: Annotated[
+        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+) -> None:
+    """Run the simulated drives alone, as a bench for anyone's master; Ctrl-C ends them.
+
+    Example: [bold]armhil sim tx40 --interface socketcan --channel vcan0[/]
+    """
+    import robots
+    from daq.sim import run_simulation
+
+    run_simulation(robot, bus_of(robots.load(robot), interface, channel), seed, typer.echo)

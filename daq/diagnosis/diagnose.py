@@ -1,0 +1,174 @@
+"""``armhil diagnose``: find what the model lacks, name it, add it, show the gap shrink."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from daq.diagnosis.diagnosed_model import write_diagnosed_model
+from daq.diagnosis.diagnosis_json import diagnosis_json
+from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
+from daq.files.model_file import ModelFile, ModelFileError, read_model
+from daq.files.run_folder import make_run_folder
+from daq.identification.described import described
+from daq.importing.load import LoadedRecordings, load_recording
+from daq.progress import Steps
+from ident import BaseParameters, IdentificationError, Recording, RegressorModel
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
+from ident.effects.vocabulary import VOCABULARY
+from robots import Robot
+
+FROM_DESCRIPTION = "cad"
+"""What ``--prior`` is given to take the description's own figures."""
+
+
+@dataclass(frozen=True)
+class DiagnoseRequest:
+    """What to look at.
+
+    Attributes:
+        fit: captures or logs to find and fit the effect on.
+        validation: captures or logs to show the gap on; empty with ``split_half``.
+        robot: name or path; the first capture's own description where None.
+        columns: a column map for logs; the robot's where None.
+        split_half: take the first half of each record to fit and the second to validate.
+        without: effects to leave out of the model that is examined.
+        prior: an accepted model file, or ``cad``; None searches after a refit.
+        out: folder for report, result and model file; nothing is written where None.
+    """
+
+    fit: tuple[Path, ...]
+    validation: tuple[Path, ...] = ()
+    robot: str | None = None
+    columns: Path | None = None
+    split_half: bool = False
+    without: tuple[str, ...] = ()
+    prior: str | None = None
+    out: Path | None = None
+
+
+@dataclass(frozen=True)
+class DiagnoseResult:
+    """What came out; ``folder`` is None where nothing was written."""
+
+    robot: Robot
+    diagnosis: Diagnosis
+    folder: Path | None
+
+
+def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
+    """Read, search, write.
+
+    Raises:
+        CaptureError, RobotFileError, ModelFileError, IdentificationError, OutputError: one line each.
+    """
+    _require_validation(request)
+    folder = None if request.out is None else make_run_folder(request.out, "diagnose")
+    with described(request.robot, request.fit[0]) as (robot, _):
+        with steps.step("Read recordings"):
+            loaded = [load_recording(path, robot, request.columns) for path in request.fit]
+            held = [load_recording(path, robot, request.columns) for path in request.validation]
+        robot = robot.model_copy(update={"identification": loaded[0].settings})
+        fit, validation = _recordings(loaded, held, request.split_half)
+        model = model_without(robot, request.without)
+        question = Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model)
+        with steps.step("Search for the missing effect") as update:
+            diagnosis = diagnose(question, lambda step, share: update(share, step))
+        if folder is not None:
+            _write(folder, robot, request, diagnosis)
+    return DiagnoseResult(robot, diagnosis, folder)
+
+
+def _require_validation(request: DiagnoseRequest) -> None:
+    if bool(request.validation) == request.split_half:
+        raise IdentificationError(
+            "the gap has to be shown on data that was not fitted;"
+            " allowed: either --validate with another recording, or --split-half"
+        )
+
+
+def model_without(robot: Robot, names: Sequence[str]) -> RegressorModel:
+    """The arm's usual model less the named effects.
+
+    Raises:
+        IdentificationError: a name that the model does not have.
+    """
+    model = RegressorModel.of(robot)
+    known = [effect.name for effect in model.effects if effect.name != "rigid_body"]
+    for name in names:
+        if name not in known:
+            raise IdentificationError(f"--without {name}; allowed: {', '.join(known)}")
+    return RegressorModel(robot, tuple(effect for effect in model.effects if effect.name not in names))
+
+
+def prior_of(source: str | None) -> Callable[[BaseParameters], Prior] | None:
+    """What ``--prior`` asks for.
+
+    Raises:
+        ModelFileError: the file cannot be read.
+    """
+    if source is None:
+        return None
+    if source == FROM_DESCRIPTION:
+        return described_prior
+    path = Path(source)
+    accepted = read_model(path)
+    return lambda base: _accepted(base, path, accepted)
+
+
+def _accepted(base: BaseParameters, path: Path, accepted: ModelFile) -> Prior:
+    names = tuple(parameter.name for parameter in accepted.parameter)
+    covariance = accepted.covariance
+    if covariance is None:
+        raise ModelFileError(f"{path}: has no correlations; identify the arm again to have them written")
+    missing = [name for name in base.names if name not in names]
+    if missing:
+        raise ModelFileError(
+            f"{path}: has no {missing[0]}; allowed: a model with the parameters of the model that is examined"
+        )
+    order = np.array([names.index(name) for name in base.names])
+    return accepted_prior(base, accepted.values[order], covariance[np.ix_(order, order)])
+
+
+def _recordings(
+    loaded: Sequence[LoadedRecordings], held: Sequence[LoadedRecordings], split: bool
+) -> tuple[tuple[Recording, ...], tuple[Recording, ...]]:
+    fit = tuple(recording for part in loaded for recording in part.recordings)
+    if not split:
+        return fit, tuple(recording for part in held for recording in part.recordings)
+    halves = [_halves(recording) for recording in fit]
+    return tuple(first for first, _ in halves), tuple(second for _, second in halves)
+
+
+def _halves(recording: Recording) -> tuple[Recording, Recording]:
+    middle = recording.time.shape[0] // 2
+    first, second = slice(None, middle), slice(middle, None)
+    return _piece(recording, first, "first half"), _piece(recording, second, "second half")
+
+
+def _piece(recording: Recording, rows: slice, name: str) -> Recording:
+    return Recording(
+        f"{recording.name}, {name}",
+        recording.time[rows],
+        None if recording.reference is None else recording.reference[rows],
+        recording.position[rows],
+        recording.control_signal[rows],
+    )
+
+
+def _write(folder: Path, robot: Robot, request: DiagnoseRequest, diagnosis: Diagnosis) -> None:
+    fit, validation = ([str(path) for path in paths] for paths in (request.fit, request.validation))
+    content = diagnosis_json(diagnosis, robot.name, fit, validation or fit)
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    (folder / "diagnosis.json").write_text(text, encoding="utf-8")
+    facts = {"Fitted": ", ".join(fit), "Validated on": ", ".join(validation) or "the second half of each"}
+    if request.without:
+        facts["Left out of the model"] = ", ".join(request.without)
+    facts["Prior"] = request.prior or "none: after a refit"
+    page = DiagnosisContent(f"{robot.name}: diagnosis", robot, diagnosis, facts)
+    write_diagnosis_page(folder / "diagnosis.html", page)
+    write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)

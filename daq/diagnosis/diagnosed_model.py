@@ -1,0 +1,85 @@
+"""The model file of a diagnosis: the base parameters with the effects that were found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from daq.diagnosis.diagnosis_words import headline
+from daq.files.model_file import ModelFile, ModelFileError, model_parameters, source_sha256, write_model_file
+from daq.files.toml_file import validation_line
+from ident import Parameter
+from ident.discrepancy import Diagnosis
+from ident.effects.vocabulary import entry_of
+from robots import Robot
+
+
+def write_diagnosed_model(
+    path: Path, diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot
+) -> ModelFile:
+    """Write the model that the diagnosis ends with.
+
+    Args:
+        path: the file.
+        diagnosis: of the search.
+        captures: what it was fitted to.
+        robot: the arm, with the settings that were used.
+
+    Raises:
+        ModelFileError: a recording is gone, a value is not finite, or the file cannot be written.
+    """
+    try:
+        model = ModelFile.model_validate(_values(diagnosis, captures, robot))
+    except ValidationError as error:
+        raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
+    write_model_file(path, model)
+    return model
+
+
+def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dict[str, object]:
+    base, examination = diagnosis.base, diagnosis.examinations[-1]
+    sigma = np.sqrt(np.diag(diagnosis.covariance))
+    named = zip(base.names, diagnosis.beta, sigma, base.units, base.expressions, strict=True)
+    parameters = tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named)
+    entries = [entry_of(robot, finding.placed) for finding in diagnosis.findings]
+    return {
+        "format": 1,
+        "armhil": version("armhil"),
+        "effects": tuple(effect.name for effect in base.model.effects),
+        "robot": {"name": robot.name, "sha256": sha256(robot.source_text.encode()).hexdigest()},
+        "estimate": {
+            "estimator": "iv" if examination.repeats else "ls",
+            "verdict": "not_testable",
+            "recommendation": f"diagnosis {diagnosis.verdict}: {headline(diagnosis)}",
+            "covariance": "rows whitened with the noise between periods"
+            if examination.repeats
+            else "rows weighted by what is left of the residual",
+            "rows": int(examination.used.sum()),
+            "relative_error_percent": _relative_error(diagnosis),
+        },
+        "identification": robot.identification,
+        "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
+        "found": tuple(
+            {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)} for entry in entries
+        ),
+        "parameter": model_parameters(parameters, diagnosis.covariance),
+    }
+
+
+def _relative_error(diagnosis: Diagnosis) -> float:
+    """100·‖ε‖/‖y‖ on the fitted rows."""
+    examination = diagnosis.examinations[-1]
+    torque = np.concatenate([scene.torque for scene in examination.scenes])
+    left = np.concatenate(
+        [
+            scene.torque - scene.thin(diagnosis.base.columns(scene.measured) @ diagnosis.beta)
+            for scene in examination.scenes
+        ]
+    )
+    used = examination.used
+    return float(100.0 * np.linalg.norm(left[used]) / np.linalg.norm(torque[used]))

@@ -1,0 +1,75 @@
+"""What a person sees of a diagnosis on the terminal: findings, gap, verdict last."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from daq.diagnosis.diagnosis_words import headline, recommendation
+from daq.report.numbers import percent, probability, significant, with_sigma
+from ident.discrepancy import Diagnosis, Finding, Gap
+
+_COLOURS = {"clean": "green", "named": "cyan", "ambiguous": "yellow", "unnamed": "red"}
+
+
+def print_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
+    """Print findings and gaps, then what it all means."""
+    for number, finding in enumerate(diagnosis.findings, start=1):
+        console.print(_finding_table(number, finding))
+        console.print(_ranking_table(finding))
+    console.print(_gap_table("Torque gap on the validation recordings, rms", diagnosis.torque))
+    if diagnosis.position is not None:
+        console.print(_gap_table("Position gap of the closed loop, rms", diagnosis.position))
+    elif diagnosis.loop_reason:
+        console.print(f"Closed loop not simulated: {diagnosis.loop_reason}", highlight=False, markup=False)
+    for item in diagnosis.unrepeated:
+        console.print(f"[yellow]does not repeat:[/] {item.sentence}", highlight=False)
+    colour = _COLOURS[diagnosis.verdict]
+    console.print(f"\n[bold {colour}]{diagnosis.verdict.upper()}[/]   {headline(diagnosis)}", highlight=False)
+    console.print(recommendation(diagnosis), highlight=False, markup=False)
+
+
+def _table(title: str, *headings: str) -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
+    for position, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if position == 0 else "right", no_wrap=position > 0)
+    return table
+
+
+def _finding_table(number: int, finding: Finding) -> Table:
+    place = "arm" if not finding.joints else "joint " + ", ".join(map(str, finding.joints))
+    title = (
+        f"Finding {number}: {finding.effect.replace('_', ' ')} at {place}"
+        f" ({probability(finding.p_value)}, closes {percent(100 * finding.held_out_gain)} of the gap)"
+    )
+    table = _table(title, "parameter", "value", "σ", "unit")
+    for parameter in finding.parameters:
+        table.add_row(parameter.name, *with_sigma(parameter.value, parameter.sigma), parameter.unit)
+    return table
+
+
+def _ranking_table(finding: Finding) -> Table:
+    table = _table("Ranking", "candidate", "score", "explains", "")
+    alike = {candidate.words() for candidate in finding.indistinguishable_from}
+    for candidate in finding.ranking[:6]:
+        mark = "cannot be told apart" if candidate.words() in alike else ""
+        table.add_row(
+            candidate.words(), significant(candidate.score), percent(100 * candidate.explained), mark
+        )
+    return table
+
+
+def _gap_table(title: str, gap: Gap) -> Table:
+    table = _table(title, "joint", "before", "after", "floor")
+    for joint, (before, after, floor) in enumerate(
+        zip(gap.before, gap.after, gap.floor, strict=True), start=1
+    ):
+        table.add_row(
+            str(joint),
+            significant(float(before)),
+            significant(float(after)),
+            significant(float(floor)) if np.isfinite(floor) else "not known",
+        )
+    return table

@@ -1,0 +1,118 @@
+"""``armhil identify``: recordings in, a model with its verdict, report and model file out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from daq.files.run_folder import make_run_folder
+from daq.identification.described import described
+from daq.identification.identify_options import chosen_settings
+from daq.identification.results import write_results
+from daq.identification.run_facts import report_facts
+from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
+from daq.progress import Steps
+from daq.recording.capture import Capture
+from ident import Fitted, Options, Recording
+from ident import identify as identify_recordings
+from ident.results import Method
+from robots import Robot
+
+
+@dataclass(frozen=True)
+class IdentifyRequest:
+    """What to identify from what.
+
+    Attributes:
+        paths: captures or logs.
+        robot: name or path; the first capture's own description where None.
+        columns: a column map for logs; the robot's where None.
+        cutoff_hz: low-pass for the positions; ``"auto"`` takes the proposal, the settings' where None.
+        rate_hz: rows per second after decimation; the settings' where None.
+        out: folder for report, result and model file; nothing is written where None.
+        method: which estimators, see :class:`ident.Options`.
+        covariance: of the estimates, by name; the settings' where None.
+        friction: ``symmetric`` or ``asymmetric``; the settings' where None.
+        validate: captures or logs that are predicted and not fitted to.
+        essential: look for the essential parameters too.
+    """
+
+    paths: tuple[Path, ...]
+    robot: str | None = None
+    columns: Path | None = None
+    cutoff_hz: float | Literal["auto"] | None = None
+    rate_hz: float | None = None
+    out: Path | None = None
+    method: Method = "auto"
+    covariance: str | None = None
+    friction: str | None = None
+    validate: tuple[Path, ...] = ()
+    essential: bool = False
+
+
+@dataclass(frozen=True)
+class IdentifyResult:
+    """What came out; ``report`` is None where no folder was asked for."""
+
+    fitted: Fitted
+    report: Path | None
+
+
+def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
+    """Read, identify, write.
+
+    Raises:
+        CaptureError, RobotFileError, IdentificationError, OutputError: one line each.
+    """
+    folder = None if request.out is None else make_run_folder(request.out, "identify")
+    with described(request.robot, request.paths[0]) as (robot, first):
+        with steps.step("Read recordings"):
+            loaded = [_load(path, robot, request.columns, first) for path in request.paths]
+            held_out = [_load(path, robot, request.columns, first) for path in request.validate]
+        recordings = _recordings(loaded)
+        settings = chosen_settings(
+            loaded[0].settings,
+            recordings[0],
+            cutoff_hz=None if request.cutoff_hz == "auto" else request.cutoff_hz,
+            rate_hz=request.rate_hz,
+            covariance=request.covariance,
+            friction=request.friction,
+        )
+        robot = robot.model_copy(update={"identification": settings})
+        options = Options(
+            method=request.method,
+            validation=_recordings(held_out),
+            propose_cutoff=request.cutoff_hz == "auto",
+            essential=request.essential,
+        )
+        with steps.step("Identify") as update:
+            fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step), options)
+        sentences = [sentence for part in (*loaded, *held_out) for sentence in part.warnings]
+        fitted = _with_warnings(fitted, sentences)
+        report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
+    return IdentifyResult(fitted, report)
+
+
+def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:
+    return tuple(recording for part in loaded for recording in part.recordings)
+
+
+def _load(path: Path, robot: Robot, columns: Path | None, first: Capture | None) -> LoadedRecordings:
+    """The recordings of a path; of the capture that described the arm without reading it again."""
+    if first is not None and path == first.path:
+        return loaded_capture(first, robot)
+    return load_recording(path, robot, columns)
+
+
+def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
+    """What is missing in the recordings stands before what the estimates say, wherever results are shown."""
+    result = replace(fitted.result, warnings=(*warnings, *fitted.result.warnings))
+    return replace(fitted, result=result)
+
+
+def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: Fitted) -> Path:
+    captures = [part.path for part in loaded]
+    first = loaded[0].capture
+    facts = {"Recordings": ", ".join(map(str, captures))} if first is None else report_facts(first)
+    return write_results(folder, robot, fitted, captures, title=f"{robot.name}: identification", facts=facts)

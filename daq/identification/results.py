@@ -1,0 +1,56 @@
+"""The files that an identification leaves in its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from daq.files.model_file import write_model
+from daq.identification.identification_json import identification_json
+from daq.report.page import ReportContent, write_report
+from ident import Fitted
+from robots import Robot
+
+
+def write_results(
+    folder: Path,
+    robot: Robot,
+    fitted: Fitted,
+    captures: Sequence[Path],
+    *,
+    title: str,
+    facts: Mapping[str, str],
+    truth: Mapping[str, float] | None = None,
+) -> Path:
+    """Write result.json, the model file and the report; returns the report's path.
+
+    Args:
+        folder: exists and is writable.
+        robot: the arm, with the settings that were used.
+        fitted: the identification.
+        captures: what it was made from.
+        title: of the report.
+        facts: how the data was made, label → text.
+        truth: base parameters of a simulated arm by name, SI; None for a real one.
+
+    Raises:
+        ModelFileError, ReportError: a file cannot be written.
+    """
+    content = identification_json(fitted.result, [str(path) for path in captures], truth)
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    (folder / "result.json").write_text(text, encoding="utf-8")
+    write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot)
+    report = folder / "report.html"
+    write_report(
+        report,
+        ReportContent(
+            title=title,
+            robot=robot,
+            identification=fitted.result,
+            joint_names=tuple(joint.name for joint in robot.joint),
+            truth=truth,
+            facts=facts,
+        ),
+    )
+    return report

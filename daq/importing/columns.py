@@ -1,0 +1,121 @@
+"""Named columns of numbers from .mat and .csv files, and one-line errors where they are not there."""
+
+from __future__ import annotations
+
+import csv
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from daq.recording.capture import CaptureError
+from robots.arrays import FloatArray
+from robots.errors import one_line
+
+# What SciPy raises on a damaged file, besides its own MatReadError.
+_MAT_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    NotImplementedError,
+    UnboundLocalError,
+    OverflowError,
+    MemoryError,
+    zlib.error,
+)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns of one file."""
+
+    path: Path
+    columns: dict[str, FloatArray]
+
+    def pick(self, names: Sequence[str]) -> FloatArray:
+        """Columns side by side, samples × names.
+
+        Raises:
+            CaptureError: a column is missing, or they differ in length.
+        """
+        for name in names:
+            if name not in self.columns:
+                present = ", ".join(sorted(self.columns)) or "none"
+                raise CaptureError(f"{self.path}: no variable {name!r}; present: {present}")
+        lengths = {name: len(self.columns[name]) for name in names}
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            raise CaptureError(f"{self.path}: variables differ in length: {listed}")
+        return np.column_stack([self.columns[name] for name in names])
+
+
+def read_table(path: Path) -> Table:
+    """Read a .mat or .csv file.
+
+    Raises:
+        CaptureError: it is not there, not readable, or not what its name says.
+    """
+    readers = {".mat": _read_mat, ".csv": _read_csv}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise CaptureError(f"{path}: cannot be imported; allowed: .mat, .csv, a folder of .csv, .mcap")
+    try:
+        return Table(path, reader(path))
+    except FileNotFoundError:
+        raise CaptureError(f"{path}: no such file") from None
+    except OSError as error:
+        raise CaptureError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _read_mat(path: Path) -> dict[str, FloatArray]:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path)
+    except (*_MAT_ERRORS, MatReadError) as error:
+        reason = "MATLAB 7.3 files are not supported: save with -v7"
+        if not isinstance(error, NotImplementedError):
+            reason = "is not a MATLAB file of version 4 to 7"
+        raise CaptureError(f"{path}: {reason}") from error
+    numeric = {
+        name: np.asarray(value, dtype=np.float64)
+        for name, value in content.items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
+    }
+    # A vector may lie or stand; a matrix has one column per joint, named name:1, name:2 …
+    columns: dict[str, FloatArray] = {}
+    for name, value in numeric.items():
+        if value.ndim == 2 and min(value.shape) > 1:
+            columns |= {f"{name}:{k + 1}": value[:, k] for k in range(value.shape[1])}
+        else:
+            columns[name] = value.ravel()
+    return columns
+
+
+def _read_csv(path: Path) -> dict[str, FloatArray]:
+    header, body = _header_and_body(path)
+    if not header or not body.strip():
+        raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
+    try:
+        values = np.loadtxt(StringIO(body), delimiter=",", ndmin=2, dtype=np.float64, comments=None)
+    except ValueError as error:
+        reason = one_line(str(error))
+        raise CaptureError(f"{path}: is not a table of numbers under one header line: {reason}") from error
+    if len(set(header)) != len(header):
+        raise CaptureError(f"{path}: two columns of the header have the same name")
+    if values.shape[1] != len(header):
+        raise CaptureError(f"{path}: {values.shape[1]} columns under {len(header)} names in the header line")
+    return {name: values[:, k] for k, name in enumerate(header)}
+
+
+def _header_and_body(path: Path) -> tuple[list[str], str]:
+    """The names of the first line, and all that follows it."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            return [name.strip() for name in next(csv.reader(file), [])], file.read()
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise CaptureError(f"{path}: is not a text file; allowed: comma-separated values") from error

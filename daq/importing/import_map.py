@@ -1,0 +1,132 @@
+"""The column map that says what the columns of somebody else's recording mean: ``import.toml``.
+
+docs/reference/import-toml.md holds every key. Every quantity names its columns in the order of the joints (or
+drives), its unit, and where it was measured: at the motor, at the drive output, or at the joint.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from daq.files.toml_file import read_toml, validation_line
+from daq.recording.capture import CaptureError
+from robots import Robot
+from robots.description import Identification
+
+Side = Literal["motor", "drive", "joint"]
+PositionUnit = Literal["rad", "deg", "m", "mm"]
+TorqueUnit = Literal["N*m", "mN*m", "N"]
+TimeUnit = Literal["s", "ms", "us", "ns"]
+
+Ratio = Annotated[float, Field(allow_inf_nan=False)]
+Names = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class _Quantity(_Frozen):
+    columns: Names = Field(description="variable names or CSV headers, in the order of the joints")
+    file: str | None = Field(default=None, description="file inside a folder of CSV files")
+
+
+class _Geared(_Quantity):
+    side: Side = "joint"
+    ratio: tuple[Ratio, ...] | None = Field(
+        default=None, description="motor turns per turn of the drive output, signed; for side 'motor'"
+    )
+
+    @model_validator(mode="after")
+    def _ratio_goes_with_motor(self) -> Self:
+        if (self.side == "motor") != (self.ratio is not None):
+            raise ValueError("ratio is needed for side 'motor' and only allowed there")
+        if self.ratio is not None and any(value == 0 for value in self.ratio):
+            raise ValueError("ratio must not be 0")
+        return self
+
+
+class Position(_Geared):
+    """Measured or reference position; offset is added to the joint position."""
+
+    unit: PositionUnit
+    offset: tuple[Ratio, ...] | None = Field(default=None, description="rad or m, one per joint")
+
+
+class Torque(_Geared):
+    """Measured torque; armhil keeps control signals, so it is divided by the drive gain."""
+
+    unit: TorqueUnit
+
+
+class ControlSignal(_Quantity):
+    """The control signal v_τ itself, multiplied by ``scale``."""
+
+    scale: Annotated[float, Field(allow_inf_nan=False, gt=0)] = 1.0
+
+
+class Time(_Frozen):
+    """A column of time stamps, or a sampling rate where there is none."""
+
+    column: str | None = None
+    file: str | None = None
+    unit: TimeUnit = "s"
+    sample_rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.column is None) == (self.sample_rate_hz is None):
+            raise ValueError("give either column or sample_rate_hz")
+        return self
+
+
+class ImportMap(_Frozen):
+    """What the columns of a recording are."""
+
+    format: Literal[1]
+    time: Time
+    position: Position
+    reference: Position | None = None
+    torque: Torque | None = None
+    control_signal: ControlSignal | None = None
+    identification: dict[str, Any] = Field(
+        default_factory=dict,
+        description="settings for such logs in place of the robot's; same keys as in robot.toml",
+    )
+
+    @model_validator(mode="after")
+    def _one_effort(self) -> Self:
+        if (self.torque is None) == (self.control_signal is None):
+            raise ValueError("give either torque or control_signal")
+        return self
+
+
+def load_import_map(path: Path) -> ImportMap:
+    """Read a column map.
+
+    Raises:
+        CaptureError: one line with the file, the line, the key and what is allowed.
+    """
+    kind = "a column map (import.toml), which a recording that armhil did not make needs"
+    return read_toml(path, ImportMap, CaptureError, kind=kind)
+
+
+def settings_of(columns: ImportMap, robot: Robot, path: Path) -> Identification:
+    """The robot's identification settings with those of the column map in their place.
+
+    Args:
+        columns: the column map.
+        robot: the arm.
+        path: of the column map, for errors.
+
+    Raises:
+        CaptureError: one line with the file, the key and what is allowed.
+    """
+    merged = robot.identification.model_dump() | columns.identification
+    try:
+        return Identification.model_validate(merged)
+    except ValidationError as error:
+        raise CaptureError(validation_line(path, error, Identification, under=("identification",))) from None

@@ -1,0 +1,252 @@
+"""Recordings as ident reads them, from our own captures and from what others recorded."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from daq.importing.columns import Table, read_table
+from daq.importing.import_map import ImportMap, Position, Torque, load_import_map, settings_of
+from daq.recording.capture import Capture, CaptureError
+from daq.recording.reader import read_capture
+from ident import Recording
+from ident.resampling import uniform_recording
+from robots import Identification, Robot
+from robots.arrays import FloatArray
+
+log = logging.getLogger(__name__)
+
+CAPTURE_SUFFIX = ".mcap"
+MAP_NAME = "import.toml"
+SHORTEST_PIECE = 2.0
+"""s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
+
+POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
+TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+@dataclass(frozen=True)
+class LoadedRecordings:
+    """What one path holds, ready to identify from.
+
+    Attributes:
+        path: the capture, log or folder.
+        recordings: the uninterrupted pieces.
+        settings: how rows are made of them: the robot's, or what the column map puts in their place.
+        capture: what was recorded with the samples; None for a log of somebody else.
+        warnings: what is missing or was left out, one sentence each, for the user to read.
+    """
+
+    path: Path
+    recordings: tuple[Recording, ...]
+    settings: Identification
+    capture: Capture | None
+    warnings: tuple[str, ...] = ()
+
+
+def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+    """Read a capture, or a log that a column map describes.
+
+    Args:
+        path: a capture (.mcap), a .mat file, a .csv file, or a folder with .csv files.
+        robot: the arm.
+        columns: the column map of a log; ``import.toml`` beside the robot's description where None.
+
+    Raises:
+        CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
+        ident.IdentificationError: the time is too far from uniform.
+    """
+    if path.suffix.lower() == CAPTURE_SUFFIX:
+        return load_capture(path, robot)
+    return load_log(path, robot, columns)
+
+
+def load_capture(path: Path, robot: Robot) -> LoadedRecordings:
+    """Read a capture for the given arm.
+
+    Raises:
+        CaptureError: not readable, of an arm with other joints, or without a piece that is long enough.
+    """
+    return loaded_capture(read_capture(path), robot)
+
+
+def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
+    """A capture that was read, for the given arm.
+
+    Raises:
+        CaptureError: of an arm with other joints, or without a piece that is long enough.
+    """
+    path = capture.path
+    joints = tuple(joint.name for joint in robot.joint)
+    if capture.joints != joints:
+        raise CaptureError(
+            f"{path}: recorded of {capture.robot_name} with the joints {', '.join(capture.joints)};"
+            f" {robot.name} has {', '.join(joints)}"
+        )
+    recordings, dropped = _pieces(capture)
+    warnings = [f"{path}: {sentence}" for sentence in capture.damage.sentences(capture.period)]
+    return LoadedRecordings(
+        path, recordings, robot.identification, capture, tuple(warnings + [dropped] * bool(dropped))
+    )
+
+
+def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
+    """The uninterrupted pieces of a capture. Gaps are not filled: each piece is a recording of its own.
+
+    Pieces shorter than ``SHORTEST_PIECE`` are left out, and the log says so.
+
+    Raises:
+        CaptureError: no piece is long enough.
+    """
+    recordings, dropped = _pieces(capture)
+    if dropped:
+        log.warning(dropped)
+    return recordings
+
+
+def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
+    """The pieces that are long enough, and a sentence on those that are not (empty where all are)."""
+    segments = capture.segments()
+    seconds = [len(segment) * capture.period for segment in segments]
+    long = [segment for segment, length in zip(segments, seconds, strict=True) if length >= SHORTEST_PIECE]
+    if not long:
+        longest = f"{max(seconds):.3g} s long" if seconds else "0 s long: some drive never answered"
+        raise CaptureError(
+            f"{capture.path}: its longest piece without a gap is {longest};"
+            f" allowed: pieces of at least {SHORTEST_PIECE:g} s"
+        )
+    recordings = tuple(
+        Recording(
+            name=capture.path.name if len(long) == 1 else f"{capture.path.name}, piece {number}",
+            time=segment.time,
+            reference=segment.reference,
+            position=segment.position,
+            control_signal=segment.control_signal,
+        )
+        for number, segment in enumerate(long, start=1)
+    )
+    left_out = [length for length in seconds if length < SHORTEST_PIECE]
+    if not left_out:
+        return recordings, ""
+    return recordings, (
+        f"{capture.path}: pieces between gaps shorter than {SHORTEST_PIECE:g} s were left out:"
+        f" {len(left_out)} of {len(seconds)}, {sum(left_out):.3g} of {sum(seconds):.3g} s"
+    )
+
+
+def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+    """Read a recording that armhil did not make.
+
+    Args:
+        path: a .mat file, a .csv file, or a folder with one .csv file per quantity.
+        robot: the arm; its transmission, gains and joint kinds complete the conversion.
+        columns: the column map; ``import.toml`` beside the robot's description where None.
+
+    Raises:
+        CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
+        ident.IdentificationError: the time is too far from uniform.
+    """
+    if not path.exists():
+        raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), .mat, .csv, a folder of .csv")
+    map_path = columns if columns is not None else robot.folder / MAP_NAME
+    meaning = load_import_map(map_path)
+    settings = settings_of(meaning, robot, map_path)
+    recording, warnings = _log_recording(path, robot, meaning)
+    return LoadedRecordings(path, (recording,), settings, None, warnings)
+
+
+def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recording, tuple[str, ...]]:
+    source = _Source(path)
+    position = _position(source, columns.position, robot)
+    reference = None if columns.reference is None else _position(source, columns.reference, robot)
+    control_signal = _control_signal(source, columns, robot)
+    time = _time(source, columns, len(position))
+    lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
+    if reference is not None:
+        lengths["reference"] = len(reference)
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    return uniform_recording(path.name, time, reference, position, control_signal)
+
+
+class _Source:
+    """A file, or a folder of files, read once each."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._tables: dict[Path, Table] = {}
+
+    def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
+        path = self.path
+        if path.is_dir():
+            if file is None:
+                raise CaptureError(f"{path}: is a folder, but the column map names no file in it")
+            path = path / file
+        if path not in self._tables:
+            self._tables[path] = read_table(path)
+        values = self._tables[path].pick(names)
+        bad = np.argwhere(~np.isfinite(values))
+        if bad.size:
+            row, column = bad[0]
+            raise CaptureError(
+                f"{path}: {names[column]!r} is not a number at sample {row} ({len(bad)} in all)"
+            )
+        return values
+
+
+def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
+    if count != robot.n:
+        raise CaptureError(f"{path}: the column map gives {count} {what}; {robot.name} has {robot.n} joints")
+
+
+def _position(source: _Source, columns: Position, robot: Robot) -> FloatArray:
+    """Joint positions in rad or m: unit, then motor → drive output, then drive output → joint."""
+    _check_count("position columns", len(columns.columns), robot, source.path)
+    values: FloatArray = source.pick(columns.file, columns.columns) * POSITION_UNITS[columns.unit]
+    if columns.side == "motor":
+        values = np.asarray(values / _ratio(columns.ratio, robot, source.path))
+    if columns.side != "joint":
+        values = np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T, dtype=np.float64)
+    if columns.offset is not None:
+        _check_count("offsets", len(columns.offset), robot, source.path)
+        values = values + np.array(columns.offset)
+    return values
+
+
+def _ratio(ratio: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
+    values = np.array(ratio or (), dtype=np.float64)
+    _check_count("ratios", len(values), robot, path)
+    return values
+
+
+def _control_signal(source: _Source, columns: ImportMap, robot: Robot) -> FloatArray:
+    if columns.control_signal is not None:
+        signal = columns.control_signal
+        _check_count("control-signal columns", len(signal.columns), robot, source.path)
+        return source.pick(signal.file, signal.columns) * signal.scale
+    assert columns.torque is not None  # the map has one of both
+    return _signal_of_torque(source, columns.torque, robot)
+
+
+def _signal_of_torque(source: _Source, columns: Torque, robot: Robot) -> FloatArray:
+    """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
+    _check_count("torque columns", len(columns.columns), robot, source.path)
+    torque = source.pick(columns.file, columns.columns) * TORQUE_UNITS[columns.unit]
+    if columns.side == "joint":
+        return robot.control_signal(torque)
+    if columns.side == "motor":
+        torque = torque * _ratio(columns.ratio, robot, source.path)
+    return np.asarray(torque / robot.gains)
+
+
+def _time(source: _Source, columns: ImportMap, samples: int) -> FloatArray:
+    time = columns.time
+    if time.column is None:
+        assert time.sample_rate_hz is not None  # the map has one of both
+        return np.arange(samples) / time.sample_rate_hz
+    return source.pick(time.file, (time.column,))[:, 0] * TIME_UNITS[time.unit]

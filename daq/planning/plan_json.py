@@ -1,0 +1,116 @@
+"""What ``armhil plan --json`` prints; docs/reference/json.md documents it."""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from trajectories import Prediction, Use
+
+if TYPE_CHECKING:
+    from daq.planning.plan import PlanResult
+
+
+def plan_json(result: PlanResult) -> dict[str, Any]:
+    """One object of plain values; numbers that are not finite are null."""
+    trajectory, judgement, robot = result.trajectory, result.judgement, result.robot
+    detail, repeat, nearest = trajectory.detail, trajectory.repeat, judgement.nearest
+    names = [joint.name for joint in robot.joint]
+    return {
+        "armhil": version("armhil"),
+        "robot": robot.name,
+        "verdict": result.verdict,
+        "problems": [
+            {"constraint": p.constraint, "joint": p.joint or None, "time": p.time, "text": str(p)}
+            for p in judgement.problems
+        ],
+        "remarks": list(result.remarks),
+        "family": trajectory.family,
+        "seed": trajectory.seed,
+        "speed": trajectory.speed,
+        "duration": trajectory.duration,
+        "cycle_time": trajectory.cycle_time,
+        "samples": len(trajectory.time),
+        "repeat": None if repeat is None else dict(vars(repeat)),
+        "criterion": result.objective.criterion,
+        "score": _finite(trajectory.score),
+        "condition": _finite(detail.condition),
+        "log_det": _finite(detail.log_det),
+        "trace": _finite(detail.trace),
+        "evaluations": detail.evaluations,
+        "stopped": result.stopped,
+        "limits": [entry for use in judgement.uses for entry in _use(use, names)],
+        "nearest": None
+        if nearest is None
+        else {
+            "distance": nearest.distance,
+            "at_least": nearest.at_least,
+            "bodies": list(nearest.bodies),
+            "joint": nearest.joint or None,
+            "time": nearest.time,
+        },
+        "tool": {
+            "speed": judgement.tool.speed,
+            "time": judgement.tool.time,
+            "limit": judgement.tool.limit,
+        },
+        "rows": None if detail.prediction is None else _rows(detail.prediction, names),
+        "parameters": [] if detail.prediction is None else _parameters(detail.prediction),
+        "payload": [
+            {
+                "name": name,
+                "sigma": _finite(sigma),
+                "unit": "kg" if name.startswith("M") and name[1:].isdigit() else "kg·m",
+            }
+            for name, sigma in result.payload.items()
+        ],
+        "files": {kind: str(path) for kind, path in result.files.items()},
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _use(use: Use, names: list[str]) -> list[dict[str, Any]]:
+    return [
+        {
+            "constraint": use.constraint,
+            "joint": name,
+            "percent": _finite(100.0 * float(use.share[k])),
+            "value": float(use.value[k]),
+            "limit": float(use.limit[k]),
+            "time": float(use.time[k]),
+        }
+        for k, name in enumerate(names)
+    ]
+
+
+def _rows(prediction: Prediction, names: list[str]) -> dict[str, Any]:
+    return {
+        "count": prediction.rows,
+        "row_time": prediction.row_time,
+        "used_percent": {n: 100.0 * float(share) for n, share in zip(names, prediction.used, strict=True)},
+        "noise": prediction.noise,
+    }
+
+
+def _parameters(prediction: Prediction) -> list[dict[str, Any]]:
+    columns = (
+        prediction.names,
+        prediction.units,
+        prediction.values,
+        prediction.sigma,
+        prediction.percent_sigma,
+    )
+    return [
+        {
+            "name": name,
+            "unit": unit,
+            "value": float(value),
+            "sigma": _finite(sigma),
+            "percent_sigma": _finite(percent),
+        }
+        for name, unit, value, sigma, percent in zip(*columns, strict=True)
+    ]

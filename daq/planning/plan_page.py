@@ -1,0 +1,310 @@
+"""The page of one plan: what the motion will tell, how near it comes to every limit, and where it goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
+from daq.report.numbers import count, percent, setting, significant
+from daq.report.page import ReportError
+from daq.report.parameters import joint_heading
+from daq.report.pictures import dot_row, icon, scaled
+from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
+
+if TYPE_CHECKING:
+    from daq.planning.plan import PlanResult
+
+_POINTS = 4000
+_PATH_POINTS = 1200
+_POOR = 30.0
+"""%σ above which a parameter is poorly seen, as in the report of an identification."""
+
+_SCALE = (0.01, 1000.0)
+"""Range of the %σ picture."""
+
+_WORDS = {
+    "fine": ("good", "good", "May be driven", "This motion keeps every limit and shows what was asked for"),
+    "weak": ("switch", "switch", "May be driven", "This motion keeps every limit but shows too little"),
+    "unmeasurable": (
+        "unknown",
+        "unknown",
+        "May be driven",
+        "This motion keeps every limit; what it shows cannot be told",
+    ),
+    "refused": ("bad", "bad", "Must not be driven", "This motion breaks a limit"),
+}
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One base parameter as it will be seen."""
+
+    name: str
+    unit: str
+    value: str
+    sigma: str
+    percent: str
+    poor: bool
+    picture: Markup
+
+
+@dataclass(frozen=True)
+class UseRow:
+    """One joint's use of one limit."""
+
+    joint: str
+    percent: str
+    value: str
+    limit: str
+    time: str
+    beyond: bool
+    picture: Markup
+
+
+def write_plan_page(path: Path, result: PlanResult) -> None:
+    """Write the page: one HTML file that needs no other file and no network.
+
+    Raises:
+        ReportError: the file cannot be written.
+    """
+    try:
+        path.write_text(render_plan(result), encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise ReportError(f"cannot write page {path}: {error.strerror}") from error
+
+
+def render_plan(result: PlanResult) -> str:
+    """The page as text."""
+    environment = Environment(
+        loader=PackageLoader("daq", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    tone, sign, word, headline = _WORDS[result.verdict]
+    prediction = result.trajectory.detail.prediction
+    kind = "trajectory" if result.trajectory.family == "imported" else "exciting trajectory"
+    return environment.get_template("plan.html.j2").render(
+        title=f"{result.robot.name}: {kind}",
+        robot=result.robot,
+        tone=tone,
+        icon=icon(sign),  # type: ignore[arg-type]
+        word=word,
+        headline=headline,
+        advice=_advice(result),
+        facts=_facts(result),
+        problems=[str(problem) for problem in result.judgement.problems],
+        remarks=result.remarks,
+        figures=_figures(result),
+        views=_views(result),
+        uses=_uses(result),
+        parameters=[] if prediction is None else _parameters(prediction),
+        scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 10.0)],
+        payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
+        prediction=None if prediction is None else _prediction_words(prediction),
+        made=_made(result),
+    )
+
+
+def _advice(result: PlanResult) -> str:
+    if result.verdict == "refused":
+        return "Do not stream it: the limits that it breaks are listed below, each at its worst moment."
+    if result.trajectory.speed < 1.0:
+        return f"A slow run at {100 * result.trajectory.speed:g} % of the planned speed, on the same path."
+    return "Drive it slowly the first time (--speed 0.1), with a hand on the emergency stop."
+
+
+def _facts(result: PlanResult) -> list[tuple[str, str, str]]:
+    trajectory, judgement = result.trajectory, result.judgement
+    detail, nearest, tool = trajectory.detail, judgement.nearest, judgement.tool
+    repeats = (
+        ""
+        if trajectory.repeat is None
+        else f"{trajectory.repeat.count} periods of {trajectory.repeat.period:.3g} s"
+    )
+    use, joint = max(
+        ((use, int(np.argmax(use.share))) for use in judgement.uses),
+        key=lambda entry: entry[0].share[entry[1]],
+    )
+    facts = [
+        ("Duration", f"{trajectory.duration:.2f} s", repeats or f"{count(len(trajectory.time))} set-points"),
+        (
+            "Largest use of a limit",
+            percent(100 * float(use.share[joint])),
+            f"{use.constraint}, {result.robot.joint[joint].name}",
+        ),
+    ]
+    if detail.prediction is not None:
+        shares = detail.prediction.percent_sigma[detail.prediction.values != 0.0]
+        seen = int((shares <= _POOR).sum())
+        rest = len(detail.prediction.values) - len(shares)
+        note = f"%σ up to {_POOR:g}" + (f"; {rest} more are expected to be 0" if rest else "")
+        facts += [
+            ("Condition number", significant(detail.condition), f"score {significant(trajectory.score)}"),
+            ("Parameters well seen", f"{seen} of {len(shares)}", note),
+        ]
+    if nearest is not None:
+        facts.append(
+            (
+                "Nearest",
+                f"{1e3 * nearest.distance:.0f} mm",
+                f"{nearest.bodies[0]} to {nearest.bodies[1]} at {nearest.time:.2f} s",
+            )
+        )
+    limit = "no limit set" if tool.limit is None else f"allowed: {tool.limit:g} m/s"
+    facts.append(("Fastest tool", f"{tool.speed:.2f} m/s", f"{limit}, at {tool.time:.2f} s"))
+    return facts
+
+
+def _figures(result: PlanResult) -> list[JointFigure]:
+    trajectory, robot = result.trajectory, result.robot
+    limits = Limits.of(robot, result.conditions.margins)
+    points = min(_POINTS, max(200, len(trajectory.time)))
+    time = np.linspace(0.0, trajectory.duration, points)
+    state = trajectory.at(time)
+    pixels = max(60, 5000 // (3 * robot.n))
+    repeat = trajectory.repeat
+    starts = [] if repeat is None else [repeat.start + k * repeat.period for k in range(repeat.count)]
+    figures = []
+    for j, joint in enumerate(robot.joint):
+        unit = "m" if joint.kind == "prismatic" else "rad"
+        bounds = (
+            (f"position, {unit}", state.position, limits.lower[j], limits.upper[j]),
+            (f"velocity, {unit}/s", state.velocity, -limits.velocity[j], limits.velocity[j]),
+            (f"acceleration, {unit}/s²", state.acceleration, -limits.acceleration[j], limits.acceleration[j]),
+        )
+        numbers = tuple((use.constraint, percent(100 * float(use.share[j]))) for use in result.judgement.uses)
+        heading = joint_heading(j, joint.name)
+        text = "; ".join(f"{name} {value}" for name, value in numbers)
+        figures.append(
+            JointFigure(
+                heading=heading,
+                description=f"{heading} over {trajectory.duration:.3g} s. Use of limits: {text}",
+                numbers=numbers,
+                panels=tuple(
+                    limit_panel(what, time, values[:, j], float(low), float(high), pixels)
+                    for what, values, low, high in bounds
+                ),
+                time_ticks=time_ticks(trajectory.duration),
+                starts=tuple(scaled(s, (0.0, trajectory.duration)) for s in starts if s > 1e-9),
+            )
+        )
+    return figures
+
+
+def _views(result: PlanResult) -> list[PathView]:
+    trajectory, conditions = result.trajectory, result.conditions
+    tool = ToolSpeed(result.robot, conditions.tool)
+    time = np.linspace(0.0, trajectory.duration, _PATH_POINTS)
+    path = tool.path(trajectory.at(time).position)
+    fastest = tool.path(trajectory.at(np.array([result.judgement.tool.time])).position)[0]
+    around = conditions.surroundings
+    return [
+        path_view(heading, axes, path, fastest, around.obstacles, around.floor)
+        for heading, axes in (("From above: x right, y up", (0, 1)), ("From the side: x right, z up", (0, 2)))
+    ]
+
+
+def _uses(result: PlanResult) -> list[tuple[str, list[UseRow]]]:
+    groups = []
+    for use in result.judgement.uses:
+        rows = []
+        for k, joint in enumerate(result.robot.joint):
+            share = float(use.share[k])
+            beyond = share > 1.0 + 1e-4
+            rows.append(
+                UseRow(
+                    joint=joint.name,
+                    percent=percent(100 * share),
+                    value=significant(float(use.value[k])),
+                    limit=significant(float(use.limit[k])),
+                    time=f"{use.time[k]:.2f} s",
+                    beyond=beyond,
+                    picture=dot_row(share, 1.0, (0.0, 1.25), logarithmic=False, beyond=beyond),
+                )
+            )
+        groups.append((use.constraint, rows))
+    return groups
+
+
+def _parameters(prediction: Prediction) -> list[ParameterRow]:
+    rows = []
+    columns = (
+        prediction.names,
+        prediction.units,
+        prediction.values,
+        prediction.sigma,
+        prediction.percent_sigma,
+    )
+    for name, unit, value, sigma, share in zip(*columns, strict=True):
+        poor = bool(share > _POOR) and bool(value)
+        shown = float(share) if np.isfinite(share) else _SCALE[1]
+        rows.append(
+            ParameterRow(
+                name=name,
+                unit=unit,
+                value=significant(float(value)),
+                sigma=significant(float(sigma)) if np.isfinite(sigma) else "not seen",
+                percent=percent(float(share)) if value else "expected 0",
+                poor=poor,
+                picture=dot_row(shown if value else np.nan, _POOR, _SCALE, logarithmic=True, beyond=poor),
+            )
+        )
+    return rows
+
+
+def _prediction_words(prediction: Prediction) -> str:
+    used = 100 * prediction.used
+    return (
+        f"{count(prediction.rows)} rows, {setting(1e3 * prediction.row_time)} ms apart; of each joint's rows "
+        f"{used.min():.0f} to {used.max():.0f} % are fast enough. Errors expected: {prediction.noise}."
+    )
+
+
+def _made(result: PlanResult) -> list[tuple[str, str]]:
+    trajectory, conditions, detail = result.trajectory, result.conditions, result.trajectory.detail
+    around, margins = conditions.surroundings, conditions.margins
+    try:
+        frame = ToolSpeed(result.robot, conditions.tool).name
+    except TrajectoryError:  # judged already, so it is there
+        frame = ""
+    watched = [("the arm itself" if around.itself else "")]
+    watched += [f"floor at {around.floor:g} m" if around.floor is not None else ""]
+    watched += [obstacle.name for obstacle in around.obstacles]
+    return [
+        ("Family", trajectory.family),
+        ("Seed", str(trajectory.seed)),
+        ("Trials", count(detail.evaluations) if detail.evaluations else "none"),
+        ("Objective", _objective_words(result)),
+        ("Cycle", f"{setting(1e3 * trajectory.cycle_time)} ms"),
+        ("Watched", ", ".join(part for part in watched if part)),
+        ("Clearance", f"{setting(1e3 * around.clearance)} mm"),
+        ("Tool", f"{frame} + {conditions.tool.offset} m" if conditions.tool else frame),
+        (
+            "Limits",
+            f"velocity × {margins.velocity:g}, torque × {margins.torque:g}, "
+            f"{100 * margins.position:g} % of the travel free at each end",
+        ),
+    ]
+
+
+def _objective_words(result: PlanResult) -> str:
+    objective = result.objective
+    words = {
+        "determinant": "−log det of the information",
+        "trace": "mean variance",
+        "condition": "condition number",
+    }[objective.criterion]
+    if objective.directions is not None:
+        return f"{words} of a payload's mass and first moments"
+    if objective.chosen is not None:
+        return f"{words} of {', '.join(result.base.names[k] for k in objective.chosen)}"
+    cap = "" if objective.condition_cap is None else f", condition number up to {objective.condition_cap:g}"
+    return words + cap

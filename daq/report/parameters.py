@@ -1,0 +1,176 @@
+"""The parameter table of the report: estimates by joint, with σ, truth and a small picture of each."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from daq.report.gates import POORLY_SEEN_PERCENT
+from daq.report.numbers import percent, significant, with_sigma
+from daq.report.pictures import forest_row
+from ident.results import Identification, Parameter
+
+_JOINT_NUMBER = re.compile(r"\d+")
+_FAR_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    name: str
+    expression: str
+    unit: str
+    value: str
+    sigma: str
+    percent_sigma: str
+    t_value: str
+    remark: str
+    iv_value: str
+    iv_sigma: str
+    truth: str
+    error: str
+    far: bool
+    iv_error: str
+    iv_far: bool
+    picture: Markup
+    exact: str
+
+
+@dataclass(frozen=True)
+class ParameterGroup:
+    heading: str
+    rows: tuple[ParameterRow, ...]
+
+
+@dataclass(frozen=True)
+class TruthSummary:
+    """How many estimates lie within so many σ of the truth, and the farthest of them."""
+
+    method: str
+    compared: int
+    within_two: int
+    within_three: int
+    farthest: str
+
+
+def joint_of(name: str, joints: int) -> int | None:
+    """The joint that a base parameter belongs to, from the number in its name (``ZZ1R`` → 0)."""
+    number = _JOINT_NUMBER.search(name)
+    if number is None:
+        return 0 if joints == 1 else None
+    joint = int(number.group()) - 1
+    return joint if 0 <= joint < joints else None
+
+
+def parameter_groups(
+    identification: Identification, truth: dict[str, float] | None, joint_names: tuple[str, ...]
+) -> tuple[ParameterGroup, ...]:
+    """Rows in the order of the estimate, gathered by joint; parameters of no one joint come last."""
+    iv = _by_name(identification.instrumental.parameters if identification.instrumental else ())
+    gathered: dict[int, list[ParameterRow]] = {}
+    for parameter in identification.least_squares.parameters:
+        joint = joint_of(parameter.name, len(joint_names))
+        known = truth.get(parameter.name) if truth is not None else None
+        row = _row(parameter, iv.get(parameter.name), known)
+        gathered.setdefault(len(joint_names) if joint is None else joint, []).append(row)
+    headings = [joint_heading(j, name) for j, name in enumerate(joint_names)] + ["Arm"]
+    return tuple(ParameterGroup(headings[j], tuple(gathered[j])) for j in sorted(gathered))
+
+
+def joint_heading(joint: int, name: str) -> str:
+    """``Joint 2`` with the joint's own name where that says more."""
+    plain = f"Joint {joint + 1}"
+    same = re.sub(r"[\s_-]", "", name).lower() in {f"joint{joint + 1}", f"j{joint + 1}", str(joint + 1)}
+    return plain if same else f"{plain}: {name}"
+
+
+def truth_summaries(
+    identification: Identification, truth: dict[str, float] | None
+) -> tuple[TruthSummary, ...]:
+    """One line per estimator: how its values compare with the known truth."""
+    if truth is None:
+        return ()
+    found = []
+    for estimate in (identification.least_squares, identification.instrumental):
+        if estimate is None:
+            continue
+        errors = [
+            (abs((p.value - truth[p.name]) / p.sigma), p.name)
+            for p in estimate.parameters
+            if p.name in truth and p.sigma > 0 and math.isfinite(p.sigma) and math.isfinite(p.value)
+        ]
+        if not errors:
+            continue
+        largest, name = max(errors)
+        found.append(
+            TruthSummary(
+                "LS" if estimate.method == "ls" else "IV",
+                len(errors),
+                sum(error <= 2.0 for error, _ in errors),
+                sum(error <= _FAR_SIGMAS for error, _ in errors),
+                f"{name}, {significant(largest, 2)} σ",
+            )
+        )
+    return tuple(found)
+
+
+def _by_name(parameters: tuple[Parameter, ...]) -> dict[str, Parameter]:
+    return {parameter.name: parameter for parameter in parameters}
+
+
+def _in_sigmas(parameter: Parameter | None, truth: float | None) -> float | None:
+    if parameter is None or truth is None or not parameter.sigma > 0 or math.isinf(parameter.sigma):
+        return None
+    return (parameter.value - truth) / parameter.sigma
+
+
+def _sigmas_text(error: float | None) -> str:
+    if error is None or not math.isfinite(error):
+        return significant(error)
+    if abs(error) >= 100.0:
+        return significant(error, 3, signed=True)
+    text = f"{error:+.1f}"
+    return "0.0" if float(text) == 0.0 else text.replace("-", "−")
+
+
+def _row(parameter: Parameter, iv: Parameter | None, truth: float | None) -> ParameterRow:
+    value, sigma, truth_text = with_sigma(parameter.value, parameter.sigma, truth)
+    iv_value, iv_sigma = with_sigma(iv.value, iv.sigma) if iv is not None else ("", "")
+    error, iv_error = _in_sigmas(parameter, truth), _in_sigmas(iv, truth)
+    return ParameterRow(
+        name=parameter.name,
+        expression="" if parameter.expression == parameter.name else parameter.expression,
+        unit=parameter.unit,
+        value=value,
+        sigma=sigma,
+        percent_sigma=percent(parameter.percent_sigma),
+        t_value=significant(parameter.t_value, 3),
+        remark=_remark(parameter),
+        iv_value=iv_value,
+        iv_sigma=iv_sigma,
+        truth=truth_text,
+        error=_sigmas_text(error),
+        far=error is not None and abs(error) > _FAR_SIGMAS,
+        iv_error=_sigmas_text(iv_error) if iv is not None else "",
+        iv_far=iv_error is not None and abs(iv_error) > _FAR_SIGMAS,
+        picture=_picture(parameter, iv, truth),
+        exact=repr(float(parameter.value)),
+    )
+
+
+def _remark(parameter: Parameter) -> str:
+    if not math.isfinite(parameter.value):
+        return "no estimate"
+    return "" if parameter.percent_sigma <= POORLY_SEEN_PERCENT else "poorly seen"
+
+
+def _picture(parameter: Parameter, iv: Parameter | None, truth: float | None) -> Markup:
+    sigma = parameter.sigma
+    if not (sigma > 0 and math.isfinite(sigma) and math.isfinite(parameter.value)):
+        return Markup("")
+    iv_offset = (iv.value - parameter.value) / sigma if iv is not None else None
+    iv_half = 2.0 * iv.sigma / sigma if iv is not None else 0.0
+    truth_offset = (truth - parameter.value) / sigma if truth is not None else None
+    return forest_row(iv_offset, iv_half, truth_offset)

@@ -1,0 +1,421 @@
+"""The command line under the hands of a new user: wrong inputs, help, JSON, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from daq.cli import entry as cli
+from daq.identification import identify
+from drivers import ArmSession, Channel
+from drivers.simulated import SimulatedArm
+from robots import Robot
+from tests.daq.captures import record_cycles
+
+COMMANDS = ("demo", "diagnose", "doctor", "identify", "plan", "robots", "sim", "test")
+STEP = re.compile(r"[A-Z][a-z ]+ …")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a call of the command line left behind."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def refusal(self) -> str:
+        """The one line of a refusal; fails where there is more than progress before it."""
+        *before, last = self.err.splitlines()
+        assert self.code == 2, self
+        assert last.startswith("armhil: "), self
+        assert all(STEP.fullmatch(line) for line in before), self
+        assert "Traceback" not in self.out + self.err
+        return last.removeprefix("armhil: ")
+
+
+Armhil = Callable[..., Answer]
+
+
+@pytest.fixture
+def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Armhil:
+    """Calls the command line in this process, inside an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as leaving:
+            cli.main()
+        printed = capsys.readouterr()
+        assert isinstance(leaving.value.code, int)
+        return Answer(leaving.value.code, printed.out, printed.err)
+
+    return call
+
+
+def as_program(*arguments: object, cwd: Path, path: Path | None = None) -> Answer:
+    """Calls the command line as a program of its own; ``path`` is where it is imported from."""
+    root = path or Path(cli.__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-m", "daq", *map(str, arguments)],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def edited_arm(folder: Path, file: str, pattern: str, replacement: str) -> Path:
+    """A copy of the shipped six-axis arm with one edit."""
+    arm = folder / "arm"
+    shutil.copytree(Path(cli.__file__).parents[2] / "robots" / "tx40", arm)
+    text = (arm / file).read_text(encoding="utf-8")
+    edited, count = re.subn(pattern, replacement, text, count=1, flags=re.DOTALL)
+    assert count == 1
+    (arm / file).write_text(edited, encoding="utf-8")
+    return arm
+
+
+# The arm
+
+
+def test_an_unknown_robot(armhil: Armhil) -> None:
+    line = armhil("demo", "--robot", "tx50").refusal
+    assert line.startswith("tx50: no robot of this name")
+    assert 'did you mean "tx40"?' in line and "allowed: emps, tx40" in line
+
+
+@pytest.mark.parametrize("source", ["", "nowhere", "nowhere/robot.toml"])
+def test_a_robot_that_is_nowhere(armhil: Armhil, source: str) -> None:
+    assert "allowed: emps, tx40, the path of a robot.toml" in armhil("demo", "--robot", source).refusal
+
+
+def test_a_urdf_without_one_of_the_joints(armhil: Armhil, tmp_path: Path) -> None:
+    arm = edited_arm(tmp_path, "tx40.urdf", '<joint name="joint_6".*?</joint>', "")
+    line = armhil("demo", "--robot", arm).refusal
+    assert line.startswith(f"{arm / 'tx40.urdf'}: ") and "link_6" in line and "allowed: " in line
+
+
+def test_a_urdf_without_the_last_joint_and_its_link(armhil: Armhil, tmp_path: Path) -> None:
+    arm = edited_arm(
+        tmp_path, "tx40.urdf", '<joint name="joint_6".*?</joint>(.*)<link name="link_6".*?</link>', r"\1"
+    )
+    line = armhil("demo", "--robot", arm).refusal
+    assert str(arm) in line and "joint_6" in line and "allowed: " in line
+
+
+def test_a_node_id_that_no_drive_can_have(armhil: Armhil, tmp_path: Path) -> None:
+    arm = edited_arm(tmp_path, "robot.toml", "node_id = 2", "node_id = 200")
+    line = armhil("demo", "--robot", arm).refusal
+    assert re.match(rf"{re.escape(str(arm / 'robot.toml'))}:\d+: drive\[2\]\.node_id: 200 is too large", line)
+    assert line.endswith("allowed: a whole number from 1 to 127")
+
+
+# The bus
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--interface", "canny"], ["'canny'", "allowed: ", "socketcan", "udp_multicast"]),
+        (["--channel", "10.0.0.1"], ["'10.0.0.1'", "allowed: 224.0.0.0 to 239.255.255.255"]),
+        (["--channel", "239.1.2.3:99999"], ["'99999'", "allowed: 1 to 65535"]),
+        (["--channel", ""], ["udp_multicast needs a channel"]),
+        (["--interface", "virtual", "--channel", "here"], ["virtual:here", "inside one process"]),
+        (["--interface", "socketcan", "--channel", "none7"], ["socketcan:none7"]),
+    ],
+)
+def test_a_bus_that_cannot_be(
+    armhil: Armhil, no_leftovers: None, options: list[str], named: list[str]
+) -> None:
+    line = armhil("demo", *options).refusal
+    assert all(word in line for word in named), line
+
+
+def test_a_bus_that_already_has_drives(armhil: Armhil, channel: Channel, no_leftovers: None) -> None:
+    with SimulatedArm("emps", channel):
+        line = armhil("demo", "--robot", "emps", "--channel", channel.name).refusal
+    assert str(channel) in line and "occupied" in line
+
+
+def test_a_bus_that_has_a_master(armhil: Armhil, emps: Robot, channel: Channel, no_leftovers: None) -> None:
+    with SimulatedArm("emps", channel), ArmSession(emps, channel):
+        line = armhil("demo", "--robot", "emps", "--channel", channel.name).refusal
+    assert str(channel) in line and "occupied" in line
+
+
+# Where results go
+
+
+@pytest.mark.parametrize("out", ["file", "file/below", "/proc/armhil"])
+def test_results_that_cannot_be_written(armhil: Armhil, tmp_path: Path, out: str) -> None:
+    (tmp_path / "file").write_text("")
+    if out.startswith("/proc") and not Path("/proc/self").exists():
+        pytest.skip("no /proc here")
+    answer = armhil("demo", "--out", out)
+    assert answer.refusal.startswith(f"{out}: cannot be written: ") and "--out" in answer.refusal
+    assert answer.out == "", "refused before anything is started"
+
+
+def test_a_folder_without_write_permission(armhil: Armhil, tmp_path: Path) -> None:
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o555)
+    if os.access(locked, os.W_OK):
+        pytest.skip("the superuser may write everywhere")
+    assert armhil("demo", "--out", locked).refusal.startswith(f"{locked}: cannot be written: Permission")
+
+
+def test_an_earlier_capture_is_never_overwritten(armhil: Armhil, tmp_path: Path) -> None:
+    capture = tmp_path / "run" / "capture.mcap"
+    capture.parent.mkdir()
+    capture.write_bytes(b"precious")
+    line = armhil("demo", "--out", "run").refusal
+    assert "capture.mcap of an earlier run" in line and "another --out" in line
+    assert capture.read_bytes() == b"precious"
+
+
+# Recordings
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("text.mcap", b"not a capture\n", "is a text file"),
+        ("binary.mcap", bytes(range(256)) * 4, "is a binary file of another kind"),
+        ("empty.mcap", b"", "is empty"),
+        ("missing.mcap", None, "no such file"),
+    ],
+)
+@pytest.mark.parametrize("options", [[], ["--robot", "tx40"]])
+def test_a_capture_that_is_none(
+    armhil: Armhil, tmp_path: Path, name: str, content: bytes | None, reason: str, options: list[str]
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    line = armhil("identify", name, *options).refusal
+    assert line == f"{name}: {reason}; allowed: an MCAP capture recorded by armhil"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("text.mat", b"not a MATLAB file\n", "is not a MATLAB file"),
+        ("empty.mat", b"", "is not a MATLAB file"),
+        ("missing.mat", None, "no such file; allowed: "),
+        ("log.csv", b"t,q\n0.0,1.0\n0.001,2.0\n", "no variable 'qm'; present: q, t"),
+        ("log.xlsx", b"PK", "cannot be imported; allowed: .mat, .csv"),
+        ("noname", b"1", "cannot be imported; allowed: .mat, .csv"),
+    ],
+)
+def test_a_log_that_is_none(
+    armhil: Armhil, tmp_path: Path, name: str, content: bytes | None, reason: str
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    assert armhil("identify", name, "--robot", "emps").refusal.startswith(f"{name}: {reason}")
+
+
+def test_a_log_of_no_arm(armhil: Armhil) -> None:
+    assert armhil("identify", "log.csv").refusal.endswith("of which arm it is; give --robot")
+
+
+def test_a_capture_of_another_arm(
+    armhil: Armhil, tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record_cycles(tmp_path / "six.mcap", tx40, 100, monkeypatch)
+    line = armhil("identify", "six.mcap", "--robot", "emps").refusal
+    assert line.startswith("six.mcap: recorded of tx40") and "carriage" in line
+
+
+def test_a_capture_that_is_too_short(
+    armhil: Armhil, tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record_cycles(tmp_path / "short.mcap", tx40, 100, monkeypatch)
+    line = armhil("identify", "short.mcap").refusal
+    assert line.startswith("short.mcap: ") and line.endswith("allowed: pieces of at least 2 s")
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--cutoff", "600"], "cut-off 600 Hz; allowed: above 0 and below 500 Hz, half the sampling rate"),
+        (["--cutoff", "-5"], "cut-off -5 Hz; allowed: above 0 and below 500 Hz, half the sampling rate"),
+        (["--cutoff", "nan"], "cut-off nan Hz; allowed: above 0 and below 500 Hz, half the sampling rate"),
+        (["--rate", "5000"], "--rate 5000 Hz; allowed: up to 1000 Hz, the sampling rate of axis.mcap"),
+        (["--rate", "inf"], "--rate inf Hz; allowed: up to 1000 Hz, the sampling rate of axis.mcap"),
+    ],
+)
+def test_settings_that_the_sampling_rate_forbids(
+    armhil: Armhil,
+    tmp_path: Path,
+    emps: Robot,
+    monkeypatch: pytest.MonkeyPatch,
+    options: list[str],
+    line: str,
+) -> None:
+    record_cycles(tmp_path / "axis.mcap", emps, 2100, monkeypatch)
+    assert armhil("identify", "axis.mcap", *options).refusal == line
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [(None, "no such file"), ("not a map", "not TOML"), ("format = 1\n", "1: time: missing")],
+)
+def test_a_column_map_that_is_none(armhil: Armhil, tmp_path: Path, content: str | None, reason: str) -> None:
+    (tmp_path / "log.csv").write_text("t,q\n0.0,1.0\n")
+    if content is not None:
+        (tmp_path / "map.toml").write_text(content)
+    line = armhil("identify", "log.csv", "--robot", "emps", "--columns", "map.toml").refusal
+    assert line.startswith("map.toml:") and reason in line and "allowed: " in line
+
+
+# Options and commands
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["demo", "--bogus"], ["--bogus"]),
+        (["demo", "extra"], ["extra"]),
+        (["demo", "--seed", "-1"], ["--seed", "greater than or equal to 0"]),
+        (["demo", "--seed", "abc"], ["--seed", "integer"]),
+        (["demo", "--duration", "1"], ["--duration", "greater than or equal to 2"]),
+        (["demo", "--periods", "0"], ["--periods", "greater than or equal to 1"]),
+        (["demo", "--evaluations", "99"], ["--evaluations", "greater than or equal to 100"]),
+        (["demo", "--out"], ["--out"]),
+        (["identify"], ["paths"]),
+        (["identify", "a.mcap", "--rate", "0"], ["--rate", "greater than or equal to 0.1"]),
+        (["robots", "--json"], ["--json"]),
+        (["bogus"], ["bogus"]),
+        (["--bogus"], ["--bogus"]),
+    ],
+)
+def test_a_mistake_in_the_call(armhil: Armhil, arguments: list[str], named: list[str]) -> None:
+    answer = armhil(*arguments)
+    assert all(word in answer.refusal for word in named), answer
+    assert answer.out == ""
+
+
+def test_a_refusal_as_a_user_meets_it(tmp_path: Path) -> None:
+    (tmp_path / "notes.mcap").write_text("not a capture\n")
+    answer = as_program("identify", "notes.mcap", "--json", cwd=tmp_path)
+    assert answer.refusal == "notes.mcap: is a text file; allowed: an MCAP capture recorded by armhil"
+    assert answer.out == "", "no JSON without a result"
+
+
+def test_for_a_developer_there_is_a_traceback(
+    armhil: Armhil, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ARMHIL_DEBUG", "1")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["armhil", "identify", "missing.mcap"])
+    with pytest.raises(ValueError, match="no such file"):
+        cli.main()
+
+
+def test_ctrl_c_outside_of_a_stream_says_so(armhil: Armhil, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(identify, "run_identify", interrupted)
+    answer = armhil("identify", "any.mcap")
+    assert answer.code == 130
+    assert answer.err.splitlines()[-1] == "armhil: interrupted"
+
+
+# What is printed
+
+
+def test_without_arguments_there_is_help(armhil: Armhil) -> None:
+    answer = armhil()
+    assert answer.code == 0 and answer.err == ""
+    assert all(command in answer.out for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_each_command_has_an_example(command: str) -> None:
+    commands = get_command(cli.app).commands  # type: ignore[attr-defined]
+    assert set(commands) == set(COMMANDS)
+    assert f"Example: [bold]armhil {command}" in commands[command].help
+
+
+def test_help_has_an_example(armhil: Armhil) -> None:
+    for arguments in (["--help"], ["demo", "-h"], ["identify", "--help"], ["robots", "--help"]):
+        answer = armhil(*arguments)
+        assert answer.code == 0
+        assert "Example: armhil" in answer.out, arguments
+
+
+def test_the_version(armhil: Armhil) -> None:
+    answer = armhil("--version")
+    assert answer.code == 0 and re.fullmatch(r"armhil \d+\.\d+\.\d+\S*\n", answer.out)
+
+
+def test_the_arms_that_ship(armhil: Armhil) -> None:
+    answer = armhil("robots")
+    assert answer.code == 0 and answer.err == ""
+    assert [line.split()[:3] for line in answer.out.splitlines()] == [
+        ["emps", "1", "joints"],
+        ["tx40", "6", "joints"],
+    ]
+
+
+def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:
+    script = f"{sys.executable} -m daq robots | true; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_json_is_one_object_and_nothing_else(armhil: Armhil, shared_data: Path) -> None:
+    answer = armhil("identify", shared_data / "emps" / "DATA_EMPS.mat", "--robot", "emps", "--json")
+    assert answer.code in {0, 1}
+    assert json.loads(answer.out)["robot"] == "emps"
+    assert "USE THE" in answer.err or "TRUST" in answer.err
+
+
+# armhil test
+
+
+def test_arguments_of_test_go_to_pytest(tmp_path: Path) -> None:
+    answer = as_program("test", "--version", cwd=tmp_path)
+    assert answer.code == 0
+    assert (answer.out + answer.err).startswith("pytest ")
+
+
+def test_test_runs_the_tests_of_the_clone_and_keeps_their_exit_code(tmp_path: Path) -> None:
+    options = ["-q", "-p", "no:cacheprovider"]
+    found = as_program("test", "--collect-only", "tests/test_requirements.py", *options, cwd=tmp_path)
+    assert found.code == 0 and "test_only_versions_and_hashes" in found.out
+    nothing = as_program("test", "-k", "no_such_test", "tests/test_requirements.py", *options, cwd=tmp_path)
+    assert nothing.code == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+def test_test_outside_of_a_clone(tmp_path: Path, repository: Path) -> None:
+    for package in ("robots", "drivers", "trajectories", "ident", "daq"):
+        shutil.copytree(repository / package, tmp_path / "installed" / package)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    line = as_program("test", cwd=elsewhere, path=tmp_path / "installed").refusal
+    assert line == f"no tests found: neither {tmp_path / 'installed'} nor {elsewhere} is a clone of armhil"

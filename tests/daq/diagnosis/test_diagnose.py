@@ -1,0 +1,75 @@
+"""armhil diagnose from the command line: on published records, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robots
+from daq.diagnosis.diagnose import DiagnoseRequest, model_without, prior_of, run_diagnose
+from daq.diagnosis.diagnosis_json import diagnosis_json
+from daq.diagnosis.diagnosis_words import headline, recommendation
+from daq.files.model_file import ModelFileError, read_model
+from daq.progress import Silent
+from ident import IdentificationError
+
+
+def emps(shared_data: Path, **more: object) -> DiagnoseRequest:
+    return DiagnoseRequest(
+        (shared_data / "emps" / "DATA_EMPS.mat",),
+        robot="emps",
+        split_half=True,
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def test_emps_lacks_friction_that_differs_with_the_direction(shared_data: Path, tmp_path: Path) -> None:
+    result = run_diagnose(emps(shared_data, out=tmp_path / "why"), Silent())
+    found = result.diagnosis
+    assert found.verdict == "named"
+    assert [finding.effect for finding in found.findings] == ["asymmetric_friction"]
+    # Published: Fv 166.7 forwards and 240.4 backwards, so half the difference is −36.9.
+    viscous = next(p for p in found.findings[0].parameters if p.name == "dFv1")
+    assert viscous.value == pytest.approx(-36.9, abs=3 * viscous.sigma)
+    assert found.torque.after[0] < 0.75 * found.torque.before[0]
+    content = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert content == json.loads(
+        json.dumps(diagnosis_json(found, "emps", content["fit"], content["validation"]))
+    )
+    assert content["findings"][0]["joints"] == [1]
+    page = (tmp_path / "why" / "diagnosis.html").read_text(encoding="utf-8")
+    assert "asymmetric friction" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    model = read_model(tmp_path / "why" / "emps.model.toml")
+    assert [entry.effect for entry in model.found] == ["asymmetric_friction"]
+    assert model.covariance is not None
+    assert np.linalg.eigvalsh(model.covariance).min() > 0
+
+
+def test_emps_without_coulomb_friction_names_it(shared_data: Path) -> None:
+    found = run_diagnose(emps(shared_data, without=("coulomb_friction",)), Silent()).diagnosis
+    assert found.findings[0].effect == "coulomb_friction"
+    coulomb = found.findings[0].parameters[0]
+    assert coulomb.value == pytest.approx(20.4, abs=2.0)
+    assert "coulomb friction" in headline(found)
+    assert recommendation(found)
+
+
+def test_the_gap_needs_data_that_was_not_fitted() -> None:
+    with pytest.raises(IdentificationError, match="--validate with another recording, or --split-half"):
+        run_diagnose(DiagnoseRequest((Path("a.mcap"),)), Silent())
+
+
+def test_only_an_effect_of_the_model_can_be_left_out() -> None:
+    with pytest.raises(IdentificationError, match="--without payload; allowed: rotor_inertia"):
+        model_without(robots.load("tx40"), ("payload",))
+
+
+def test_a_prior_without_covariance_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ModelFileError, match="no such file"):
+        prior_of(str(tmp_path / "missing.model.toml"))
+    assert prior_of(None) is None
+    assert prior_of("cad") is not None

@@ -1,0 +1,191 @@
+"""What the recorder writes: files that others open, that survive a kill and a full disk."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from daq.recording.capture import OUTCOME, Capture, CaptureError, Gap
+from daq.recording.messages import CYCLE_STATUS_DEFINITION
+from daq.recording.reader import read_capture
+from daq.recording.recorder import CHANNELS, MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC, Recorder
+from drivers import Samples
+from robots import Robot
+from tests.daq.captures import BATCH, PERIOD, facts, outcome, record, record_cycles, samples
+
+PROCESS = Path(__file__).with_name("recording_process.py")
+LARGEST_LOSS = 0.3
+
+
+def assert_same(found: Samples, expected: Samples) -> None:
+    for field in fields(Samples):
+        mine, theirs = getattr(found, field.name), getattr(expected, field.name)
+        assert mine.dtype == theirs.dtype, field.name
+        assert np.array_equal(mine, theirs), field.name
+
+
+def assert_whole(capture: Capture, cycles: int) -> None:
+    assert_same(capture.samples, samples(0, cycles))
+    assert not capture.damage
+
+
+def test_what_is_recorded_is_read_back(tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    capture = read_capture(record_cycles(tmp_path / "run.mcap", tx40, 1030, monkeypatch))
+    assert_whole(capture, 1030)
+    assert capture.robot_text == tx40.source_text
+    assert capture.urdf_text == tx40.urdf_path.read_text(encoding="utf-8")
+    assert capture.joints == tuple(joint.name for joint in tx40.joint)
+    assert capture.period == PERIOD
+    assert capture.trajectory["family"] == "test"
+    assert capture.outcome is not None
+    assert capture.outcome["outcome"] == "completed"
+    assert [len(segment) for segment in capture.segments()] == [1030]
+
+
+def test_one_axis(tmp_path: Path, emps: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    capture = read_capture(record_cycles(tmp_path / "run.mcap", emps, 120, monkeypatch))
+    assert_same(capture.samples, samples(0, 120, joints=1))
+
+
+def test_the_ros2_decoder_of_mcap_reads_it(
+    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = record_cycles(tmp_path / "run.mcap", tx40, 110, monkeypatch)
+    found: dict[str, list[object]] = {REFERENCE_TOPIC: [], MEASURED_TOPIC: [], STATUS_TOPIC: []}
+    stamps = []
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for _, channel, message, decoded in reader.iter_decoded_messages():
+            found[channel.topic].append(decoded)
+            stamps.append((message.log_time, decoded.header.stamp.sec * 10**9 + decoded.header.stamp.nanosec))
+    expected = samples(0, 110)
+    reference, measured, status = found.values()
+    assert np.array_equal([m.position for m in reference], expected.reference)
+    assert np.array_equal([m.position for m in measured], expected.position)
+    assert np.array_equal([m.effort for m in measured], tx40.joint_torque(expected.control_signal))
+    assert [m.name for m in measured] == [[joint.name for joint in tx40.joint]] * 110
+    assert all(len(m.velocity) == 0 for m in measured)
+    for field in ("cycle", "lateness", "control_signal", "statusword", "complete"):
+        assert np.array_equal([getattr(m, field) for m in status], getattr(expected, field)), field
+    assert all(log == header for log, header in stamps)
+    assert stamps[-1][0] - stamps[0][0] == 109 * round(PERIOD * 1e9)
+
+
+def test_missing_cycles_and_answers_are_gaps(
+    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    silent = samples(200, 100)
+    silent.complete[40, 3] = False
+    batches = [samples(5, 95), silent, samples(300, 50)]
+    capture = read_capture(record(tmp_path / "run.mcap", tx40, batches, monkeypatch))
+    assert capture.damage.gaps == (Gap(0, 4), Gap(100, 199))
+    assert capture.damage.sentences(PERIOD)[1] == "cycles 100 to 199 are missing (0.100 s)"
+    pieces = [(int(piece.cycle[0]), int(piece.cycle[-1])) for piece in capture.segments()]
+    assert pieces == [(5, 99), (200, 239), (241, 349)]
+
+
+def test_cycles_missing_at_the_end_are_a_gap(tmp_path: Path, tx40: Robot) -> None:
+    path = tmp_path / "run.mcap"
+    with Recorder(path, tx40, facts(tx40)) as recorder:
+        recorder.write(samples(0, 100))
+        recorder.finish(outcome(120))
+    assert read_capture(path).damage.gaps == (Gap(100, 119),)
+
+
+def test_an_abandoned_recording_says_so(tmp_path: Path, tx40: Robot) -> None:
+    path = tmp_path / "run.mcap"
+    with Recorder(path, tx40, facts(tx40)) as recorder:
+        recorder.write(samples(0, 100))
+    capture = read_capture(path)
+    assert_same(capture.samples, samples(0, 100))
+    assert not capture.damage.closed
+    assert capture.damage
+    assert capture.outcome is None
+    assert "not closed" in capture.damage.sentences(PERIOD)[0]
+
+
+def test_a_capture_is_never_overwritten(tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = record_cycles(tmp_path / "run.mcap", tx40, 100, monkeypatch)
+    before = path.read_bytes()
+    assert path.stat().st_mode & 0o222 == 0
+    with pytest.raises(CaptureError, match="exists already"):
+        Recorder(path, tx40, facts(tx40))
+    assert path.read_bytes() == before
+
+
+def test_a_folder_that_is_not_there_is_one_line(tmp_path: Path, tx40: Robot) -> None:
+    with pytest.raises(CaptureError, match="cannot be written: No such file or directory") as caught:
+        Recorder(tmp_path / "none" / "run.mcap", tx40, facts(tx40))
+    assert "\n" not in str(caught.value)
+
+
+@contextmanager
+def recording(path: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, str(PROCESS), str(path), *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_killed_recorder_loses_little(seed: int, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with recording(path) as process:
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        time.sleep(random.Random(seed).uniform(0.2, 1.0))
+        process.kill()
+        written = int((first + process.stdout.read()).split()[-1])
+    capture = read_capture(path)
+    kept = len(capture.samples)
+    assert (written - kept) * PERIOD <= LARGEST_LOSS
+    assert_same(capture.samples, samples(0, kept))
+    assert not capture.damage.gaps
+    assert not capture.damage.closed
+
+
+def test_a_full_disk_keeps_what_was_recorded(tmp_path: Path) -> None:
+    path, limit = tmp_path / "run.mcap", 400_000
+    with recording(path, str(limit)) as process:
+        output, _ = process.communicate(timeout=60)
+    *counts, refusal = output.splitlines()
+    assert refusal.startswith(f"refused: {path}: cannot be written any further: File too large; what was")
+    assert path.stat().st_size <= limit
+    capture = read_capture(path)
+    kept = len(capture.samples)
+    assert kept * PERIOD >= int(counts[-1]) * PERIOD - LARGEST_LOSS
+    assert_same(capture.samples, samples(0, kept))
+    assert not capture.damage.closed
+
+
+def test_the_reference_has_every_channel_and_record(repository: Path, tx40: Robot) -> None:
+    text = (repository / "docs" / "reference" / "capture-format.md").read_text(encoding="utf-8")
+    for number, topic in CHANNELS.items():
+        assert f"| {number} | `{topic}` |" in text
+    for name in [*facts(tx40), OUTCOME]:
+        assert f"| `{name}` |" in text
+    fields_of_status = CYCLE_STATUS_DEFINITION.split("=" * 80)[0]
+    named = [line.split() for line in fields_of_status.splitlines() if not line.startswith("#")]
+    for kind, name in named:
+        assert f"| `{name}` | `{kind}` |" in text
+
+
+def test_every_record_is_there_twice(tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = record_cycles(tmp_path / "run.mcap", tx40, BATCH, monkeypatch)
+    with path.open("rb") as file:
+        names = [record.name for record in make_reader(file).iter_metadata()]
+    assert {names.count(name) for name in [*facts(tx40), OUTCOME]} == {2}
