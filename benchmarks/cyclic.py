@@ -25,7 +25,7 @@ import numpy as np
 
 import robots
 from drivers import ArmSession, Channel, Samples, StreamResult, open_bus, realtime
-from drivers.layout import rpdo_cob_id, tpdo_cob_id
+from drivers.cyclic.layout import rpdo_cob_id, tpdo_cob_id
 from drivers.simulated import SimulatedArm
 from robots import Robot
 

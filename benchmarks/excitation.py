@@ -34,18 +34,18 @@ import pinocchio
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 from robots.loading import load, robot_from_text
-from trajectories.checks import Check
-from trajectories.collision import CollisionCheck
-from trajectories.fourier_search import FourierSearch
-from trajectories.information import Criterion, Information, Objective
-from trajectories.limits import Limits
-from trajectories.motion import Extremes, Motion, MotionState
-from trajectories.multi_start import best_of
-from trajectories.optimise import WaypointSearch
-from trajectories.problem import ExcitationProblem
-from trajectories.segments import Waypoint
-from trajectories.surroundings import Surroundings
-from trajectories.torque import TorqueCheck
+from trajectories.constraints.checks import Check
+from trajectories.constraints.collision import CollisionCheck
+from trajectories.constraints.limits import Limits
+from trajectories.constraints.surroundings import Surroundings
+from trajectories.constraints.torque import TorqueCheck
+from trajectories.information.matrix import Criterion, Information, Objective
+from trajectories.motions.motion import Extremes, Motion, MotionState
+from trajectories.motions.segments import Waypoint
+from trajectories.search.fourier_search import FourierSearch
+from trajectories.search.multi_start import best_of
+from trajectories.search.optimise import WaypointSearch
+from trajectories.search.problem import ExcitationProblem
 
 DURATION = 10.0
 ROW_PERIOD = 0.01

@@ -18,13 +18,13 @@ from typing import Any, Literal
 import numpy as np
 
 from drivers import Budgets, BusError, Channel, DriveError, open_bus
-from drivers.bus import BusLock
-from drivers.bus_budget import BusBudget, nominal_links
-from drivers.eds import DeviceFile, read_device_file
-from drivers.findings import Finding
-from drivers.mapping import refuse_shared_cob_ids
-from drivers.multicast import RECEIVE_BUFFER
-from drivers.realtime import MASTER_PRIORITY
+from drivers.bus.access import BusLock
+from drivers.bus.budget import BusBudget, nominal_links
+from drivers.bus.multicast import RECEIVE_BUFFER
+from drivers.cyclic.realtime import MASTER_PRIORITY
+from drivers.setup.eds import DeviceFile, read_device_file
+from drivers.setup.findings import Finding
+from drivers.setup.mapping import refuse_shared_cob_ids
 from robots import Robot
 
 Status = Literal["ok", "warning", "failed", "unknown"]
@@ -245,7 +245,7 @@ def priority_check() -> Check:
         return Check(
             "real-time priority", "warning", "this system has no SCHED_FIFO", "use Linux for real arms"
         )
-    asking = "from drivers.realtime import *; print(take_priority(MASTER_PRIORITY) or '')"
+    asking = "from drivers.cyclic.realtime import *; print(take_priority(MASTER_PRIORITY) or '')"
     home = str(Path(__file__).resolve().parents[1])
     answer = subprocess.run(
         [sys.executable, "-c", asking], cwd=home, capture_output=True, text=True, check=False

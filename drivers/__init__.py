@@ -1,14 +1,14 @@
 """The CAN bus and the drives on it."""
 
-from drivers.bus import BusLock, describe_cob_id, listen_for_traffic, open_bus
-from drivers.channel import Channel
+from drivers.bus.access import BusLock, describe_cob_id, listen_for_traffic, open_bus
+from drivers.bus.channel import Channel
+from drivers.cyclic.job import Budgets
+from drivers.cyclic.requests import Request, StreamControl
+from drivers.cyclic.samples import Outcome, Samples, StreamResult
 from drivers.errors import BusError, DriveError
-from drivers.findings import Finding
-from drivers.job import Budgets
-from drivers.requests import Request, StreamControl
-from drivers.samples import Outcome, Samples, StreamResult
 from drivers.session import ArmSession
-from drivers.setup import DriveReport
+from drivers.setup.drive import DriveReport
+from drivers.setup.findings import Finding
 
 __all__ = [
     "ArmSession",

@@ -12,24 +12,24 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drivers.attestation import attest, refuse_unattested
-from drivers.bus import BusLock, describe_cob_id, listen_for_traffic
-from drivers.bus_budget import BusBudget
-from drivers.channel import Channel
+from drivers.bus.access import BusLock, describe_cob_id, listen_for_traffic
+from drivers.bus.budget import BusBudget
+from drivers.bus.channel import Channel
 from drivers.cia402 import objects
 from drivers.cia402.states import State, state_of
-from drivers.envelope import check_drive_limits, check_envelope, checked_period_ends
+from drivers.cyclic.job import Budgets, Job, following_error_window, torque_limits
+from drivers.cyclic.layout import DriveLink, master_cob_ids
+from drivers.cyclic.requests import StreamControl
+from drivers.cyclic.samples import StreamResult
+from drivers.cyclic.stream import OnSamples, run_stream
 from drivers.errors import BusError, DriveError
-from drivers.guarding import acknowledge_fault, arm, prove
-from drivers.job import Budgets, Job, following_error_window, torque_limits
-from drivers.jog import JOG_SHARE, ignore_samples, jog_path
-from drivers.layout import DriveLink, master_cob_ids
-from drivers.mapping import refuse_shared_cob_ids, transmitted_cob_ids
-from drivers.requests import StreamControl
-from drivers.samples import StreamResult
-from drivers.sdo import SdoNetwork
-from drivers.setup import DriveReport, configure, refuse
-from drivers.stream import OnSamples, run_stream
+from drivers.motion.envelope import check_drive_limits, check_envelope, checked_period_ends
+from drivers.motion.jog import JOG_SHARE, ignore_samples, jog_path
+from drivers.setup.attestation import attest, refuse_unattested
+from drivers.setup.drive import DriveReport, configure, refuse
+from drivers.setup.guarding import acknowledge_fault, arm, prove
+from drivers.setup.mapping import refuse_shared_cob_ids, transmitted_cob_ids
+from drivers.setup.sdo import SdoNetwork
 from drivers.units import Units
 from robots.arrays import FloatArray
 from robots.description import Robot

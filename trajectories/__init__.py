@@ -1,21 +1,21 @@
 """The motion that makes parameters visible: exciting trajectories and plain moves."""
 
-from trajectories.approach import approach
-from trajectories.collision import CollisionCheck, Nearest
-from trajectories.discriminate import Discrimination, discriminate
+from trajectories.constraints.collision import CollisionCheck, Nearest
+from trajectories.constraints.limits import Limits, Margins, Use
+from trajectories.constraints.surroundings import Obstacle, Surroundings
+from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
 from trajectories.errors import PlanError, TrajectoryError
-from trajectories.information import Information, Objective
+from trajectories.information.matrix import Information, Objective
+from trajectories.information.noise import TorqueNoise
+from trajectories.information.prediction import Prediction, predict
+from trajectories.information.separation import Separation
+from trajectories.information.wanted import objective_for
 from trajectories.judgement import Judge, Judgement, predicted
-from trajectories.limits import Limits, Margins, Use
-from trajectories.motion import Extremes, Motion, MotionSequence, MotionState, StretchedMotion
-from trajectories.noise import TorqueNoise
+from trajectories.motions.approach import approach
+from trajectories.motions.motion import Extremes, Motion, MotionSequence, MotionState, StretchedMotion
+from trajectories.motions.trajectory import Detail, Repeat, Trajectory
 from trajectories.plan import Conditions, plan
-from trajectories.prediction import Prediction, predict
-from trajectories.separation import Separation
-from trajectories.surroundings import Obstacle, Surroundings
-from trajectories.tool_speed import FastestTool, Tool, ToolSpeed
-from trajectories.trajectory import Detail, Repeat, Trajectory
-from trajectories.wanted import objective_for
+from trajectories.search.discriminate import Discrimination, discriminate
 
 __all__ = [
     "CollisionCheck",

@@ -9,16 +9,16 @@ import numpy as np
 from ident.base import BaseParameters
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.collision import CollisionCheck, Nearest
+from trajectories.constraints.collision import CollisionCheck, Nearest
+from trajectories.constraints.limits import Limits, Margins, Use, broken, kinematic_use
+from trajectories.constraints.surroundings import Surroundings
+from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
+from trajectories.constraints.torque import TorqueCheck
 from trajectories.errors import TrajectoryError
-from trajectories.limits import Limits, Margins, Use, broken, kinematic_use
-from trajectories.motion import Motion
-from trajectories.noise import TorqueNoise
-from trajectories.prediction import Prediction, predict
-from trajectories.surroundings import Surroundings
-from trajectories.tool_speed import FastestTool, Tool, ToolSpeed
-from trajectories.torque import TorqueCheck
-from trajectories.trajectory import sample_times
+from trajectories.information.noise import TorqueNoise
+from trajectories.information.prediction import Prediction, predict
+from trajectories.motions.motion import Motion
+from trajectories.motions.trajectory import sample_times
 
 STANDSTILL = 1e-3
 """Share of a joint's velocity limit below which it is at rest."""

@@ -12,24 +12,31 @@ from ident.base import BaseParameters, base_parameters
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.approach import approach
-from trajectories.counted_rows import CountedRows
+from trajectories.constraints.limits import Limits, Margins, require_posture
+from trajectories.constraints.surroundings import Surroundings
+from trajectories.constraints.tool_speed import Tool
+from trajectories.constraints.torque import TorqueCheck
 from trajectories.errors import PlanError, TrajectoryError
-from trajectories.fourier_search import FourierSearch
-from trajectories.information import NONE, Objective
+from trajectories.information.counted_rows import CountedRows
+from trajectories.information.matrix import NONE, Objective
+from trajectories.information.noise import TorqueNoise
+from trajectories.information.regressors import BaseRegressor
 from trajectories.judgement import Judge, predicted
-from trajectories.limits import Limits, Margins, require_posture
-from trajectories.motion import Motion, MotionSequence
-from trajectories.multi_start import Progress, Search, best_of
-from trajectories.noise import TorqueNoise
-from trajectories.optimise import WaypointSearch
-from trajectories.problem import ExcitationProblem
-from trajectories.regressors import BaseRegressor
-from trajectories.segments import Waypoint, hold
-from trajectories.surroundings import Surroundings
-from trajectories.tool_speed import Tool
-from trajectories.torque import TorqueCheck
-from trajectories.trajectory import Detail, ExcitingFamily, Repeat, Trajectory, sample_times, stretched
+from trajectories.motions.approach import approach
+from trajectories.motions.motion import Motion, MotionSequence
+from trajectories.motions.segments import Waypoint, hold
+from trajectories.motions.trajectory import (
+    Detail,
+    ExcitingFamily,
+    Repeat,
+    Trajectory,
+    sample_times,
+    stretched,
+)
+from trajectories.search.fourier_search import FourierSearch
+from trajectories.search.multi_start import Progress, Search, best_of
+from trajectories.search.optimise import WaypointSearch
+from trajectories.search.problem import ExcitationProblem
 
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""

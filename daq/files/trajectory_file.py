@@ -22,8 +22,8 @@ from daq.recording.reader import read_capture
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Motion, Repeat, Trajectory, TrajectoryError
-from trajectories.motion_data import motion_data, motion_of
-from trajectories.sampled import SampledMotion, sampled_motion
+from trajectories.motions.motion_data import motion_data, motion_of
+from trajectories.motions.sampled import SampledMotion, sampled_motion
 
 FORMAT = 1
 KIND = "armhil trajectory"

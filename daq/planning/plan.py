@@ -42,11 +42,11 @@ from trajectories import (
     plan,
     predicted,
 )
-from trajectories.information import CONDITION_CAP, Criterion
-from trajectories.motion import Motion
-from trajectories.sampled import SampledMotion
-from trajectories.trajectory import Detail, ExcitingFamily, stretched
-from trajectories.wanted import PAYLOAD, payload_sigma
+from trajectories.information.matrix import CONDITION_CAP, Criterion
+from trajectories.information.wanted import PAYLOAD, payload_sigma
+from trajectories.motions.motion import Motion
+from trajectories.motions.sampled import SampledMotion
+from trajectories.motions.trajectory import Detail, ExcitingFamily, stretched
 
 Verdict = Literal["fine", "weak", "unmeasurable", "refused"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import cast, get_args
 
 from trajectories import PlanError
-from trajectories.information import Criterion
-from trajectories.trajectory import ExcitingFamily
+from trajectories.information.matrix import Criterion
+from trajectories.motions.trajectory import ExcitingFamily
 
 
 def family_of(text: str) -> ExcitingFamily:

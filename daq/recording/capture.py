@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.samples import Samples
+from drivers.cyclic.samples import Samples
 
 PROFILE = "armhil"
 FORMAT = "1"

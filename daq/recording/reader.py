@@ -27,7 +27,7 @@ from daq.recording.capture import (
 )
 from daq.recording.mcap_scan import MAGIC, Scan, scan
 from daq.recording.recorder import CHANNELS, MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC
-from drivers.samples import Samples
+from drivers.cyclic.samples import Samples
 
 ALLOWED = "allowed: an MCAP capture recorded by armhil"
 

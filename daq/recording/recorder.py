@@ -22,7 +22,7 @@ from mcap.writer import CompressionType, Writer
 
 from daq.recording import messages
 from daq.recording.capture import CHECKSUM_KEY, OUTCOME, PROFILE, CaptureError, Facts, facts_checksum
-from drivers.samples import Samples
+from drivers.cyclic.samples import Samples
 from robots import Robot
 
 log = logging.getLogger(__name__)

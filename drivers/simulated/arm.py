@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from drivers.channel import Channel
+from drivers.bus.channel import Channel
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.scenario import Scenario

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.bus_errors import BUS_OFF, ERROR_FLAG
+from drivers.bus.error_frames import BUS_OFF, ERROR_FLAG
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
 from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency

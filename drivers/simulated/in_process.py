@@ -17,16 +17,16 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.bus_errors import ERROR_FLAG
-from drivers.channel import Channel
+from drivers.bus.channel import Channel
+from drivers.bus.error_frames import ERROR_FLAG
 from drivers.cia402 import objects
-from drivers.guarding import consumer_word
-from drivers.job import Budgets, Job, following_error_window, torque_limits
-from drivers.layout import DriveLink
-from drivers.loop import Loop
-from drivers.requests import Request
-from drivers.ring import Ring
-from drivers.samples import StreamResult
+from drivers.cyclic.job import Budgets, Job, following_error_window, torque_limits
+from drivers.cyclic.layout import DriveLink
+from drivers.cyclic.loop import Loop
+from drivers.cyclic.requests import Request
+from drivers.cyclic.ring import Ring
+from drivers.cyclic.samples import StreamResult
+from drivers.setup.guarding import consumer_word
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.set_points import AxisMode

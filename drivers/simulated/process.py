@@ -19,10 +19,10 @@ from typing import Any
 
 import can
 
-from drivers import realtime
-from drivers.bus import BusLock, listen_for_traffic, open_bus
-from drivers.bus_errors import ERROR_FLAG
-from drivers.channel import Channel
+from drivers.bus.access import BusLock, listen_for_traffic, open_bus
+from drivers.bus.channel import Channel
+from drivers.bus.error_frames import ERROR_FLAG
+from drivers.cyclic import realtime
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
 from drivers.simulated.group import DriveGroup

@@ -25,10 +25,10 @@ from daq.doctor import (
     worst,
 )
 from drivers import Channel, listen_for_traffic, open_bus
-from drivers.bus import BusLock
+from drivers.bus.access import BusLock
 from robots import Robot
 
-EDS = Path(__file__).parents[1] / "drivers" / "eds"
+EDS = Path(__file__).parents[1] / "drivers" / "setup" / "eds"
 
 
 @pytest.fixture(scope="module")

@@ -28,8 +28,8 @@ from drivers.simulated.faults import (
 )
 from drivers.simulated.in_process import InProcessBus, stream_in_process
 from drivers.simulated.state_machine import State as DriveState
+from tests.drivers.cyclic.test_loop import EVENTS, run
 from tests.drivers.fake_arm import FakeArm
-from tests.drivers.test_loop import EVENTS, run
 
 NODES, CYCLES = st.integers(1, 6), st.integers(1, 380)
 LENGTHS = st.sampled_from([1, 2, 5, 40])
@@ -123,7 +123,7 @@ def test_a_drive_that_belongs_to_somebody_else_is_never_spoken_to(
                 EVENTS[what](arm, index)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tests.drivers.test_loop.FakeArm", with_bystander)
+        patch.setattr("tests.drivers.cyclic.test_loop.FakeArm", with_bystander)
         done = run(script, stop_at=stop_at)
     stranger = done.arm.axes[3]
     assert (stranger.state, stranger.controlwords) == (State.SWITCH_ON_DISABLED, [])

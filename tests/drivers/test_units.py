@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers import DriveError
-from drivers.layout import MappedObject, tpdo_layouts, tpdo_objects
+from drivers.cyclic.layout import MappedObject, tpdo_layouts, tpdo_objects
 from drivers.units import Units
 from robots import Robot
 

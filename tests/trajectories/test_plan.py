@@ -16,7 +16,7 @@ from ident.regressor import RegressorModel
 from robots import load
 from robots.description import Robot
 from trajectories import Conditions, Objective, PlanError, Tool, Trajectory, plan
-from trajectories.limits import Limits
+from trajectories.constraints.limits import Limits
 
 
 def small_plan(robot: Robot, **changes: object) -> Trajectory:

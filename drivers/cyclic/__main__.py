@@ -1,0 +1,75 @@
+"""The cyclic process: ``python -m drivers.cyclic RING``, with a pickled Job on its standard input.
+
+It owns the bus for one stream and stops the arm by itself when its parent dies. One JSON line on its
+standard output says how the stream ended.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import signal
+import sys
+import time
+from dataclasses import asdict, replace
+from types import FrameType
+
+from drivers.bus.access import open_bus
+from drivers.cyclic import realtime
+from drivers.cyclic.exchange import receive_cob_ids
+from drivers.cyclic.job import Job
+from drivers.cyclic.loop import Loop
+from drivers.cyclic.ring import Ring
+from drivers.cyclic.samples import StreamResult
+from drivers.errors import BusError
+
+
+class _Termination:
+    """Whether this process was told to end. Ctrl-C is the parent's affair: it asks through the ring."""
+
+    def __init__(self) -> None:
+        self.requested = False
+        signal.signal(signal.SIGTERM, self._note)
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.requested = True
+
+    def __call__(self) -> bool:
+        return self.requested
+
+
+def run(job: Job, ring: Ring) -> StreamResult:
+    """Open the bus and do the job in this process.
+
+    Raises:
+        BusError: the bus cannot be opened.
+    """
+    terminated = _Termination()
+    with open_bus(job.channel, receive_cob_ids(job.links), job.bitrate) as bus:
+        refused = realtime.prepare()
+        loop = Loop(job, bus, ring, lambda: os.getppid() == job.parent, terminated)
+        began = time.monotonic(), time.process_time()
+        result = loop.run()
+        share = (time.process_time() - began[1]) / max(time.monotonic() - began[0], 1e-9)
+        return replace(result, notes=(*refused, *result.notes), cpu_share=share)
+
+
+def main(arguments: list[str]) -> None:
+    """Read the job, run it, say how it ended."""
+    job = pickle.load(sys.stdin.buffer)  # noqa: S301 (from our own parent, through a pipe)
+    if not isinstance(job, Job):
+        raise TypeError(f"expected a Job on standard input, got {type(job).__name__}")
+    ring = Ring(int(arguments[0]), len(job.links), job.ring_capacity)
+    answer: dict[str, object]
+    try:
+        answer = {"result": asdict(run(job, ring))}
+    except BusError as error:
+        answer = {"bus_error": str(error)}
+    sys.stdout.write(json.dumps(answer) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

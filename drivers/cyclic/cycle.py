@@ -1,0 +1,169 @@
+"""One SYNC period of a stream: deadline, SYNC, TPDOs, checks, RPDOs, record.
+
+Order of a cycle k: deadline, SYNC k, TPDOs of SYNC k, checks, RPDOs with the targets that the drives latch
+at SYNC k+1, record. So the reference of row k is what was sent in the RPDOs before SYNC k.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from drivers.bus.ports import FramePort
+from drivers.cia402.states import INTERPOLATE, Command, Goal, has_torque, next_controlword
+from drivers.cyclic.exchange import Exchange
+from drivers.cyclic.job import Job
+from drivers.cyclic.pacemaker import Pacemaker
+from drivers.cyclic.ring import Ring
+from drivers.cyclic.watch import Watch
+
+RECEIVE_SHARE = 0.6
+"""Share of the period for TPDOs; the rest is for the RPDOs to get out before the next SYNC."""
+LEAST_RECEIVE_SHARE = 0.1
+HEARTBEATS_PER_WATCH = 4
+"""Heartbeats of the master in the time after which the drives would miss them."""
+
+
+class Cycle:
+    """The loop's one turn, and what it keeps from turn to turn.
+
+    Args:
+        job: what to do.
+        port: the bus, opened for exchange.receive_cob_ids.
+        ring: where rows go.
+        parent_alive: asked once per cycle.
+        terminated: asked once per cycle: was this process told to end?
+        clock, sleep: time, s.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        port: FramePort,
+        ring: Ring,
+        parent_alive: Callable[[], bool] = lambda: True,
+        terminated: Callable[[], bool] = lambda: False,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.job = job
+        self.ring = ring
+        self.clock = clock
+        self.exchange = Exchange(port, job.links, job.master_node, clock, sleep)
+        self.pace = Pacemaker(job.cycle_time, clock, sleep)
+        self.watch = Watch(job, self.exchange, self.pace, ring, parent_alive, terminated, clock)
+        n = len(job.links)
+        self.goals = [Goal.SWITCH_ON_DISABLED] * n
+        self.latched_before: Sequence[int] = [0] * n
+        """Targets in force until the latest SYNC: the drives' set-points reach them at it."""
+        self.latched: Sequence[int] = [0] * n
+        """Targets in force since the latest SYNC."""
+        self.sent: Sequence[int] = [0] * n
+        """Targets of the latest RPDOs: latched at the next SYNC."""
+        self.commanded = False
+        self.lateness = 0.0
+        self.rows = self.recorded = self.missed = self.late = self.incomplete = 0
+        """Of the recorded part."""
+        self._pending: tuple[tuple[float, ...], list[bool]] | None = None
+        self._largest_step = job.largest_step
+        self._interpolated = [axis for axis, link in enumerate(job.links) if link.interpolated]
+        self._heartbeat_every = job.budgets.watch_seconds / HEARTBEATS_PER_WATCH
+        self._next_heartbeat = 0.0
+
+    def turn(self) -> None:
+        """Wait, SYNC, TPDOs, checks."""
+        self.lateness = self.pace.wait()
+        self.exchange.sync()
+        self.latched_before, self.latched = self.latched, self.sent
+        now = self.clock()
+        if now >= self._next_heartbeat:
+            self.exchange.send_heartbeat()
+            self._next_heartbeat = now + self._heartbeat_every
+        period = self.job.cycle_time
+        self.publish()
+        # A drive that is lost is not waited for.
+        until = max(
+            self.pace.deadline + RECEIVE_SHARE * period,
+            now + LEAST_RECEIVE_SHARE * period,
+            now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
+        )
+        self.exchange.receive(until)
+        self.watch.check(self.latched_before, self.goals)
+
+    def command(self, targets: Sequence[int], blindly: bool = False) -> None:
+        """Send controlwords towards the goals, and the targets in counts.
+
+        Args:
+            targets: counts, one per axis.
+            blindly: switch drives off in one step, whatever they say.
+        """
+        goals = self.goals
+        words = self.exchange.statusword
+        controlwords = list(map(next_controlword, words, goals))
+        for axis in self._interpolated:
+            if controlwords[axis] == Command.ENABLE_OPERATION and has_torque(words[axis]):
+                controlwords[axis] |= INTERPOLATE
+        for axis, goal in enumerate(goals if Goal.SWITCH_ON_DISABLED in goals else ()):
+            # A drive that does not say where it is, or says it wrongly, cannot be led down step by step.
+            if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.uncontrolled(axis)):
+                controlwords[axis] = Command.DISABLE_VOLTAGE
+        if self.watch.enabled:
+            targets = self._guarded(targets)
+        self.exchange.send(controlwords, targets)
+        self.sent = targets
+        self.commanded = True
+
+    def _guarded(self, targets: Sequence[int]) -> Sequence[int]:
+        """The last line of defence: under torque no set-point moves farther than the speed limits let it."""
+        for axis, (target, before) in enumerate(zip(targets, self.sent, strict=True)):
+            jumps = abs(target - before) > self._largest_step[axis]
+            if jumps and has_torque(self.exchange.statusword[axis]):
+                self.watch.abort(
+                    f"set-point of {self.job.drives[axis]} would have jumped by {target - before} counts in "
+                    f"one cycle; allowed: {self._largest_step[axis]}"
+                )
+                return self.sent
+        return targets
+
+    def hold(self) -> list[int]:
+        """The last target for an axis under torque, the actual position for one without."""
+        seen = zip(self.exchange.statusword, self.sent, self.exchange.position, strict=True)
+        return [target if has_torque(word) else position for word, target, position in seen]
+
+    def turns(self, seconds: float) -> int:
+        """How many cycles a time takes, at least one."""
+        return max(1, round(seconds / self.job.cycle_time))
+
+    # Record -----------------------------------------------------------------------------------
+
+    def record(self) -> None:
+        """Keep the latest cycle as a row."""
+        seen = self.exchange
+        row = (
+            self.rows,
+            self.lateness,
+            *self.latched,
+            *seen.position,
+            *seen.control_signal,
+            *seen.statusword,
+        )
+        self._pending = row, seen.complete
+        self.rows += 1
+        self.missed += self.pace.missed_now
+        self.late += self.pace.late_now
+
+    def publish(self) -> None:
+        """Hand out the row of the SYNC before, now that it is known which drives answered it in time.
+
+        A drive that answers twice between two SYNCs gave its first answer to the SYNC before that.
+        """
+        if self._pending is None:
+            return
+        row, complete = self._pending
+        self._pending = None
+        complete = [c and not d for c, d in zip(complete, self.exchange.doubled, strict=True)]
+        self.incomplete += not all(complete)
+        if not self.ring.write(*row, *complete):
+            self.watch.abort("the samples were not fetched in time: the ring is full")
+            return
+        self.recorded += 1

@@ -1,0 +1,87 @@
+"""The cyclic part of a stream: enable, approach, stream, come to rest, disable."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import can
+
+from drivers.bus.ports import frame_port
+from drivers.cyclic.cycle import Cycle
+from drivers.cyclic.job import Job
+from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
+from drivers.cyclic.ring import Ring
+from drivers.cyclic.samples import StreamResult
+from drivers.motion.following import Follower
+
+
+class Loop:
+    """One stream on an open bus.
+
+    Args:
+        job: what to do.
+        bus: opened for exchange.receive_cob_ids.
+        ring: where rows go.
+        parent_alive: asked once per cycle.
+        terminated: asked once per cycle: was this process told to end?
+        clock, sleep: time, s.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        bus: can.BusABC,
+        ring: Ring,
+        parent_alive: Callable[[], bool] = lambda: True,
+        terminated: Callable[[], bool] = lambda: False,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.cycle = Cycle(job, frame_port(bus), ring, parent_alive, terminated, clock, sleep)
+        self._follower = Follower(self.cycle)
+        self._notes: list[str] = []
+
+    def run(self) -> StreamResult:
+        """Do the job; returns when the drives are disabled, however it went."""
+        cycle = self.cycle
+        self._follower.warm_up()
+        cycle.pace.restart()
+        if first_answers(cycle) and enable(cycle):
+            self._move()
+        if cycle.watch.halting and cycle.commanded:
+            quick_stop(cycle, record=False)
+        disable(cycle)
+        for axis in retire(cycle):
+            self._notes.append(f"{cycle.job.drives[axis]} did not confirm the end of its watch (1016)")
+        return self._result()
+
+    def _move(self) -> None:
+        watch = self.cycle.watch
+        self._follower.approach()
+        recorded = watch.fine
+        if recorded:
+            recorded = self._follower.stream()
+        if watch.halting:
+            quick_stop(self.cycle, recorded)
+        else:
+            self._follower.come_to_rest()
+
+    def _result(self) -> StreamResult:
+        cycle = self.cycle
+        cycle.publish()
+        outcome, reason = cycle.watch.verdict()
+        reports = [f"{text} ({count} times)" for text, count in cycle.exchange.reports.items()]
+        if cycle.exchange.send_failures:
+            reports.append(f"{cycle.exchange.send_failures} frames could not be sent")
+        return StreamResult(
+            outcome=outcome,
+            reason=reason,
+            cycles=cycle.recorded,
+            missed_cycles=cycle.missed,
+            late_cycles=cycle.late,
+            incomplete_cycles=cycle.incomplete,
+            notes=(*self._notes, *reports),
+            overflows=cycle.exchange.overflows(),
+            pauses=tuple(self._follower.pauses),
+        )

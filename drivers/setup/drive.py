@@ -1,0 +1,282 @@
+"""Configuration of one drive over SDO: identity, mapping, mode, period, watch. It never enables torque."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from drivers.cia402 import objects
+from drivers.cia402.emcy import describe_emcy
+from drivers.cia402.states import TORQUE_STATES, State, state_of
+from drivers.cyclic.layout import DriveLink, MappedObject
+from drivers.errors import DriveError
+from drivers.setup.eds import compare_identity, read_device_file
+from drivers.setup.findings import Finding
+from drivers.setup.guarding import has_consumer, set_abort_option, set_deadline
+from drivers.setup.limits import compare_limits
+from drivers.setup.mapping import map_pdos
+from drivers.setup.period import interpolation_period
+from drivers.setup.sdo import SdoAccess
+from robots.description import Drive, Robot
+
+HEARTBEAT_MILLISECONDS = 100
+READY_TIMEOUT = 3.0
+"""s that a drive may take for its self-test."""
+MODE_TIMEOUT = 1.0
+"""s that a drive may take to show a mode that it accepted."""
+
+_MODE_NAMES = {objects.CYCLIC_SYNCHRONOUS_POSITION: "csp", objects.INTERPOLATED_POSITION: "ip"}
+
+
+@dataclass(frozen=True)
+class DriveReport:
+    """What the set-up found at one drive."""
+
+    joint: str
+    node_id: int
+    vendor: int
+    product: int | None
+    revision: int | None
+    serial: int | None
+    device_type: int
+    supported_modes: int | None
+    mode: int
+    """6060h: 8 is csp, 7 is ip."""
+    control_signal_bits: int
+    heartbeat: float
+    """s between its heartbeats; 0 where it sends none."""
+    watches: bool
+    """Whether it has a heartbeat consumer."""
+    deadline: bool
+    """Whether it has an RPDO deadline."""
+    statusword: int
+    settings: dict[str, int | None] = field(default_factory=dict)
+    """Objects for safety and units, by index (and subindex); None where the drive does not have one."""
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The findings that somebody should know of."""
+        return tuple(str(finding) for finding in self.findings if finding.severity != "info")
+
+    def link(self, name: str) -> DriveLink:
+        """How the cycle speaks to this drive."""
+        return DriveLink(
+            node=self.node_id,
+            name=name,
+            control_signal_bits=self.control_signal_bits,
+            interpolated=self.mode == objects.INTERPOLATED_POSITION,
+            heartbeat=self.heartbeat,
+            watches=self.watches,
+        )
+
+    @property
+    def state(self) -> State:
+        """The power state at the end of the set-up."""
+        return state_of(self.statusword)
+
+
+def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> DriveReport:
+    """Bring one drive, in NMT pre-operational, to where the cyclic process can take over.
+
+    Every setting is written and read back.
+
+    Args:
+        sdo: its object dictionary.
+        robot: the arm's description.
+        axis: which drive of it, from 0.
+        watch_seconds: how long the drive may hear no RPDO, where it can watch for that.
+
+    Raises:
+        DriveError: no answer, another identity, a refused or changed value, a drive that carries torque or
+            has no mode for set-points at each SYNC.
+    """
+    drive = robot.drive[axis]
+    findings: list[Finding] = []
+    _refuse_torque(sdo)
+    identity = _identity(sdo, drive, findings)
+    modes = sdo.read_optional(objects.SUPPORTED_MODES)
+    control_signal = _control_signal(sdo, drive)
+    mode = _choose_mode(sdo, modes, findings)
+    map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION)
+    _set_mode(sdo, mode)
+    _set_period(sdo, robot.bus.cycle_time)
+    heartbeat = _set_heartbeat(sdo, findings)
+    findings += set_abort_option(sdo)
+    deadline = set_deadline(sdo, watch_seconds)
+    watches = has_consumer(sdo)
+    findings += file_findings(robot, axis, identity)
+    settings = {
+        name: sdo.read_optional(index, subindex, signed=signed)
+        for name, (index, subindex, signed) in objects.SETTINGS.items()
+    }
+    findings += _watch_findings(watches, deadline)
+    findings += _standing_error(settings)
+    findings += compare_limits(robot, axis, settings)
+    return DriveReport(
+        joint=robot.joint[axis].name,
+        node_id=drive.node_id,
+        vendor=identity[0] or 0,
+        product=identity[1],
+        revision=identity[2],
+        serial=identity[3],
+        device_type=sdo.read_int(objects.DEVICE_TYPE),
+        supported_modes=modes,
+        mode=mode,
+        control_signal_bits=control_signal.bits,
+        heartbeat=heartbeat,
+        watches=watches,
+        deadline=deadline,
+        statusword=sdo.read_int(objects.STATUSWORD),
+        settings=settings,
+        findings=tuple(findings),
+    )
+
+
+def file_findings(robot: Robot, axis: int, identity: tuple[int | None, ...]) -> list[Finding]:
+    """What the drive's EDS or DCF says beside the drive; nothing where the description names none.
+
+    Args:
+        robot: the description.
+        axis: which drive of it, from 0.
+        identity: vendor, product and revision that the drive itself tells.
+
+    Raises:
+        DriveError: the file cannot be read.
+    """
+    drive = robot.drive[axis]
+    if drive.eds is None:
+        return []
+    file = read_device_file(robot.folder / drive.eds, drive.node_id)
+    vendor, product, revision = identity[:3]
+    compared = compare_identity(file, (vendor, product, revision))
+    # What the drive lacks is told by the drive; of the file, what is wrong with it.
+    return compared + [finding for finding in file.findings if not finding.text.startswith("absent")]
+
+
+def refuse(reports: tuple[DriveReport, ...], names: tuple[str, ...]) -> None:
+    """Refuse an arm one of whose drives has a finding that forbids to enable it.
+
+    Raises:
+        DriveError: the first one, with the number of the others.
+    """
+    forbidding = [
+        f"{name}: {finding}"
+        for report, name in zip(reports, names, strict=True)
+        for finding in report.findings
+        if finding.severity == "refusal"
+    ]
+    if forbidding:
+        more = f" (and {len(forbidding) - 1} more)" if len(forbidding) > 1 else ""
+        raise DriveError(forbidding[0] + more)
+
+
+def _watch_findings(watches: bool, deadline: bool) -> list[Finding]:
+    if watches:
+        return []
+    if deadline:
+        return [
+            Finding("warning", "1016", "absent: the drive notices a lost master by its RPDO deadline only")
+        ]
+    return [
+        Finding(
+            "refusal",
+            "1016",
+            "no heartbeat consumer and no RPDO deadline (1400:05): the drive would go on without a master",
+        )
+    ]
+
+
+def _standing_error(settings: dict[str, int | None]) -> list[Finding]:
+    code = settings.get("603F")
+    if not code or not settings.get("1001"):
+        return []
+    return [Finding("warning", "603F", f"an error stands: {describe_emcy(code)}")]
+
+
+def _refuse_torque(sdo: SdoAccess) -> None:
+    """Wait for the end of the self-test; a drive that carries torque already has another master."""
+    deadline = time.monotonic() + READY_TIMEOUT
+    while True:
+        state = state_of(sdo.read_int(objects.STATUSWORD))
+        if state is not State.NOT_READY:
+            break
+        if time.monotonic() > deadline:
+            raise DriveError(f"{sdo.drive} is still {state.value!r} after {READY_TIMEOUT:g} s")
+        time.sleep(0.02)
+    if state in TORQUE_STATES:
+        raise DriveError(f"{sdo.drive} is in state {state.value!r}: something else controls it")
+
+
+def _identity(sdo: SdoAccess, drive: Drive, findings: list[Finding]) -> tuple[int | None, ...]:
+    """Vendor id (mandatory), product code, revision and serial number (1018h), as described.
+
+    Raises:
+        DriveError: an entry that the description names is another.
+    """
+    vendor = sdo.read_int(objects.IDENTITY, 1)
+    found = (vendor, *(sdo.read_optional(objects.IDENTITY, subindex) for subindex in (2, 3, 4)))
+    wanted = drive.identity
+    entries = ("vendor", "product", "revision", "serial")
+    for entry, value in zip(entries, found, strict=True):
+        expected = getattr(wanted, entry)
+        if expected is not None and value != expected:
+            shown = "nothing" if value is None else f"0x{value:08X}"
+            raise DriveError(
+                f"{sdo.drive}: another drive than described: its {entry} (1018) is {shown}, "
+                f"identity.{entry} is 0x{expected:08X}"
+            )
+    if wanted.vendor is None and wanted.product is None:
+        text = f"not described; vendor = 0x{vendor:08X}, product = 0x{found[1] or 0:08X} were found"
+        findings.append(Finding("info", "identity", text))
+    return found
+
+
+def _choose_mode(sdo: SdoAccess, modes: int | None, findings: list[Finding]) -> int:
+    """Cyclic synchronous position; interpolated position for drives that have only that."""
+    if modes is None:
+        findings.append(Finding("warning", "6502", "supported modes absent: csp is tried"))
+        return objects.CYCLIC_SYNCHRONOUS_POSITION
+    for mode in (objects.CYCLIC_SYNCHRONOUS_POSITION, objects.INTERPOLATED_POSITION):
+        if modes >> (mode - 1) & 1:
+            if mode == objects.INTERPOLATED_POSITION:
+                findings.append(Finding("info", "6502", "no csp: interpolated position mode is used"))
+            return mode
+    raise DriveError(
+        f"{sdo.drive}: 6502 = 0x{modes:08X} has neither cyclic synchronous position mode (bit 7) nor "
+        "interpolated position mode (bit 6)"
+    )
+
+
+def _control_signal(sdo: SdoAccess, drive: Drive) -> MappedObject:
+    """The control-signal object with the width that the drive itself gives it."""
+    signal = drive.control_signal
+    return MappedObject(signal.index, signal.subindex, 8 * len(sdo.read(signal.index, signal.subindex)))
+
+
+def _set_mode(sdo: SdoAccess, mode: int) -> None:
+    if mode == objects.INTERPOLATED_POSITION and sdo.read_optional(objects.INTERPOLATION_SUBMODE) is not None:
+        sdo.write_checked(objects.INTERPOLATION_SUBMODE, 0, 0, 2)  # linear
+    sdo.write(objects.MODE, 0, mode, 1)
+    deadline = time.monotonic() + MODE_TIMEOUT
+    while (shown := sdo.read_int(objects.MODE_DISPLAY, signed=True)) != mode:
+        if time.monotonic() > deadline:
+            raise DriveError(f"{sdo.drive}: mode {mode} ({_MODE_NAMES[mode]}) was set but 6061 shows {shown}")
+        time.sleep(0.02)
+
+
+def _set_period(sdo: SdoAccess, cycle_time: float) -> None:
+    value, power = interpolation_period(cycle_time)
+    sdo.write_checked(objects.INTERPOLATION_PERIOD, 1, value, 1)
+    sdo.write_checked(objects.INTERPOLATION_PERIOD, 2, power, 1)
+
+
+def _set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
+    """Seconds between the drive's heartbeats, 0 where it has none."""
+    if sdo.read_optional(objects.HEARTBEAT_PRODUCER) is None:
+        findings.append(
+            Finding("warning", "1017", "heartbeat producer absent: only missing TPDOs show a dead drive")
+        )
+        return 0.0
+    sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
+    return HEARTBEAT_MILLISECONDS / 1000

@@ -1,0 +1,151 @@
+"""What identification will make of a motion, before anything moves: rows, σ and %σ of each parameter.
+
+The rows are made by identification's own code from the sampled positions: the same low-pass, differences,
+decimation and trim, and without the rows that are too slow. The deviations are those of the estimator
+and the errors that identification reports by default: weighted least squares, errors autoregressive
+along time where an earlier identification says so.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.covariance import weighted_score_covariance
+from ident.errors import IdentificationError
+from ident.observation import Rows, observe
+from ident.recording import Recording
+from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Identification
+from trajectories.errors import PlanError
+from trajectories.information.matrix import ROW_RATE, Information
+from trajectories.information.noise import TorqueNoise
+
+_LOG = logging.getLogger(__name__)
+
+_BLIND = 1e-12
+"""Eigenvalues of the information of columns of unit norm below this share of the largest are rounding."""
+
+_PART = 1e-4
+"""A parameter with a larger part in what is not seen is not seen."""
+
+_BELOW_NYQUIST = 0.8
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What identification will say of each base parameter.
+
+    Attributes:
+        names, units: of the base parameters (b,).
+        values: (b,) what they are expected to be, SI.
+        sigma: (b,) standard deviation of their estimates, SI; inf for what the motion does not show.
+        information: G at 100 rows per second, of rows weighted by each joint's σ.
+        used: (n,) share of each joint's rows that are fast enough to be used.
+        rows: how many are.
+        row_time: s between rows.
+        noise: the errors assumed, in words.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    sigma: FloatArray
+    information: Information
+    used: FloatArray
+    rows: int
+    row_time: float
+    noise: str
+
+    @property
+    def percent_sigma(self) -> FloatArray:
+        """(b,) 100·σ/|value|; inf where the value is 0."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(100.0 * self.sigma / np.abs(self.values))
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Parameters that the motion does not show or not tell apart."""
+        return tuple(name for name, sigma in zip(self.names, self.sigma, strict=True) if np.isinf(sigma))
+
+
+def predict(
+    base: BaseParameters, time: FloatArray, position: FloatArray, noise: TorqueNoise, values: FloatArray
+) -> Prediction:
+    """Predict the deviations of the base parameters from a recording of a motion.
+
+    Args:
+        base: the parameters; its robot's ``identification`` settings make the rows.
+        time: (N,) s, the instants of the samples.
+        position: N × joints.
+        noise: the errors to expect.
+        values: (b,) what the parameters are expected to be.
+
+    Raises:
+        PlanError: the motion is too short to be identified from.
+    """
+    rows = _rows(base, time, position)
+    x = np.where(rows.used[:, :, np.newaxis], rows.regressor, 0.0)
+    row_time = float(np.median(np.diff(rows.time)))
+    matrix = np.einsum("sja,j,sjb->ab", x, noise.sigma**-2, x, optimize=True)
+    return Prediction(
+        names=base.names,
+        units=base.units,
+        values=values,
+        sigma=_deviations(matrix, x, noise, row_time, rows.segment),
+        information=Information(matrix * (ROW_RATE * row_time)),
+        used=rows.used.mean(axis=0),
+        rows=rows.count,
+        row_time=row_time,
+        noise=noise.describe(row_time),
+    )
+
+
+def _rows(base: BaseParameters, time: FloatArray, position: FloatArray) -> Rows:
+    settings = _possible(base.model.robot.identification, float(time[1] - time[0]))
+    recording = Recording("trajectory", time, None, position, np.zeros_like(position))
+    try:
+        return observe(base, (recording,), settings)
+    except IdentificationError as error:
+        raise PlanError(f"{error}; allowed: a longer duration", constraint="duration") from error
+
+
+def _possible(settings: Identification, sample_time: float) -> Identification:
+    """The settings, with a cut-off that samples so far apart allow."""
+    highest = _BELOW_NYQUIST * 0.5 / sample_time
+    if settings.cutoff_hz <= highest:
+        return settings
+    _LOG.warning(
+        "cut-off %g Hz is too high for samples %g s apart; predicted with %g Hz",
+        settings.cutoff_hz,
+        sample_time,
+        highest,
+    )
+    return settings.model_copy(update={"cutoff_hz": highest})
+
+
+def _deviations(
+    matrix: FloatArray, x: FloatArray, noise: TorqueNoise, row_time: float, segment: IntArray
+) -> FloatArray:
+    """(b,) of G⁻¹ S G⁻¹ with S the covariance of XᵀΩ⁻¹ε; inf for parameters that G does not see."""
+    inverse, blind = inverse_of(matrix)
+    process = noise.process(row_time)
+    score = matrix
+    if process.kind == "ar":
+        score = weighted_score_covariance(x, noise.sigma, process, segment)
+    variance = np.einsum("ab,bc,ca->a", inverse, score, inverse, optimize=True)
+    return np.asarray(np.where(blind, np.inf, np.sqrt(np.maximum(variance, 0.0))))
+
+
+def inverse_of(matrix: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Inverse on what an information matrix sees, and the parameters with a part in what it does not."""
+    scale = np.sqrt(np.diag(matrix))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    seen = values > _BLIND * values[-1]
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale)
+    blind = (vectors[:, ~seen] ** 2).sum(axis=1) > _PART**2
+    return inverse, blind
