@@ -26,6 +26,9 @@ _SAME = 0.1
 """Errors that differ by less than this, in ln of the mean square, are the same: 5 % in amplitude."""
 
 _SAME_TIMING = 0.02
+_EQUAL = 1e-6
+"""Scores that differ by less differ by rounding alone."""
+
 _IMPOSSIBLE = 1e3
 _SLIGHTLY = 0.02
 
@@ -103,10 +106,12 @@ def explained(form: Form, folds: Sequence[Products]) -> float:
 
 
 def best_timing(blocks: Blocks, described: Controller, forms: Sequence[Form] = COMPLETE) -> Timing:
-    """The timing of the loop under the law that goes with it best; the described one where as good.
+    """The timing of the loop under the law that goes with it best.
 
     Timing and law are looked for together: a set-point that is read a period too late looks like a negative
-    feed-forward, so gains that no controller has speak against the timing.
+    feed-forward, so gains that no controller has speak against the timing. Of timings that predict as well,
+    the one whose law needs the fewest gains is taken: a ramp between set-points with a feed-forward of one
+    period is the same law as set-points that are held. Of those again the described one, then the plainest.
 
     Args:
         blocks: the recording.
@@ -120,7 +125,7 @@ def best_timing(blocks: Blocks, described: Controller, forms: Sequence[Form] = C
         described.delay_samples,
     )
     plain = [Timing(i, n, None, d) for i in _INTERPOLATIONS for n in _DIFFERENCES for d in _DELAYS]
-    start, form = _best(blocks, list(dict.fromkeys([own, *plain])), forms)
+    start, form = _best(blocks, list(dict.fromkeys([own, *plain])), forms, described)
     rate = 1.0 / described.sample_time
     cutoffs = np.geomspace(0.01 * rate, 0.4 * rate, _CUTOFFS)
     filtered = [
@@ -129,18 +134,27 @@ def best_timing(blocks: Blocks, described: Controller, forms: Sequence[Form] = C
         for d in range(start.delay + 1)
         for cutoff in cutoffs
     ]
-    best, _ = _best(blocks, [own, start, *filtered], [form])
+    best, _ = _best(blocks, [own, start, *filtered], [form], described)
     if best.cutoff_hz is not None and best != own:
-        best, _ = _best(blocks, [own, start, *_finer(blocks, best, form)], [form])
+        best, _ = _best(blocks, [own, start, *_finer(blocks, best, form)], [form], described)
     return best
 
 
-def _best(blocks: Blocks, timings: Sequence[Timing], forms: Sequence[Form]) -> tuple[Timing, Form]:
-    """The best pair; the first timing where it is as good, within ``_SAME_TIMING``."""
+def _best(
+    blocks: Blocks, timings: Sequence[Timing], forms: Sequence[Form], described: Controller
+) -> tuple[Timing, Form]:
+    """The best pair; of timings within ``_SAME_TIMING`` those whose law has the fewest gains.
+
+    Of these the first in ``timings``, the described one, is kept; else the best, equal ones in order.
+    """
     scores = np.array([[_score(blocks, timing, form).mean() for form in forms] for timing in timings])
-    timing = int(np.argmin(scores.min(axis=1)))
-    if scores[0].min() <= scores.min() + _SAME_TIMING:
-        timing = 0
+    ahead = scores.min(axis=1)
+    same = [int(k) for k in np.flatnonzero(ahead <= ahead.min() + _SAME_TIMING)]
+    if len(same) > 1:
+        gains = {k: best_form(blocks, timings[k], described).chosen.count for k in same}
+        same = [k for k in same if gains[k] == min(gains.values())]
+    least = min(ahead[k] for k in same)
+    timing = same[0] if same[0] == 0 else next(k for k in same if ahead[k] <= least + _EQUAL)
     return timings[timing], forms[int(np.argmin(scores[timing]))]
 
 

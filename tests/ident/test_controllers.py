@@ -55,6 +55,18 @@ def test_the_published_law_of_emps_is_found(emps: Robot, emps_log: Recording) ->
     assert found.explained[0] > 0.999
 
 
+def test_of_two_ways_to_write_one_law_the_one_with_fewer_gains_is_found(
+    emps: Robot, emps_log: Recording
+) -> None:
+    # SYNC is the controller's period here: a ramp that is fed forward by one period is a held set-point. The
+    # two errors differ in the ninth digit, so rounding must not choose, nor may the description.
+    ramp = with_controller(emps, interpolation="linear", velocity_difference_samples=2, delay_samples=0)
+    found = identify_controller(ramp, (emps_log,))
+    assert (found.form.law, found.form.velocity_feed_forward) == ("pd", False)
+    assert found.timing.interpolation == "hold"
+    assert gain(found, "position_gain") == pytest.approx(160.18, rel=1e-3)
+
+
 def test_a_signal_that_is_no_control_law_forbids_the_simulation(emps: Robot, emps_log: Recording) -> None:
     noise = np.random.default_rng(1).normal(size=emps_log.control_signal.shape)
     disturbed = Recording(
