@@ -24,7 +24,8 @@ import can
 import numpy as np
 
 import robots
-from drivers import ArmSession, Channel, Samples, StreamResult, open_bus, realtime
+from drivers import ArmSession, Channel, Samples, StreamResult, open_bus
+from drivers.cyclic import realtime
 from drivers.cyclic.layout import rpdo_cob_id, tpdo_cob_id
 from drivers.simulated import SimulatedArm
 from robots import Robot

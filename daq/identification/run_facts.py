@@ -61,6 +61,9 @@ def outcome_facts(result: StreamResult) -> Facts:
         "missed_cycles": str(result.missed_cycles),
         "late_cycles": str(result.late_cycles),
         "incomplete_cycles": str(result.incomplete_cycles),
+        "incomplete_before": str(result.incomplete_before),
+        "overflows": str(result.overflows),
+        "notes": "; ".join(result.notes),
     }
 
 

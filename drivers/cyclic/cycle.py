@@ -64,6 +64,8 @@ class Cycle:
         self.lateness = 0.0
         self.rows = self.recorded = self.missed = self.late = self.incomplete = 0
         """Of the recorded part."""
+        self.incomplete_before = 0
+        """SYNCs between the first RPDOs and the record that some drive did not answer in time."""
         self._pending: tuple[tuple[float, ...], list[bool]] | None = None
         self._largest_step = job.largest_step
         self._interpolated = [axis for axis, link in enumerate(job.links) if link.interpolated]
@@ -87,7 +89,8 @@ class Cycle:
             now + LEAST_RECEIVE_SHARE * period,
             now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
         )
-        self.exchange.receive(until)
+        whole = self.exchange.receive(until)
+        self.incomplete_before += self.commanded and not (whole or self.rows)
         self.watch.check(self.latched_before, self.goals)
 
     def command(self, targets: Sequence[int], blindly: bool = False) -> None:

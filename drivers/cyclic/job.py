@@ -62,7 +62,7 @@ class Budgets:
         virtual_device = channel.interface == "socketcan" and channel.name.startswith(("vcan", "vxcan"))
         if channel.interface == "udp_multicast" or virtual_device:
             return cls(
-                receive_seconds=0.03,
+                receive_seconds=0.1,
                 missed_in_a_row=round(_PROCESS_STALL / cycle_time),
                 watch_seconds=0.25,
                 stall_seconds=_PROCESS_STALL,

@@ -81,6 +81,7 @@ class Loop:
             missed_cycles=cycle.missed,
             late_cycles=cycle.late,
             incomplete_cycles=cycle.incomplete,
+            incomplete_before=cycle.incomplete_before,
             notes=(*self._notes, *reports),
             overflows=cycle.exchange.overflows(),
             pauses=tuple(self._follower.pauses),

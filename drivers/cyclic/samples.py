@@ -81,6 +81,8 @@ class StreamResult:
     """SYNCs sent more than half a period after their deadline."""
     incomplete_cycles: int = 0
     """SYNCs that some drive did not answer in time."""
+    incomplete_before: int = 0
+    """The same between the first commands to the drives and the record."""
     notes: tuple[str, ...] = ()
     """What the cyclic process had to do without, such as real-time priority, and what the bus reported."""
     overflows: int = 0

@@ -57,8 +57,9 @@ class Recorded:
 class Bench:
     """Position loops, encoders and plant of one simulated arm.
 
-    The random streams start afresh whenever the first axis is released after all were braked: runs
-    with equal seeds and references are equal, whatever happened between them.
+    The random streams start afresh whenever the first axis is released after all were braked. Until then the
+    encoders of the braked arm repeat one reading, so that nothing depends on how many SYNCs the master sends
+    before it enables: runs with equal seeds and references are equal, whatever happened between them.
 
     Args:
         robot: the description; its controller is what the drives run.
@@ -90,9 +91,9 @@ class Bench:
         self.encoder = noise.Encoder(self._counts_per_unit, louder * np.array(truth.encoder_noise))
         self._disturbances = Disturbances(truth, scenario, self.plant.step_time, self._steps)
         self._gain = np.array(truth.gain)
-        self._idle = noise.stream(self.seed, 0, _IDLE_STREAM)
-        self._encoder_stream = self._idle
         self.runs = 0
+        self._encoder_stream = noise.stream(self.seed, 0, _ENCODER_STREAM)
+        self._idle_error = self._draw_idle_error()
         self.period = 0.0
         self._samples = 0
         self.set_period(robot.bus.cycle_time)
@@ -146,8 +147,10 @@ class Bench:
         released = self._off & ~off
         if released.any() and self._off.all():
             self._start_run()
-        stream = self._idle if self._off.all() and not released.any() else self._encoder_stream
-        self._errors = self.encoder.block(stream, self._samples)
+        if self._off.all() and not released.any():
+            self._errors = np.tile(self._idle_error, (self._samples, 1))
+        else:
+            self._errors = self.encoder.block(self._encoder_stream, self._samples)
         if released.any():
             counts = self.encoder.read(self.plant.drive_position(), self._errors[0])
             self._release(released, counts / self._counts_per_unit)
@@ -263,6 +266,11 @@ class Bench:
         self._disturbances.start(self.runs)
         self._encoder_stream = noise.stream(self.seed, self.runs, _ENCODER_STREAM)
         self.runs += 1
+        self._idle_error = self._draw_idle_error()
+
+    def _draw_idle_error(self) -> FloatArray:
+        """Reading errors of the braked arm before the next run, (n,), in counts."""
+        return np.asarray(self.encoder.block(noise.stream(self.seed, self.runs, _IDLE_STREAM), 1)[0])
 
     def _release(self, axes: BoolArray, position: FloatArray) -> None:
         self.set_points.start_at(axes, position)

@@ -214,7 +214,8 @@ def whole_run(robot: Robot, channel: Channel, folder: Path) -> DemoResult:
     outcome = result.capture.outcome
     assert outcome is not None
     # A late SYNC changes nothing: the simulated arm's time goes by SYNCs. A TPDO that was given up on does.
-    if int(outcome["incomplete_cycles"]):
+    # Neither does how long the drives took before they were enabled; only a cycle that was lost since then.
+    if int(outcome["incomplete_cycles"]) or int(outcome["incomplete_before"]):
         pytest.skip(f"this machine was too busy for all drives to answer in time: {dict(outcome)}")
     return result
 

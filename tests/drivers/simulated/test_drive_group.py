@@ -217,6 +217,22 @@ def test_equal_seeds_are_equal_runs_and_each_run_has_its_own_noise(
     assert not np.array_equal(once, one_run(first))
 
 
+def test_how_many_syncs_come_before_the_arm_is_enabled_makes_no_difference(
+    tx40: Robot, truth: PlantTruth
+) -> None:
+    """On a loaded machine the master waits for heartbeats and answers as long as they take."""
+
+    def rows_after(syncs: int) -> list[dict[int, tuple[int, ...]]]:
+        w = Wire(tx40, truth)
+        w.send(0x000, b"\x01\x00")
+        for _ in range(syncs):
+            w.cycle(None)
+        start = w.enable()
+        return [w.cycle(0x0F, start) for _ in range(40)]
+
+    assert rows_after(1) == rows_after(23)
+
+
 def test_disabling_ramps_down_and_engages_the_brakes(wire: Callable[..., Wire]) -> None:
     w = wire()
     target = w.enable().astype(float)
