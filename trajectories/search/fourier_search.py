@@ -2,7 +2,7 @@
 
 Any vector of coefficients becomes a motion within the kinematic limits: a joint that would break one is
 scaled down until it does not, and its offset is moved until its travel fits. Torque and the other checks
-are refused by score.
+are refused by score, and so is a period that cannot be led in and out: the best so far can be driven.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from trajectories.errors import PlanError
 from trajectories.information.matrix import NONE
 from trajectories.motions.fourier import FourierMotion
 from trajectories.motions.motion import Motion, MotionSequence
-from trajectories.motions.segments import PiecewiseJerk, SegmentPlanner, Waypoint, hold
+from trajectories.motions.segments import SegmentPlanner, Waypoint, hold
 from trajectories.motions.trajectory import Repeat
+from trajectories.search.leads import Lead, LeadPlanner
 from trajectories.search.problem import ExcitationProblem
 
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ FIRST_SIGMA = 0.3
 REFUSED = 1e3
 """Score of a motion that a check refuses, plus its excess: worse than any that is driven."""
 
-PHASES = 48
-"""Begins of the period that are tried for the lead-in and lead-out."""
+LEAD_SHARE = 1 / 3
+"""Most of the duration that is kept for lead-in and lead-out where the tool makes them slow."""
 
 
 @dataclass
@@ -56,6 +57,7 @@ class FourierSearch:
     _period: float = field(init=False, repr=False)
     _strategy: cma.CMAEvolutionStrategy = field(init=False, repr=False)
     _best: FourierMotion = field(init=False, repr=False)
+    _lead: Lead | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         self._period = self.problem.duration - self._lead_time()
@@ -87,30 +89,17 @@ class FourierSearch:
         Raises:
             PlanError: when no begin of the period can be reached from the start and left to the goal in time.
         """
-        start, goal = self.problem.start, self.problem.goal
-        if start is None or goal is None:
+        goal = self.problem.goal
+        if self.problem.start is None or goal is None:
             return self._best
-        planner = SegmentPlanner(self.problem.limits)
-        chosen: tuple[float, PiecewiseJerk, FourierMotion, PiecewiseJerk] | None = None
-        for time in np.arange(PHASES) * (self._period / PHASES):
-            motion = self._best.begun(float(time))
-            state = motion.at(np.zeros(1))
-            begin = Waypoint(state.position[0], state.velocity[0], state.acceleration[0])
-            lead_in, lead_out = planner.connect(start, begin), planner.connect(begin, goal)
-            if lead_in is None or lead_out is None:
-                continue
-            length = lead_in.duration + lead_out.duration
-            allowed = self.problem.allows(lead_in) and self.problem.allows(lead_out)
-            if allowed and (chosen is None or length < chosen[0]):
-                chosen = (length, lead_in, motion, lead_out)
-        if chosen is None:
-            raise PlanError(
-                "no lead-in and lead-out of the Fourier motion keep the limits", constraint="lead-in"
-            )
-        length, lead_in, motion, lead_out = chosen
-        pause = self.problem.duration + (self.periods - 1) * self._period - (length + motion.duration)
+        lead = self._lead or self._leads().of(self._best)
+        if lead is None:
+            broken = self.problem.complaint(self._best.once())
+            raise self._leads().refusal(self._best) if broken is None else PlanError.of(broken)
+        motion = self._best.begun(lead.begin)
+        pause = self.problem.duration - self._period - lead.duration
         rest = (hold(goal.position, pause),) if pause > 1e-6 else ()
-        return MotionSequence((lead_in, motion, lead_out, *rest))
+        return MotionSequence((lead.into, motion, lead.out, *rest))
 
     def repeat(self, motion: Motion) -> Repeat:
         """Where the periods are in what :meth:`finished` gave."""
@@ -126,7 +115,14 @@ class FourierSearch:
         middle = (limits.upper + limits.lower) / 2
         ends = (Waypoint.at_rest(middle - quarter), Waypoint.at_rest(middle + quarter))
         move = SegmentPlanner(limits).connect(*ends)
-        return 2.0 * move.duration if move is not None else 0.0
+        if move is None:
+            return 0.0
+        free, tool = 2.0 * move.duration, self.problem.tool
+        slower = free * max(1.0, tool.share(move)) if tool is not None else free
+        return max(free, min(slower, LEAD_SHARE * self.problem.duration))
+
+    def _leads(self) -> LeadPlanner:
+        return LeadPlanner(self.problem, self.problem.duration - self._period)
 
     def _evaluated(self, candidate: FloatArray) -> float:
         motion = self._motion(candidate)
@@ -138,7 +134,12 @@ class FourierSearch:
             return min(score, REFUSED)
         if not self.problem.allows(motion.once()):
             return REFUSED + self.problem.excess(motion.once())
-        self.best_score, self._best = score, motion
+        lead = None
+        if self.problem.start is not None and self.problem.goal is not None:
+            lead = self._leads().of(motion)
+            if lead is None:
+                return REFUSED + self._leads().excess(motion)
+        self.best_score, self._best, self._lead = score, motion, lead
         return score
 
     def _motion(self, candidate: FloatArray) -> FourierMotion:
