@@ -40,6 +40,8 @@ class Candidate:
     score: float
     explained: float
     """Share of the residual beyond noise that it explains on the fitted rows."""
+    placed: tuple[PlacedEffect, ...] = field(default=(), repr=False, compare=False)
+    """The effects with their shapes, as they were scored."""
 
     def words(self) -> str:
         return " and ".join(

@@ -81,7 +81,7 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
     """
-    settings = _edges_trimmed(robot.identification, recording.sample_time)
+    settings = edges_trimmed(robot.identification, recording.sample_time)
     keep = kept_samples(recording.time.shape[0], settings)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
@@ -108,7 +108,7 @@ def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scen
     )
 
 
-def _edges_trimmed(settings: Identification, sample_time: float) -> Identification:
+def edges_trimmed(settings: Identification, sample_time: float) -> Identification:
     """Settings whose trim covers what the filter of the positions does to a record that is cut in motion."""
     least = int(np.ceil(_EDGE / (settings.cutoff_hz * sample_time))) + 2 * settings.decimation
     start, end = settings.trim_samples

@@ -33,6 +33,7 @@ from ident.discrepancy.results import Candidate, Diagnosis, DiagnosisVerdict, Fi
 from ident.discrepancy.scene import Scene, make_scene
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import DEFAULTS, SearchSettings, searching
+from ident.discrepancy.shown import shown_values
 from ident.discrepancy.unrepeated import Unrepeated, unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.where import Habitat, habitats
@@ -326,23 +327,7 @@ def _row_time(scene: Scene) -> float:
 
 
 def _shown(step: _Step) -> FloatArray:
-    """Base parameters (b,) that the gap is shown with.
-
-    Against a prior these are the prior's own, with free what the prior leaves free and what was found;
-    otherwise the fitted ones.
-    """
-    examination, prior = step.examination, step.prior
-    if prior is None:
-        return examination.beta
-    held = np.isfinite(np.diag(prior.covariance))
-    rows = examination.torque.shape[0] - int(held.sum())
-    x, y, z = (m[:rows] for m in (examination.regressor, examination.torque, examination.instruments))
-    beta = np.where(held, prior.values, 0.0)
-    free = ~held
-    scale = np.linalg.norm(x[:, free], axis=0)
-    cross = (z[:, free] / scale).T @ (x[:, free] / scale)
-    beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
-    return beta
+    return shown_values(step.examination)
 
 
 def _covariance(examination: Examination) -> FloatArray:
@@ -388,6 +373,7 @@ def _candidate(score: Score, excess: float) -> Candidate:
         tuple(tuple(joint + 1 for joint in trial.place.joints) for trial in score.trials),
         score.value,
         score.gain / excess if excess > 0 else 0.0,
+        tuple(trial.effect for trial in score.trials),
     )
 
 
