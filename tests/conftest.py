@@ -45,6 +45,14 @@ def shared_data() -> Path:
     return directory
 
 
+@pytest.fixture(autouse=True)
+def own_catalogue(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """No test and no process that it starts touches the user's catalogue; it has one of its own."""
+    path = tmp_path_factory.mktemp("catalogue") / "catalogue.db"
+    monkeypatch.setenv("ARMHIL_CATALOGUE", str(path))
+    return path
+
+
 _CHANNELS = count()
 
 

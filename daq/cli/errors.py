@@ -12,6 +12,7 @@ def interruptions() -> tuple[type[Exception], ...]:
 
 def user_errors() -> tuple[type[Exception], ...]:
     """What a user can cause; each says in one line what is wrong and what is allowed."""
+    from daq.catalogue.values import CatalogueError
     from daq.demo import RunFailed
     from daq.files.cell_file import CellFileError
     from daq.files.model_file import ModelFileError
@@ -28,6 +29,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     return (
         BusError,
         CaptureError,
+        CatalogueError,
         CellFileError,
         DriveError,
         IdentificationError,

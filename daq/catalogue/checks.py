@@ -1,0 +1,71 @@
+"""Checks in the catalogue: verdicts of an arm against its baseline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy import Row, insert, select
+
+from daq.catalogue import runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import checks
+from daq.catalogue.values import CheckRecord
+from daq.catalogue.who import now
+
+
+def add(
+    catalogue: Catalogue,
+    run_id: int,
+    verdict: str,
+    sentence: str,
+    details: Mapping[str, Any],
+    *,
+    model_id: int | None = None,
+    baseline_id: int | None = None,
+) -> CheckRecord:
+    """Keep the verdict of a check.
+
+    Args:
+        run_id: of the run that it judged.
+        verdict: in a word.
+        sentence: what an operator reads.
+        details: what the verdict rests on; values that JSON has.
+        model_id, baseline_id: what was compared with what.
+
+    Raises:
+        CatalogueError: there is no such run.
+    """
+    with catalogue.writing() as connection:
+        run = runs.get_in(connection, run_id)
+        values = {
+            "arm_id": run.arm_id,
+            "run_id": run_id,
+            "model_id": model_id,
+            "baseline_id": baseline_id,
+            "created": now(),
+            "verdict": verdict,
+            "sentence": sentence,
+            "details": dict(details),
+        }
+        number = connection.execute(insert(checks).values(values)).inserted_primary_key
+        row = connection.execute(select(checks).where(checks.c.id == number[0])).one()  # type: ignore[index]
+        return _check_of(row)
+
+
+def of_run(catalogue: Catalogue, run_id: int) -> tuple[CheckRecord, ...]:
+    """The verdicts on a run, oldest first."""
+    with catalogue.reading() as connection:
+        rows = connection.execute(select(checks).where(checks.c.run_id == run_id).order_by(checks.c.id))
+        return tuple(_check_of(row) for row in rows)
+
+
+def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tuple[CheckRecord, ...]:
+    """The verdicts on an arm, newest first."""
+    wanted = select(checks).where(checks.c.arm_id == arm_id).order_by(checks.c.id.desc()).limit(limit)
+    with catalogue.reading() as connection:
+        return tuple(_check_of(row) for row in connection.execute(wanted))
+
+
+def _check_of(row: Row[Any]) -> CheckRecord:
+    return CheckRecord(**row._mapping)

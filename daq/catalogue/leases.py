@@ -1,0 +1,107 @@
+"""Leases: one holder at a time may drive an arm; the lease of a holder that died runs out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime, timedelta
+from typing import Any
+
+from sqlalchemy import Row, delete, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import arms, leases
+from daq.catalogue.values import CatalogueError, Lease, LeaseHeld
+from daq.catalogue.who import now, this_process
+
+
+def take(
+    catalogue: Catalogue,
+    arm_id: int,
+    seconds: float,
+    *,
+    holder: str | None = None,
+    at: datetime | None = None,
+) -> Lease:
+    """Take the lease of an arm, or lengthen the one that this holder has.
+
+    One statement decides, so of any number of processes that ask at once one gets it.
+
+    Args:
+        arm_id: of the arm.
+        seconds: how long it holds without being renewed.
+        holder: who; this process where None.
+        at: the time now; the clock's where None. Hosts that share a catalogue keep their clocks by NTP.
+
+    Raises:
+        LeaseHeld: somebody else has it.
+    """
+    holder, at = holder or this_process(), at or now()
+    values = {"arm_id": arm_id, "holder": holder, "taken": at, "expires": at + timedelta(seconds=seconds)}
+    with catalogue.writing() as connection:
+        dialect: Any = postgresql if connection.dialect.name == "postgresql" else sqlite
+        free = (leases.c.expires <= at) | (leases.c.holder == holder)
+        statement = dialect.insert(leases).values(values)
+        statement = statement.on_conflict_do_update(index_elements=["arm_id"], set_=values, where=free)
+        connection.execute(statement)
+        held = _lease_of(connection.execute(select(leases).where(leases.c.arm_id == arm_id)).one())
+        if held.holder != holder:
+            label = connection.execute(select(arms.c.label).where(arms.c.id == arm_id)).scalar_one()
+            raise LeaseHeld(
+                f"arm {label}: is driven by {held.holder}, since {held.taken:%Y-%m-%d %H:%M:%S} UTC and until"
+                f" {held.expires:%H:%M:%S} UTC at the latest"
+            )
+    return held
+
+
+def renew(catalogue: Catalogue, lease: Lease, seconds: float, *, at: datetime | None = None) -> Lease:
+    """Hold a lease for longer.
+
+    Raises:
+        LeaseHeld: it ran out, and somebody else took it.
+        CatalogueError: it was released.
+    """
+    at = at or now()
+    expires = at + timedelta(seconds=seconds)
+    mine = (leases.c.arm_id == lease.arm_id) & (leases.c.holder == lease.holder)
+    with catalogue.writing() as connection:
+        if connection.execute(update(leases).where(mine).values(expires=expires)).rowcount:
+            return Lease(lease.arm_id, lease.holder, lease.taken, expires)
+        row = connection.execute(select(leases).where(leases.c.arm_id == lease.arm_id)).one_or_none()
+    if row is None:
+        raise CatalogueError(f"arm {lease.arm_id}: the lease of {lease.holder} was released")
+    raise LeaseHeld(f"arm {lease.arm_id}: the lease of {lease.holder} ran out; {row.holder} has the arm now")
+
+
+def release(catalogue: Catalogue, lease: Lease) -> bool:
+    """Give a lease back; False where it was this holder's no longer."""
+    mine = (leases.c.arm_id == lease.arm_id) & (leases.c.holder == lease.holder)
+    with catalogue.writing() as connection:
+        return bool(connection.execute(delete(leases).where(mine)).rowcount)
+
+
+def holder_of(catalogue: Catalogue, arm_id: int, *, at: datetime | None = None) -> Lease | None:
+    """The lease of an arm that holds now; None where it is free."""
+    with catalogue.reading() as connection:
+        row = connection.execute(select(leases).where(leases.c.arm_id == arm_id)).one_or_none()
+    held = None if row is None else _lease_of(row)
+    return held if held is not None and held.expires > (at or now()) else None
+
+
+@contextmanager
+def leased(catalogue: Catalogue, arm_id: int, seconds: float) -> Iterator[Lease]:
+    """Hold the lease of an arm inside the block.
+
+    Raises:
+        LeaseHeld: somebody else has it.
+    """
+    lease = take(catalogue, arm_id, seconds)
+    try:
+        yield lease
+    finally:
+        release(catalogue, lease)
+
+
+def _lease_of(row: Row[Any]) -> Lease:
+    return Lease(**row._mapping)

@@ -1,0 +1,62 @@
+"""Bring a catalogue to the version of this program: made anew, or step by step from the one it has.
+
+Data is only ever carried forward. A catalogue of a newer program is refused, and so nothing is lost to an
+older one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from sqlalchemy import Connection, insert, inspect, select, text, update
+
+from daq.catalogue import schema
+from daq.catalogue.values import CatalogueError
+
+Migration = Callable[[Connection], None]
+
+MIGRATIONS: Mapping[int, Migration] = {}
+"""Version → the step that makes it out of the version before; version 1 is where the tables began."""
+
+_LOCK = 0x61726D68
+"""Of PostgreSQL's advisory lock: any number that nobody else uses."""
+
+
+def bring_up_to_date(
+    connection: Connection,
+    version: int = schema.VERSION,
+    migrations: Mapping[int, Migration] = MIGRATIONS,
+) -> None:
+    """Create the tables, or apply the steps that are missing; inside the caller's transaction.
+
+    Args:
+        connection: to the catalogue, in a transaction that holds the right to write.
+        version: wanted.
+        migrations: the steps.
+
+    Raises:
+        CatalogueError: a newer program made it.
+    """
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
+    found = found_version(connection)
+    if found is None:
+        schema.metadata.create_all(connection)
+        connection.execute(insert(schema.schema_version).values(id=1, version=version))
+        return
+    if found > version:
+        raise CatalogueError(
+            f"catalogue {connection.engine.url.render_as_string()}: has version {found} of a newer armhil;"
+            f" allowed: up to {version}; install the newer one"
+        )
+    for step in range(found + 1, version + 1):
+        migrations[step](connection)
+        connection.execute(update(schema.schema_version).values(version=step))
+
+
+def found_version(connection: Connection) -> int | None:
+    """The version that a catalogue has; None where there is none yet."""
+    if not inspect(connection).has_table(schema.schema_version.name):
+        return None
+    version: int | None = connection.execute(select(schema.schema_version.c.version)).scalar_one_or_none()
+    return version

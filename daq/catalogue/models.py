@@ -1,0 +1,171 @@
+"""Models in the catalogue: parameters with their whole covariance, bit for bit, and how they were made."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import asdict
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, Row, Select, insert, select
+
+from daq.catalogue import runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import models, parameters
+from daq.catalogue.schema import runs as runs_table
+from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
+from daq.catalogue.who import now, user
+from robots.arrays import FloatArray
+
+_PLAIN = (
+    "method",
+    "verdict",
+    "recommendation",
+    "rows",
+    "relative_error_percent",
+    "covariance_kind",
+    "description_sha256",
+    "armhil",
+    "file",
+    "report",
+)
+
+
+def add(catalogue: Catalogue, run_id: int, new: NewModel) -> Model:
+    """Keep a model that was made from the recording of a run.
+
+    Raises:
+        CatalogueError: there is no such run.
+    """
+    with catalogue.writing() as connection:
+        run = runs.get_in(connection, run_id)
+        values = {key: getattr(new, key) for key in _PLAIN} | {
+            "arm_id": run.arm_id,
+            "run_id": run_id,
+            "created": now(),
+            "who": user(),
+            "gates": dict(new.gates),
+            "torque_rms": list(new.torque_rms),
+            "effects": list(new.effects),
+            "covariance": _packed(new.covariance),
+            "settings": dict(new.settings),
+            "sources": [asdict(source) for source in new.sources],
+        }
+        number = connection.execute(insert(models).values(values)).inserted_primary_key
+        model_id = int(number[0])  # type: ignore[index]
+        rows = [{"model_id": model_id, "place": place, **asdict(p)} for place, p in enumerate(new.parameters)]
+        if rows:
+            connection.execute(insert(parameters), rows)
+        return get_in(connection, model_id)
+
+
+def get(catalogue: Catalogue, model_id: int) -> Model:
+    """The model of a number.
+
+    Raises:
+        CatalogueError: there is none.
+    """
+    with catalogue.reading() as connection:
+        return get_in(connection, model_id)
+
+
+def get_in(connection: Connection, model_id: int) -> Model:
+    """As :func:`get`, inside a transaction."""
+    found = _found(connection, select(models).where(models.c.id == model_id))
+    if not found:
+        raise CatalogueError(f"model {model_id}: is not in the catalogue")
+    return found[0]
+
+
+def of_run(catalogue: Catalogue, run_id: int) -> tuple[Model, ...]:
+    """The models that were made from a run, oldest first."""
+    with catalogue.reading() as connection:
+        return _found(connection, select(models).where(models.c.run_id == run_id).order_by(models.c.id))
+
+
+def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tuple[Model, ...]:
+    """The models of an arm, newest first."""
+    wanted = select(models).where(models.c.arm_id == arm_id).order_by(models.c.id.desc()).limit(limit)
+    with catalogue.reading() as connection:
+        return _found(connection, wanted)
+
+
+def latest_of(catalogue: Catalogue, run_id: int) -> Model:
+    """The newest model of a run.
+
+    Raises:
+        CatalogueError: there is no such run, or it has no model.
+    """
+    found = of_run(catalogue, run_id)
+    if not found:
+        runs.get(catalogue, run_id)
+        raise CatalogueError(f"run {run_id}: has no model; identify its capture first")
+    return found[-1]
+
+
+def trend(
+    catalogue: Catalogue, arm_id: int, name: str | None = None, *, since: datetime | None = None
+) -> tuple[TrendPoint, ...]:
+    """The course of the parameters of an arm over its models, by the time of the runs.
+
+    Args:
+        arm_id: of the arm.
+        name: of one parameter; all where None.
+        since: runs started at or after.
+    """
+    columns = (models.c.id, models.c.run_id, runs_table.c.started, *_parameter_columns()[:4])
+    joined = parameters.join(models, models.c.id == parameters.c.model_id)
+    joined = joined.join(runs_table, runs_table.c.id == models.c.run_id)
+    wanted = select(*columns).select_from(joined).where(models.c.arm_id == arm_id)
+    wanted = wanted.order_by(runs_table.c.started, models.c.id, parameters.c.place)
+    if name is not None:
+        wanted = wanted.where(parameters.c.name == name)
+    if since is not None:
+        wanted = wanted.where(runs_table.c.started >= since)
+    with catalogue.reading() as connection:
+        return tuple(TrendPoint(*row) for row in connection.execute(wanted))
+
+
+def _parameter_columns() -> tuple[Any, ...]:
+    p = parameters.c
+    return (p.name, p.value, p.sigma, p.unit, p.expression)
+
+
+def _found(connection: Connection, wanted: Select[Any]) -> tuple[Model, ...]:
+    rows = connection.execute(wanted).all()
+    numbers = [row.id for row in rows]
+    belonging: dict[int, list[CatalogueParameter]] = {number: [] for number in numbers}
+    listed = select(parameters.c.model_id, *_parameter_columns())
+    listed = listed.where(parameters.c.model_id.in_(numbers))
+    for model_id, *values in connection.execute(listed.order_by(parameters.c.model_id, parameters.c.place)):
+        belonging[model_id].append(CatalogueParameter(*values))
+    return tuple(_model_of(row, tuple(belonging[row.id])) for row in rows)
+
+
+def _model_of(row: Row[Any], belonging: tuple[CatalogueParameter, ...]) -> Model:
+    fields = dict(row._mapping)
+    fields["torque_rms"] = tuple(fields["torque_rms"])
+    fields["effects"] = tuple(fields["effects"])
+    fields["sources"] = tuple(Source(**source) for source in fields["sources"])
+    fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
+    return Model(parameters=belonging, **fields)
+
+
+def _packed(covariance: FloatArray | None) -> bytes | None:
+    """The lower triangle, bit for bit, in a sixth of the room of its digits."""
+    if covariance is None:
+        return None
+    lower = np.asarray(covariance, dtype="<f8")[np.tril_indices(len(covariance))]
+    return zlib.compress(lower.tobytes())
+
+
+def _unpacked(data: bytes | None, size: int) -> FloatArray | None:
+    if data is None:
+        return None
+    covariance = np.empty((size, size))
+    rows, columns = np.tril_indices(size)
+    lower = np.frombuffer(zlib.decompress(data), dtype="<f8")
+    covariance[rows, columns] = lower
+    covariance[columns, rows] = lower
+    return covariance

@@ -1,0 +1,196 @@
+"""Runs in the catalogue: begun, ended, noted, found again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import Connection, Row, Select, insert, select, update
+
+from daq.catalogue import arms
+from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import arms as arms_table
+from daq.catalogue.schema import runs
+from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
+from daq.catalogue.who import is_gone, now, this_process, user
+
+
+def begin(
+    catalogue: Catalogue,
+    identity: ArmIdentity,
+    kind: RunKind,
+    *,
+    stage: str = "",
+    capture: str | None = None,
+    trajectory: str = "",
+    facts: Mapping[str, Any] | None = None,
+    note: str = "",
+) -> Run:
+    """A run has begun; the arm is registered where it is new.
+
+    Args:
+        identity: of the arm.
+        stage: of commissioning.
+        capture: path of the recording that is being made.
+        trajectory: in words or as a path.
+        facts: what else is known; values that JSON has.
+        note: the operator's.
+    """
+    with catalogue.writing() as connection:
+        arm = arms.register_in(connection, identity)
+        values = {
+            "arm_id": arm.id,
+            "kind": kind,
+            "stage": stage,
+            "description_sha256": identity.description_sha256,
+            "started": now(),
+            "who": user(),
+            "process": this_process(),
+            "capture": capture,
+            "trajectory": trajectory,
+            "state": "running",
+            "facts": dict(facts or {}),
+            "note": note,
+        }
+        number = connection.execute(insert(runs).values(values)).inserted_primary_key
+        return get_in(connection, int(number[0]))  # type: ignore[index]
+
+
+def finish(
+    catalogue: Catalogue,
+    run_id: int,
+    outcome: RunOutcome,
+    *,
+    reason: str = "",
+    capture: str | None = None,
+    capture_sha256: str | None = None,
+    trajectory: str | None = None,
+    facts: Mapping[str, Any] | None = None,
+) -> Run:
+    """A run has ended.
+
+    Args:
+        run_id: of the run.
+        outcome: how.
+        reason: in words, where it was not completed.
+        capture, capture_sha256, trajectory: where they were not known before.
+        facts: added to those of the beginning.
+
+    Raises:
+        CatalogueError: there is no such run.
+    """
+    with catalogue.writing() as connection:
+        known = get_in(connection, run_id, change=True)
+        values: dict[str, Any] = {
+            "state": "finished",
+            "finished": now(),
+            "outcome": outcome,
+            "reason": reason,
+        }
+        given = {"capture": capture, "capture_sha256": capture_sha256, "trajectory": trajectory}
+        values |= {key: value for key, value in given.items() if value is not None}
+        values["facts"] = {**known.facts, **(facts or {})}
+        connection.execute(update(runs).where(runs.c.id == run_id).values(values))
+        return get_in(connection, run_id)
+
+
+def note(catalogue: Catalogue, run_id: int, text: str) -> Run:
+    """Add a line to the note of a run; what was noted before stays.
+
+    Raises:
+        CatalogueError: there is no such run.
+    """
+    with catalogue.writing() as connection:
+        before = get_in(connection, run_id, change=True).note
+        changed = f"{before}\n{text}" if before else text
+        connection.execute(update(runs).where(runs.c.id == run_id).values(note=changed))
+        return get_in(connection, run_id)
+
+
+def forget_capture(catalogue: Catalogue, run_id: int) -> None:
+    """The recording of a run was deleted; its checksum stays, so that it is known again."""
+    with catalogue.writing() as connection:
+        connection.execute(update(runs).where(runs.c.id == run_id).values(capture=None))
+
+
+def get(catalogue: Catalogue, run_id: int) -> Run:
+    """The run of a number.
+
+    Raises:
+        CatalogueError: there is none.
+    """
+    with catalogue.reading() as connection:
+        return get_in(connection, run_id)
+
+
+def get_in(connection: Connection, run_id: int, *, change: bool = False) -> Run:
+    """As :func:`get`, inside a transaction; with ``change`` nobody else changes it until that ends."""
+    wanted = _select().where(runs.c.id == run_id)
+    row = connection.execute(wanted.with_for_update(of=runs) if change else wanted).one_or_none()
+    if row is None:
+        raise CatalogueError(f"run {run_id}: is not in the catalogue; `armhil runs` lists those that are")
+    return _run_of(row)
+
+
+def every(
+    catalogue: Catalogue,
+    *,
+    arm: str | None = None,
+    kind: RunKind | None = None,
+    stage: str | None = None,
+    since: datetime | None = None,
+    before: datetime | None = None,
+    limit: int | None = None,
+) -> tuple[Run, ...]:
+    """Runs, newest first.
+
+    Args:
+        arm: label of the arm.
+        kind, stage: only these.
+        since, before: started at or after, and before.
+        limit: at most so many.
+    """
+    wanted = _select().order_by(runs.c.started.desc(), runs.c.id.desc())
+    for column, value in ((arms_table.c.label, arm), (runs.c.kind, kind), (runs.c.stage, stage)):
+        if value is not None:
+            wanted = wanted.where(column == value)
+    if since is not None:
+        wanted = wanted.where(runs.c.started >= since)
+    if before is not None:
+        wanted = wanted.where(runs.c.started < before)
+    if limit is not None:
+        wanted = wanted.limit(limit)
+    with catalogue.reading() as connection:
+        return tuple(_run_of(row) for row in connection.execute(wanted))
+
+
+def of_capture(catalogue: Catalogue, sha256: str) -> Run | None:
+    """The run that a recording is of, by its checksum; the first where there are several."""
+    wanted = _select().where(runs.c.capture_sha256 == sha256).order_by(runs.c.id).limit(1)
+    with catalogue.reading() as connection:
+        row = connection.execute(wanted).one_or_none()
+    return None if row is None else _run_of(row)
+
+
+def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
+    """Mark the runs of this host whose process is gone without having said how they ended; returns them."""
+    with catalogue.reading() as connection:
+        running = [_run_of(row) for row in connection.execute(_select().where(runs.c.state == "running"))]
+    gone = [run.id for run in running if run.process and is_gone(run.process)]
+    if not gone:
+        return ()
+    with catalogue.writing() as connection:
+        reason = "the process that made this run ended without saying how"
+        still = runs.c.id.in_(gone) & (runs.c.state == "running")
+        connection.execute(update(runs).where(still).values(state="abandoned", reason=reason))
+        return tuple(get_in(connection, run_id) for run_id in gone)
+
+
+def _select() -> Select[Any]:
+    return select(runs, arms_table.c.label).join(arms_table, arms_table.c.id == runs.c.arm_id)
+
+
+def _run_of(row: Row[Any]) -> Run:
+    fields = dict(row._mapping)
+    return Run(arm=fields.pop("label"), **fields)

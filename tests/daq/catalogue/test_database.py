@@ -1,0 +1,197 @@
+"""Many processes at once, migrations, killed writers, and what goes wrong in one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import sqlalchemy
+from sqlalchemy import Connection, text
+
+from daq.catalogue import arms, baselines, models, runs, schema
+from daq.catalogue.database import Catalogue
+from daq.catalogue.location import catalogue_url
+from daq.catalogue.migrations import bring_up_to_date, found_version
+from daq.catalogue.values import CatalogueError
+from tests.daq.catalogue.entries import identity, model
+
+ROOT = Path(__file__).parents[3]
+WRITERS, RUNS = 5, 6
+
+
+def start(*arguments: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, *map(str, arguments)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_many_processes_write_at_once(url: str) -> None:
+    """They even make the catalogue together; nothing is lost, nothing is there twice, one gets the lease."""
+    module = "tests.daq.catalogue.writer_process"
+    writers = [start("-m", module, url, number, RUNS) for number in range(WRITERS)]
+    answers = [writer.communicate(timeout=120) for writer in writers]
+    assert [writer.returncode for writer in writers] == [0] * WRITERS, answers
+    with Catalogue(url) as catalogue:
+        (arm,) = arms.every(catalogue)
+        made = runs.every(catalogue)
+        expected = {(number, k) for number in range(WRITERS) for k in range(RUNS)}
+        assert len(made) == len(expected)
+        assert {(run.facts["writer"], run.facts["k"]) for run in made} == expected
+        assert {run.state for run in made} == {"finished"}
+        for run in made:
+            (kept,) = models.of_run(catalogue, run.id)
+            written = model(run.facts["writer"] * 100 + run.facts["k"])
+            assert kept.parameters == written.parameters
+        assert len(baselines.of_arm(catalogue, arm.id)) == len(expected)
+        notes = runs.get(catalogue, 1).note.split("\n")
+        assert sorted(notes) == sorted(f"{number}.{k}" for number, k in expected)
+    assert sum(int(out) for out, _ in answers) == 1
+
+
+def test_a_killed_process_leaves_whole_entries_and_a_run_that_is_told_abandoned(url: str) -> None:
+    program = (
+        "import sys\n"
+        "from daq.catalogue import runs\n"
+        "from daq.catalogue.database import Catalogue\n"
+        "from tests.daq.catalogue.entries import identity\n"
+        "catalogue = Catalogue(sys.argv[1])\n"
+        "run = runs.begin(catalogue, identity(), 'run')\n"
+        "transaction = catalogue.writing()\n"
+        "connection = transaction.__enter__()\n"
+        "connection.exec_driver_sql(\"UPDATE runs SET note = 'half'\")\n"
+        "print('ready', flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program, url],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGKILL)
+        process.wait(30)
+    with Catalogue(url) as catalogue:
+        mine = runs.begin(catalogue, identity(), "run")
+        (gone,) = runs.settle_abandoned(catalogue)
+        assert (gone.state, gone.outcome, gone.note) == ("abandoned", "", "")
+        assert gone.reason and gone.id != mine.id
+        assert runs.get(catalogue, mine.id).state == "running"
+        assert runs.settle_abandoned(catalogue) == ()
+
+
+def test_old_catalogues_are_carried_forward_step_by_step(url: str) -> None:
+    with Catalogue(url) as catalogue:
+        run = runs.begin(catalogue, identity(), "run", note="kept")
+    steps: list[int] = []
+
+    def add_column(connection: Connection) -> None:
+        steps.append(2)
+        connection.execute(text("ALTER TABLE runs ADD COLUMN temperature FLOAT"))
+
+    def fill_column(connection: Connection) -> None:
+        steps.append(3)
+        connection.execute(text("UPDATE runs SET temperature = 25.5"))
+
+    migrations = {2: add_column, 3: fill_column}
+    with Catalogue(url) as catalogue:
+        with catalogue.writing() as connection:
+            bring_up_to_date(connection, 3, migrations)
+            bring_up_to_date(connection, 3, migrations)
+        assert steps == [2, 3]
+        with catalogue.reading() as connection:
+            assert found_version(connection) == 3
+            assert connection.execute(text("SELECT temperature, note FROM runs")).one() == (25.5, "kept")
+    with pytest.raises(CatalogueError, match=r"has version 3 of a newer armhil; allowed: up to \d+; install"):
+        Catalogue(url)
+    assert run.note == "kept"
+
+
+def test_a_step_that_fails_changes_nothing(url: str) -> None:
+    def fails(connection: Connection) -> None:
+        connection.execute(text("ALTER TABLE runs ADD COLUMN temperature FLOAT"))
+        raise ValueError("half way")
+
+    with Catalogue(url) as catalogue:
+        with pytest.raises(ValueError, match="half way"), catalogue.writing() as connection:
+            bring_up_to_date(connection, 2, {2: fails})
+        with catalogue.reading() as connection:
+            assert found_version(connection) == schema.VERSION
+            columns = {column["name"] for column in sqlalchemy.inspect(connection).get_columns("runs")}
+        assert columns == {column.name for column in schema.runs.columns}
+
+
+def test_the_tables_are_pinned_to_their_version() -> None:
+    """Whoever changes a table has to raise VERSION, write the step, and change this list."""
+    assert schema.VERSION == 1
+    found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
+    assert found == {
+        "arms": 7,
+        "schema_version": 2,
+        "leases": 4,
+        "runs": 17,
+        "models": 21,
+        "baselines": 7,
+        "parameters": 7,
+        "baseline_events": 7,
+        "checks": 9,
+        "findings": 13,
+    }
+
+
+def test_where_the_catalogue_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("ARMHIL_CATALOGUE", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    assert catalogue_url().database == str(tmp_path / "data" / "armhil" / "catalogue.db")
+    monkeypatch.setenv("XDG_DATA_HOME", "relative/is/ignored")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert catalogue_url().database == str(tmp_path / ".local" / "share" / "armhil" / "catalogue.db")
+    monkeypatch.setenv("ARMHIL_CATALOGUE", "postgres://ann:secret@cell1/armhil")
+    url = catalogue_url()
+    assert (url.drivername, url.host, url.database) == ("postgresql+psycopg", "cell1", "armhil")
+    monkeypatch.setenv("ARMHIL_CATALOGUE", "~/cell.db")
+    assert catalogue_url().database == str(tmp_path / "cell.db")
+    assert catalogue_url("sqlite:////data/x.db").database == "/data/x.db"
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("mysql://host/db", "databases of kind mysql are not supported; allowed: a path, sqlite"),
+        ("sqlite:///:memory:", "names no file"),
+        ("postgresql://ann:secret@host:port/db", "^catalogue postgresql://host:port/db: is no URL; allowed"),
+    ],
+)
+def test_a_url_that_cannot_be_is_refused_in_one_line(given: str, told: str) -> None:
+    with pytest.raises(CatalogueError, match=told) as refused:
+        catalogue_url(given)
+    assert "secret" not in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_what_is_no_catalogue_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "notes.db").write_text("no database at all, but long enough to be looked at as one\n" * 4)
+    with pytest.raises(CatalogueError, match=f"^catalogue {tmp_path}/notes.db: file is not a database$"):
+        Catalogue(str(tmp_path / "notes.db"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CatalogueError, match=r"cannot be made: (Not a directory|File exists)$"):
+        Catalogue(str(tmp_path / "file" / "x.db"))
+
+
+def test_a_server_that_is_not_there_is_one_line(tmp_path: Path) -> None:
+    pytest.importorskip("psycopg", reason="psycopg is not installed (extra postgresql)")
+    with pytest.raises(CatalogueError) as told:
+        Catalogue(f"postgresql://ann:secret@/db?host={tmp_path}")
+    assert str(told.value).startswith("catalogue postgresql+psycopg://ann:***@/db")
+    assert "\n" not in str(told.value)

@@ -1,0 +1,67 @@
+"""Of all who ask for an arm one gets it; the lease of a holder that died runs out."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from daq.catalogue import arms, leases
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import CatalogueError, LeaseHeld
+from tests.daq.catalogue.entries import identity
+
+T0 = datetime(2026, 3, 1, 2, 0, tzinfo=UTC)
+
+
+def test_one_holder_at_a_time(catalogue: Catalogue) -> None:
+    arm = arms.register(catalogue, identity())
+    lease = leases.take(catalogue, arm.id, 60, holder="night check", at=T0)
+    with pytest.raises(LeaseHeld) as told:
+        leases.take(catalogue, arm.id, 60, holder="somebody", at=T0 + timedelta(seconds=59))
+    assert str(told.value) == (
+        "arm tx40: is driven by night check, since 2026-03-01 02:00:00 UTC"
+        " and until 02:01:00 UTC at the latest"
+    )
+    other = arms.register(catalogue, identity(first=200))
+    leases.take(catalogue, other.id, 60, holder="somebody", at=T0)
+    assert leases.release(catalogue, lease)
+    assert leases.take(catalogue, arm.id, 60, holder="somebody", at=T0).holder == "somebody"
+
+
+def test_a_lease_runs_out(catalogue: Catalogue) -> None:
+    arm = arms.register(catalogue, identity())
+    dead = leases.take(catalogue, arm.id, 60, holder="killed", at=T0)
+    assert leases.holder_of(catalogue, arm.id, at=T0 + timedelta(seconds=59)) == dead
+    late = T0 + timedelta(seconds=60)
+    assert leases.holder_of(catalogue, arm.id, at=late) is None
+    taken = leases.take(catalogue, arm.id, 10, holder="next", at=late)
+    assert (taken.holder, taken.taken, taken.expires) == ("next", late, late + timedelta(seconds=10))
+    with pytest.raises(LeaseHeld, match="the lease of killed ran out; next has the arm now"):
+        leases.renew(catalogue, dead, 60, at=late)
+    assert not leases.release(catalogue, dead)
+    assert leases.holder_of(catalogue, arm.id, at=late) == taken
+
+
+def test_a_lease_is_lengthened_while_its_holder_lives(catalogue: Catalogue) -> None:
+    arm = arms.register(catalogue, identity())
+    lease = leases.take(catalogue, arm.id, 60, at=T0)
+    longer = leases.renew(catalogue, lease, 60, at=T0 + timedelta(seconds=50))
+    assert longer.expires == T0 + timedelta(seconds=110)
+    assert leases.holder_of(catalogue, arm.id, at=T0 + timedelta(seconds=100)) == longer
+    leases.release(catalogue, longer)
+    with pytest.raises(CatalogueError, match="was released"):
+        leases.renew(catalogue, longer, 60)
+
+
+def test_a_block_gives_its_lease_back_whatever_happens(catalogue: Catalogue) -> None:
+    arm = arms.register(catalogue, identity())
+
+    def drive() -> None:
+        with leases.leased(catalogue, arm.id, 60) as lease:
+            assert leases.holder_of(catalogue, arm.id) == lease
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        drive()
+    assert leases.holder_of(catalogue, arm.id) is None
