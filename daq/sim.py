@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from types import FrameType
 
 from drivers import BusError, Channel, DriveError
@@ -14,7 +15,15 @@ _LOOK = 0.2
 """How often it is looked whether the drives still live, s."""
 
 
-def run_simulation(robot_source: str, channel: Channel, seed: int, tell: Callable[[str], None]) -> None:
+def run_simulation(
+    robot_source: str,
+    channel: Channel,
+    seed: int,
+    tell: Callable[[str], None],
+    *,
+    scenario: Path | None = None,
+    seal: Path | None = None,
+) -> None:
     """Serve until Ctrl-C or SIGTERM.
 
     Args:
@@ -22,10 +31,13 @@ def run_simulation(robot_source: str, channel: Channel, seed: int, tell: Callabl
         channel: which bus.
         seed: which arm is drawn around the description.
         tell: gets one line when the drives have booted, and one at the end.
+        scenario: file that says what the arm hides; only the process of the drives reads it.
+        seal: file into which that process writes what the arm really is.
 
     Raises:
         BusError: the bus cannot be opened or is occupied, or is inside one process only.
-        DriveError: the description cannot be loaded, or the drives' process died.
+        DriveError: the description or the scenario cannot be used, the seal cannot be written, or the drives'
+            process died.
     """
     if channel.interface == "virtual":
         raise BusError(f"{channel} lives inside one process; nobody else could reach the drives")
@@ -36,7 +48,9 @@ def run_simulation(robot_source: str, channel: Channel, seed: int, tell: Callabl
 
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        with SimulatedArm(robot_source, channel, seed) as arm:
+        with SimulatedArm(robot_source, channel, seed, scenario=scenario, seal=seal) as arm:
+            if seal is not None:
+                tell(f"sealed truth in {seal}")
             tell(f"simulated drives on {channel} (seed {seed}); Ctrl-C ends them")
             while not ended.wait(_LOOK):
                 if not arm.running:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,6 +19,13 @@ def sim(
     ] = None,
     channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(help="A scenario.toml: what the arm hides. Only the drives' process reads it."),
+    ] = None,
+    seal: Annotated[
+        Path | None, typer.Option(help="New file for the sealed truth, which scoring opens later.")
+    ] = None,
 ) -> None:
     """Run the simulated drives alone, as a bench for anyone's master; Ctrl-C ends them.
 
@@ -26,4 +34,5 @@ def sim(
     import robots
     from daq.sim import run_simulation
 
-    run_simulation(robot, bus_of(robots.load(robot), interface, channel), seed, typer.echo)
+    bus = bus_of(robots.load(robot), interface, channel)
+    run_simulation(robot, bus, seed, typer.echo, scenario=scenario, seal=seal)

@@ -19,7 +19,7 @@ from drivers.simulated.disturbances import Block, Disturbances
 from drivers.simulated.physics.entry_points import compiled
 from drivers.simulated.plant import STEP_RATE, Plant
 from drivers.simulated.scenario import EMPTY, Scenario
-from drivers.simulated.set_points import AxisMode, SetPoints, interpolate
+from drivers.simulated.set_points import AxisMode, SetPoints, interpolate, second_difference
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -123,9 +123,9 @@ class Bench:
     def compile_ahead(self) -> None:
         """Has everything compiled that a cycle needs, so that the first one comes in time; moves nothing."""
         zeros = np.zeros((self._samples, self.robot.n))
-        self._sample(zeros[0], zeros[0], zeros[0])
+        self._sample(zeros[0], zeros[0], zeros[0], zeros[0])
         still = Block(zeros, np.zeros((self._samples * self._steps, 2 * self.robot.n)))
-        self._advance(zeros, zeros, zeros, still, np.empty((4, 1, self.robot.n)), sampled=True)
+        self._advance(zeros, zeros, zeros, zeros, still, np.empty((4, 1, self.robot.n)), sampled=True)
 
     def freeze_encoders(self, frozen: BoolArray) -> None:
         """Makes the encoders that are True repeat their last reading, (n,); the others read again."""
@@ -160,7 +160,9 @@ class Bench:
         self.set_points.latch(targets / self._counts_per_unit, self.period, self._samples)
         self.set_points.sample(0)
         memory = self._loop.memory
-        self._sample(self.set_points.position, self.set_points.velocity, self._errors[0])
+        now = self.set_points
+        added = self._loop.fed_forward(now.velocity, now.acceleration)
+        self._sample(now.position, now.velocity, added, self._errors[0])
         reached = self.set_points.position * self._counts_per_unit
         return Snapshot(
             memory.reported_counts.copy(),
@@ -173,12 +175,16 @@ class Bench:
         if self.plant.at_rest:
             return
         block = self._disturbances.block(self._samples)
-        set_points, slopes = np.empty((2, self._samples, self.robot.n))
+        set_points, slopes, changes = np.empty((3, self._samples, self.robot.n))
         for sample in range(self._samples):
             if sample > 0:
                 self.set_points.sample(sample)
             set_points[sample], slopes[sample] = self.set_points.position, self.set_points.velocity
-        self._advance(set_points, slopes, self._errors, block, np.empty((4, 1, self.robot.n)), sampled=True)
+            changes[sample] = self.set_points.acceleration
+        added = self._loop.fed_forward(slopes, changes)
+        self._advance(
+            set_points, slopes, added, self._errors, block, np.empty((4, 1, self.robot.n)), sampled=True
+        )
 
     def run(self, targets: FloatArray) -> Recorded:
         """Releases all axes and streams targets to them, as one call of compiled code after the other.
@@ -215,19 +221,21 @@ class Bench:
                 self.robot.controller.interpolation, targets, sample / samples, length
             )
         flat = filled.reshape(2, cycles * samples, self.robot.n)
+        changes = np.repeat(second_difference(targets, length), samples, axis=0)
+        added = self._loop.fed_forward(flat[1], changes)
         errors = self.encoder.block(self._encoder_stream, cycles * samples)
         block = self._disturbances.block(cycles * samples)
-        self._advance(flat[0], flat[1], errors, block, found, sampled=False)
+        self._advance(flat[0], flat[1], added, errors, block, found, sampled=False)
 
-    def _sample(self, set_point: FloatArray, slope: FloatArray, error: FloatArray) -> None:
-        compiled.sample(
-            self.plant.arm, self.plant.motion, self._loop.law, self._loop.memory, set_point, slope, error
-        )
+    def _sample(self, set_point: FloatArray, slope: FloatArray, added: FloatArray, error: FloatArray) -> None:
+        plant, loop = self.plant, self._loop
+        compiled.sample(plant.arm, plant.motion, loop.law, loop.memory, set_point, slope, added, error)
 
     def _advance(
         self,
         set_points: FloatArray,
         slopes: FloatArray,
+        added: FloatArray,
         errors: FloatArray,
         block: Block,
         found: FloatArray,
@@ -243,6 +251,7 @@ class Bench:
             sampled,
             set_points,
             slopes,
+            added,
             errors,
             block.scales,
             block.torques,

@@ -33,6 +33,8 @@ class ControlLoop:
         past_samples: int = 0,
     ) -> None:
         n = len(controller.position_gain)
+        self._viscous = np.array(controller.friction_feed_forward or (0.0,) * n)
+        self._inertia = np.array(controller.acceleration_feed_forward or (0.0,) * n)
         cutoff = controller.velocity_cutoff_hz
         rate = 2.0 * np.pi * cutoff * controller.sample_time if cutoff is not None else np.inf
         cascade = controller.type == "cascade_p_pi"
@@ -89,16 +91,29 @@ class ControlLoop:
         memory.outputs[:, axes] = np.where(integrating, limited, 0.0)[axes]
         memory.signals[:, axes] = np.where(integrating, limited, 0.0)[axes]
 
-    def step(self, set_point: FloatArray, set_point_velocity: FloatArray, position: FloatArray) -> FloatArray:
+    def fed_forward(self, velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
+        """Control signal that the set-points' velocity and acceleration, (…, n), add to the loop's own."""
+        return np.asarray(self._viscous * velocity + self._inertia * acceleration)
+
+    def step(
+        self,
+        set_point: FloatArray,
+        set_point_velocity: FloatArray,
+        position: FloatArray,
+        set_point_acceleration: FloatArray | None = None,
+    ) -> FloatArray:
         """One sample of the loop.
 
         Args:
             set_point: internal set-points at the drive outputs, (n,), rad or m.
             set_point_velocity: their slopes, (n,).
             position: position readings, (n,).
+            set_point_acceleration: (n,); zero where None.
 
         Returns:
             The control signals that the motors get from now on, (n,).
         """
-        compiled.control(self.law, self.memory, set_point, set_point_velocity, position)
+        acceleration = np.zeros_like(position) if set_point_acceleration is None else set_point_acceleration
+        added = self.fed_forward(set_point_velocity, acceleration)
+        compiled.control(self.law, self.memory, set_point, set_point_velocity, added, position)
         return self.memory.output.copy()

@@ -50,6 +50,8 @@ class SetPoints:
         self._tracking: BoolArray = np.zeros(n, dtype=np.bool_)
         self.position = np.zeros(n)
         self.velocity = np.zeros(n)
+        self.acceleration = np.zeros(n)
+        """The second difference of the targets over the period; of a ramp, its own."""
 
     def set_modes(self, modes: IntArray) -> None:
         """Takes the modes for the coming period, (n,)."""
@@ -63,6 +65,7 @@ class SetPoints:
             target[axes] = position[axes]
         self.position[axes] = position[axes]
         self.velocity[axes] = 0.0
+        self.acceleration[axes] = 0.0
 
     def latch(self, targets: FloatArray, period: float, samples: int) -> None:
         """A SYNC: new targets (n,) for the period (s) of so many controller samples."""
@@ -73,6 +76,8 @@ class SetPoints:
         self._samples = samples
         self._sample_time = period / samples
         self._tracking = tracking
+        change = second_difference((self._before, self._start, self._end), period)
+        self.acceleration = np.where(tracking, change, 0.0)
 
     def sample(self, index: int) -> None:
         """Moves ``position`` and ``velocity`` to controller sample ``index`` of this period."""
@@ -83,6 +88,8 @@ class SetPoints:
             return
         slower = np.maximum(np.abs(self.velocity) - self.deceleration * self._sample_time, 0.0)
         ramp_velocity = np.sign(self.velocity) * slower
+        braking = (ramp_velocity - self.velocity) / self._sample_time
+        self.acceleration = np.where(self._stopping, braking, self.acceleration)
         ramp = self.position + ramp_velocity * self._sample_time
         self.velocity = np.where(self._stopping, ramp_velocity, self.velocity)
         self.position = np.where(self._stopping, ramp, tracked)
@@ -123,3 +130,9 @@ def interpolate(
     if interpolation == "linear":
         return start + share * coming, coming / period
     return end, coming / period
+
+
+def second_difference(targets: tuple[FloatArray, FloatArray, FloatArray], period: float) -> FloatArray:
+    """Acceleration that three targets in a row (as in :func:`interpolate`) ask for."""
+    before, start, end = targets
+    return np.asarray((end - 2 * start + before) / period**2)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import can
+import numpy as np
 import pytest
 
 import robots
@@ -24,8 +25,9 @@ from daq.doctor import (
     timer_check,
     worst,
 )
-from drivers import Channel, listen_for_traffic, open_bus
+from drivers import ArmSession, Channel, Samples, listen_for_traffic, open_bus
 from drivers.bus.access import BusLock
+from drivers.simulated import PlantTruth, Scenario, open_seal, simulate_offline
 from robots import Robot
 
 EDS = Path(__file__).parents[1] / "drivers" / "setup" / "eds"
@@ -156,6 +158,52 @@ def test_sim_serves_anyone_and_ends_clean(
         assert process.stdout.read().strip() == "ended: no drive is left on the bus"
         assert process.stderr.read() == ""
     assert listen_for_traffic(channel, 0.15) == frozenset()
+
+
+def test_sim_hides_what_the_scenario_says_and_seals_it(
+    tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
+) -> None:
+    scenario, seal = tmp_path / "hidden.toml", tmp_path / "truth.seal"
+    scenario.write_text("[[current_offset]]\ndrive = 1\ntorque = 10.0\n", encoding="utf-8")
+    files = ["--scenario", str(scenario), "--seal", str(seal)]
+    command = [sys.executable, "-m", "daq", "sim", "tx40", "--channel", channel.name, "--seed", "4", *files]
+
+    batches: list[Samples] = []
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            assert str(seal) in process.stdout.readline()
+            assert "simulated drives on" in process.stdout.readline()
+            with ArmSession(tx40, channel) as session:
+                t = np.linspace(0.0, 1.0, 200)[:, None]
+                reference = session.actual_position() + 0.1 * (64 * (t * (1 - t)) ** 3)
+                assert session.stream(reference, batches.append).outcome == "completed"
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(30) == 0
+        finally:
+            process.kill()
+    measured = Samples.concatenate(batches).control_signal.mean(axis=0)
+
+    content = open_seal(seal, by="test")
+    truth = PlantTruth.from_dict(content["truth"])
+    assert (content["scenario"], truth.seed) == ({"current_offset": [{"drive": 1, "torque": 10.0}]}, 4)
+    hidden = Scenario.from_dict(content["scenario"])
+    with_it, without = (
+        simulate_offline(tx40, truth, reference, scenario=what).control_signal.mean(axis=0)
+        for what in (hidden, Scenario())
+    )
+    np.testing.assert_allclose(measured, with_it, atol=0.02)
+    # The drive asks for less by what its current loop adds unasked.
+    assert without[0] - measured[0] == pytest.approx(10.0 / truth.gain[0], abs=0.03)
+
+
+def test_sim_writes_no_seal_over_another(channel: Channel, tmp_path: Path) -> None:
+    seal = tmp_path / "truth.seal"
+    seal.write_text("of another run", encoding="utf-8")
+    done = armhil("sim", "emps", "--channel", channel.name, "--seal", str(seal))
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1), done.stderr
+    assert str(seal) in done.stderr
+    assert seal.read_text(encoding="utf-8") == "of another run"
 
 
 def test_sim_refuses_a_bus_inside_one_process() -> None:

@@ -21,8 +21,8 @@ class EntryPoints(NamedTuple):
     posture: Callable[[Arm, Motion], None]
     links: Callable[[Chain, FloatArray, FloatArray], None]
     static_loads: Callable[[Arm, Motion], None]
-    control: Callable[[Law, Memory, FloatArray, FloatArray, FloatArray], None]
-    sample: Callable[[Arm, Motion, Law, Memory, FloatArray, FloatArray, FloatArray], None]
+    control: Callable[[Law, Memory, FloatArray, FloatArray, FloatArray, FloatArray], None]
+    sample: Callable[[Arm, Motion, Law, Memory, FloatArray, FloatArray, FloatArray, FloatArray], None]
     run: Callable[..., int]
 
 
@@ -61,11 +61,16 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
             loads.add_tool_contact(arm, motion)
 
     def control(
-        law: Law, memory: Memory, set_point: FloatArray, slope: FloatArray, position: FloatArray
+        law: Law,
+        memory: Memory,
+        set_point: FloatArray,
+        slope: FloatArray,
+        added: FloatArray,
+        position: FloatArray,
     ) -> None:
         """One sample of the position loops."""
         _ = digest
-        loop.control(law, memory, set_point, slope, position)
+        loop.control(law, memory, set_point, slope, added, position)
 
     def sample(
         arm: Arm,
@@ -74,11 +79,12 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         memory: Memory,
         set_point: FloatArray,
         slope: FloatArray,
+        added: FloatArray,
         error: FloatArray,
     ) -> None:
         """One reading of the encoders and one sample of the position loops."""
         _ = digest
-        loop.sample(arm, motion, law, memory, set_point, slope, error)
+        loop.sample(arm, motion, law, memory, set_point, slope, added, error)
 
     def run(
         arm: Arm,
@@ -89,6 +95,7 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         sampled: bool,
         set_points: FloatArray,
         slopes: FloatArray,
+        added: FloatArray,
         errors: FloatArray,
         scales: FloatArray,
         disturbance: FloatArray,
@@ -103,7 +110,7 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
             arm, motion, law, memory: the plant and the drives.
             samples: per period.
             sampled: whether the very first sample has been taken already.
-            set_points, slopes, errors, scales: (periods · samples, n), see ``loop``.
+            set_points, slopes, added, errors, scales: (periods · samples, n), see ``loop``.
             disturbance: (periods · samples · steps, 2 n).
             counts, signal, position, velocity: (periods, n), written: what each SYNC sees.
         """
@@ -111,7 +118,7 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         n = len(memory.output)
         for k in range(len(counts) * samples):
             if k > 0 or not sampled:
-                loop.sample(arm, motion, law, memory, set_points[k], slopes[k], errors[k])
+                loop.sample(arm, motion, law, memory, set_points[k], slopes[k], added[k], errors[k])
             if k % samples == 0:
                 cycle = k // samples
                 for i in range(n):

@@ -7,10 +7,12 @@ position, both at the drive output:
   y[k] = y[k−1] + (1 − exp(−2π f T))·(q̇[k] − y[k−1]);
 - ``cascade_p_pi``: u = Kp·e + ff·q̇_r − q̇ and v = Kv·(u + Ki·I), I[k] = I[k−1] + T·u[k−1];
 - ``pd``: v = Kp·e + Kv·(ff·q̇_r − q̇);  ``pid``: the same + Ki·I with I[k] = I[k−1] + T·e[k−1];
+- to v comes what is fed forward: friction_feed_forward·q̇_r + acceleration_feed_forward·q̈_r;
 - v is limited to ±saturation; the integral does not grow further into the limit (conditional integration);
 - the output of step k reaches the motor at step k + delay_samples.
 
-q̇_r is the slope of the set-point over the present SYNC period.
+q̇_r is the slope of the set-point over the present SYNC period, q̈_r the second difference of the targets over
+it.
 """
 
 from __future__ import annotations
@@ -74,7 +76,14 @@ class Memory(NamedTuple):
 
 
 @inner
-def control(law: Law, memory: Memory, set_point: FloatArray, slope: FloatArray, position: FloatArray) -> None:
+def control(
+    law: Law,
+    memory: Memory,
+    set_point: FloatArray,
+    slope: FloatArray,
+    added: FloatArray,
+    position: FloatArray,
+) -> None:
     """One sample of the position loops; writes ``memory.output``."""
     oldest, following = memory.places[0], memory.places[1]
     memory.places[0] = (oldest + 1) % len(memory.readings)
@@ -90,7 +99,7 @@ def control(law: Law, memory: Memory, set_point: FloatArray, slope: FloatArray, 
             proportional = law.velocity_gain[i] * error
         else:
             proportional = law.position_gain[i] * error + law.velocity_gain[i] * rate_error
-        wanted = proportional + law.output_per_integral[i] * memory.integral[i]
+        wanted = proportional + law.output_per_integral[i] * memory.integral[i] + added[i]
         output = min(max(wanted, -law.limit[i]), law.limit[i])
         if (wanted - output) * error <= 0.0:
             memory.integral[i] += law.sample_time * error
@@ -106,6 +115,7 @@ def sample(
     memory: Memory,
     set_point: FloatArray,
     slope: FloatArray,
+    added: FloatArray,
     error: FloatArray,
 ) -> None:
     """Reads the encoders and takes one step of the position loops.
@@ -114,6 +124,7 @@ def sample(
         arm, motion: the plant.
         law, memory: the drives.
         set_point, slope: (n,) internal set-points and their velocities at the drive outputs.
+        added: (n,) control signals fed forward.
         error: (n,) reading errors, in counts.
     """
     n = len(error)
@@ -125,7 +136,7 @@ def sample(
         position[i] = memory.counts[i] / law.counts[i]
         all_off = all_off and memory.off[i]
     if not all_off:
-        control(law, memory, set_point, slope, position)
+        control(law, memory, set_point, slope, added, position)
     for i in range(n):
         if memory.off[i]:
             memory.output[i] = 0.0

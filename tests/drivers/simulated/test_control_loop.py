@@ -32,14 +32,21 @@ def controller(kind: str, **changes: Any) -> Controller:
     return Controller.model_validate(values | changes)
 
 
-def law(c: Controller, set_points: list[float], slopes: list[float], positions: list[float]) -> list[float]:
+def law(
+    c: Controller,
+    set_points: list[float],
+    slopes: list[float],
+    positions: list[float],
+    accelerations: list[float],
+) -> list[float]:
     """The law of the module's description, one axis, one sample after the other."""
     t, n = c.sample_time, c.velocity_difference_samples
     kp, kv, ki, ff = c.position_gain[0], c.velocity_gain[0], c.integral_gain[0], c.velocity_feed_forward[0]
     read = [positions[0]] * n
     outputs = [0.0] * c.delay_samples
     speed = integral = 0.0
-    for r, slope, q in zip(set_points, slopes, positions, strict=True):
+    (viscous,), (inertia,) = c.friction_feed_forward or (0.0,), c.acceleration_feed_forward or (0.0,)
+    for r, slope, q, change in zip(set_points, slopes, positions, accelerations, strict=True):
         raw = (q - read[-n]) / (n * t)
         if c.velocity_cutoff_hz is None:
             speed = raw
@@ -56,6 +63,7 @@ def law(c: Controller, set_points: list[float], slopes: list[float], positions: 
             new = integral + t * e
             v = kp * e + kv * (ff * slope - speed) + ki * integral
             drive = e
+        v += viscous * slope + inertia * change
         limited = max(-c.saturation[0], min(v, c.saturation[0]))
         if (v - limited) * drive <= 0:
             integral = new
@@ -66,7 +74,13 @@ def law(c: Controller, set_points: list[float], slopes: list[float], positions: 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"velocity_cutoff_hz": None, "velocity_difference_samples": 1}, {"delay_samples": 0}],
+    [
+        {},
+        {"velocity_cutoff_hz": None, "velocity_difference_samples": 1},
+        {"delay_samples": 0},
+        {"friction_feed_forward": (0.2,)},
+        {"acceleration_feed_forward": (0.01,), "friction_feed_forward": (0.1,)},
+    ],
 )
 def test_the_loop_is_the_law(kind: str, changes: dict[str, Any]) -> None:
     c = controller(kind, **changes)
@@ -75,13 +89,15 @@ def test_the_loop_is_the_law(kind: str, changes: dict[str, Any]) -> None:
     set_points = 0.5 + 0.05 * np.sin(k / 20)
     slopes = 2.5 * np.cos(k / 20)
     positions = 0.5 + 0.05 * np.sin((k - 5) / 20) + 1e-5 * rng.standard_normal(400)
+    accelerations = -125.0 * np.sin(k / 20)
     loop = ControlLoop(c)
     loop.reset(np.array([True]), positions[:1], np.zeros(1))
     found = [
         float(loop.step(*(np.array([x]) for x in sample))[0])
-        for sample in zip(set_points, slopes, positions, strict=True)
+        for sample in zip(set_points, slopes, positions, accelerations, strict=True)
     ]
-    expected = law(c, set_points.tolist(), slopes.tolist(), positions.tolist())
+    samples = (set_points, slopes, positions, accelerations)
+    expected = law(c, *(values.tolist() for values in samples))
     assert found == pytest.approx(expected, abs=1e-9)
     assert max(map(abs, found)) == 1.5
 

@@ -33,9 +33,23 @@ RICH: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("effects", [{}, RICH], ids=["empty", "rich"])
-def test_cycle_by_cycle_gives_the_same_bits(tx40: Robot, truth: PlantTruth, effects: dict[str, Any]) -> None:
+FED = {"friction_feed_forward": (0.1,) * 6, "acceleration_feed_forward": (0.002,) * 6}
+
+
+def controlled(robot: Robot, **changes: Any) -> Robot:
+    """The arm with other controller keys."""
+    controller = robot.controller.model_copy(update=changes)
+    return robot.model_copy(update={"controller": controller})
+
+
+@pytest.mark.parametrize(
+    ("effects", "changes"), [({}, {}), (RICH, {}), ({}, FED)], ids=["empty", "rich", "fed forward"]
+)
+def test_cycle_by_cycle_gives_the_same_bits(
+    tx40: Robot, truth: PlantTruth, effects: dict[str, Any], changes: dict[str, Any]
+) -> None:
     """The way of the bus (two calls per SYNC) against whole blocks of SYNCs."""
+    tx40 = controlled(tx40, **changes)
     scenario = Scenario.from_dict(effects)
     reference = exercise(tx40, 4.4)
     run = simulate_offline(tx40, truth, reference, scenario=scenario)
@@ -60,6 +74,23 @@ def test_cycle_by_cycle_gives_the_same_bits(tx40: Robot, truth: PlantTruth, effe
     assert np.array_equal(np.array(found), run.position)
     resolution = np.array([drive.control_signal.per_count for drive in tx40.drive])
     assert np.array_equal(np.rint(np.array(signal) / resolution) * resolution, run.control_signal)
+
+
+def test_what_is_fed_forward_takes_its_part_of_the_following_error(emps: Robot) -> None:
+    """Inertia and friction over the gain, fed forward, leave the loop little to do."""
+    truth = nominal_truth(emps)
+    gain, mass, viscous = truth.gain[0], truth.parameters["M1"], truth.parameters["Fv1"]
+    reference = np.array(emps.home) + 0.02 * (1 - np.cos(2 * np.pi * 2.0 * np.arange(1000) * 0.001))[:, None]
+    speed = controlled(emps, velocity_feed_forward=(1.0,))
+    inertia = controlled(speed, acceleration_feed_forward=(mass / gain,))
+    both = controlled(inertia, friction_feed_forward=(viscous / gain,))
+
+    def error(robot: Robot) -> float:
+        run = simulate_offline(robot, truth, reference)
+        return float(np.abs(run.true_position - reference)[300:].max())
+
+    assert error(inertia) < 0.3 * error(speed)
+    assert error(both) < 0.7 * error(inertia)
 
 
 def test_periods_follow_one_another(tx40: Robot, truth: PlantTruth) -> None:
