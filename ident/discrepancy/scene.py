@@ -67,21 +67,26 @@ class Scene:
         """
         if self.period is None:
             return self.thin(residual)
-        return self.thin(_without_drift(self.measured, not_repeating(residual, self.period), self.period))
+        return self.thin(without_drift(self.measured, not_repeating(residual, self.period), self.period))
 
 
-def make_scene(robot: Robot, recording: Recording, started: float = 0.0) -> Scene:
+def make_scene(
+    robot: Robot, recording: Recording, started: float = 0.0, *, cut_in_motion: bool = True
+) -> Scene:
     """Filter one recording.
 
     Args:
         robot: the arm and its identification settings.
         recording: one uninterrupted piece.
         started: s from the start of the first recording to the start of this one.
+        cut_in_motion: whether its ends are trimmed as those of a record that is cut in motion have to be.
 
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
     """
-    settings = edges_trimmed(robot.identification, recording.sample_time)
+    settings = robot.identification
+    if cut_in_motion:
+        settings = edges_trimmed(settings, recording.sample_time)
     keep = kept_samples(recording.time.shape[0], settings)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
@@ -159,7 +164,7 @@ def _moving(robot: Robot, state: State, sample_time: float, settings: Identifica
     return np.asarray(~wide[decimate_index(wide.shape[0], settings.decimation)])
 
 
-def _without_drift(motion: State, noise: FloatArray, period: int) -> FloatArray:
+def without_drift(motion: State, noise: FloatArray, period: int) -> FloatArray:
     """Noise less what of it is friction that changes over the recording: that is a finding, no noise."""
     time = motion.time
     if time is None:

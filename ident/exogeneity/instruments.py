@@ -13,7 +13,7 @@ from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows
 from ident.results import ColumnCheck, Gate
 from ident.whitening import Whitening
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 INSTRUMENTS_NULL = "Π = I: the simulation gives the regressors, X = Z + V"
 
@@ -48,6 +48,7 @@ def instruments_gate(
     names: tuple[str, ...],
     settings: GateSettings,
     agreement: SimulationAgreement | None = None,
+    free: BoolArray | None = None,
 ) -> Gate:
     """Validity, column by column and jointly, and relevance.
 
@@ -62,6 +63,7 @@ def instruments_gate(
         names: (b,) base parameter names.
         settings: level and margins.
         agreement: torque and following error of the closed loop, where they are known.
+        free: (b,) parameters whose columns may take up a difference of torque; all where None.
     """
     block = tested.whitened(omega)
     projection, _ = block.first_stage()
@@ -81,7 +83,7 @@ def instruments_gate(
         f" {names[int(np.argmax(shift))]} most, by {shift.max():.2g} σ",
     ]
     if agreement is not None:
-        checks += _loop_checks(agreement, tested, settings)
+        checks += _loop_checks(agreement, tested, settings, free)
         parts += [_largest(checks, "torque"), _largest(checks, "following error")]
     parts.append(
         f"weakest conditional first-stage F {strength:.3g} ({weakest})" if weakest else "X = Z exactly"
@@ -128,10 +130,11 @@ def _relevance(rows: WhiteRows, names: tuple[str, ...]) -> tuple[str, float]:
 
 
 def _loop_checks(
-    agreement: SimulationAgreement, tested: TestedRows, settings: GateSettings
+    agreement: SimulationAgreement, tested: TestedRows, settings: GateSettings, free: BoolArray | None
 ) -> tuple[ColumnCheck, ...]:
+    absorbed = tested.instruments if free is None else tested.instruments[:, :, free]
     torque = torque_checks(
-        agreement, tested.instruments, tested.segment, tested.used, settings.level, settings.torque_margin
+        agreement, absorbed, tested.segment, tested.used, settings.level, settings.torque_margin
     )
     following = following_checks(
         agreement, tested.segment, tested.used, settings.level, settings.following_margin

@@ -1,0 +1,226 @@
+"""What each finding changes: the relative errors, and gate 1 of the revised DWH-test.
+
+Gate 1 asks whether the simulated arm is the real one, so that its motion can serve as instruments. Where it
+is not, an effect is missing (METHOD 5.2); adding the effect has to bring simulation and measurement together.
+So the gate is run for the model without and with each finding, with the parameters that the search found, on
+the validation recordings, which neither chose the name nor were fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.closed_loop import SimulatedRun, simulate
+from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.extension import extended_prior
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.results import Diagnosis
+from ident.discrepancy.scene import Scene, edges_trimmed, make_scene
+from ident.discrepancy.shown import shown_values
+from ident.errors import IdentificationError
+from ident.estimators import stack, weighted_least_squares
+from ident.exogeneity import GateSettings, SimulationAgreement, TestedRows, simulation_agreement
+from ident.exogeneity.instruments import instruments_gate
+from ident.observation import Rows
+from ident.recording import Recording
+from ident.regressor import RegressorModel
+from ident.results import Gate
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Identification, Robot
+
+_DEPENDENT = 1e-6
+"""A column of unit norm with less than this beside those before it depends on them."""
+
+
+@dataclass(frozen=True)
+class ModelCheck:
+    """One model of the series: before anything was found, and after each finding.
+
+    Attributes:
+        identified: (n,) 100·‖ε_j‖/‖y_j‖, % on the rows that an identification of the fit recordings takes.
+        moving: (n,) the same on the rows of the search: where the joint moves.
+        held_out: (n,) the same on the validation recordings, to which nothing was fitted.
+        gate: gate 1 on the validation recordings; None where the loop cannot be simulated.
+        reason: why there is no gate; empty where there is one.
+    """
+
+    identified: FloatArray
+    moving: FloatArray
+    held_out: FloatArray
+    gate: Gate | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """A model of the series with the base parameters (b,) that it is shown with."""
+
+    base: BaseParameters
+    beta: FloatArray
+    prior: Prior | None
+
+
+def before_and_after(
+    diagnosis: Diagnosis,
+    recordings: tuple[Recording, ...],
+    validation: tuple[Recording, ...],
+    settings: Identification,
+) -> tuple[ModelCheck, ...]:
+    """Check the model before anything was found and after each finding.
+
+    Args:
+        diagnosis: of the search.
+        recordings: uncut, what an identification would be made of.
+        validation: what the gap is shown on.
+        settings: those that an identification of the recordings would have.
+
+    Returns:
+        One check more than there are findings.
+
+    Raises:
+        IdentificationError: a recording is too short for its settings.
+    """
+    robot = diagnosis.base.model.robot
+    plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, cut_in_motion=False)
+    moving, held_out = _scenes(robot, recordings), _scenes(robot, validation)
+    checks = []
+    for stage in _stages(diagnosis):
+        gate, reason = _gate(stage, held_out)
+        checks.append(
+            ModelCheck(
+                _identified(stage, plain, standstill=settings.minimum_speed == 0.0),
+                _identified(stage, moving),
+                relative_error(_rows(held_out, stage.base), stage.beta),
+                gate,
+                reason,
+            )
+        )
+    return tuple(checks)
+
+
+def relative_error(rows: Rows, beta: FloatArray) -> FloatArray:
+    """(n,) 100·‖y_j − X_j β‖/‖y_j‖ in percent, on the rows that count."""
+    left = np.where(rows.used, rows.torque - rows.regressor @ beta, 0.0)
+    whole = np.where(rows.used, rows.torque, 0.0)
+    return np.asarray(100.0 * np.linalg.norm(left, axis=0) / np.linalg.norm(whole, axis=0))
+
+
+def _stages(diagnosis: Diagnosis) -> list[_Stage]:
+    """Every model of the series. The first and the last were examined by the search itself."""
+    first, last = diagnosis.examinations[0], diagnosis.examinations[-1]
+    stages = [_examined(first)]
+    for count in range(1, len(diagnosis.findings)):
+        base = _with_first_findings(diagnosis, len(first.base.model.effects) + count)
+        prior = extended_prior(first.prior, base.independent.size - first.base.independent.size)
+        stages.append(_examined(examine(base, first.scenes, prior, first.whitening)))
+    return [*stages, _examined(last)] if diagnosis.findings else stages
+
+
+def _examined(examination: Examination) -> _Stage:
+    return _Stage(examination.base, shown_values(examination), examination.prior)
+
+
+def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:
+    """The base parameters of the first so many effects: what was added comes last in every order."""
+    last = diagnosis.base
+    model = RegressorModel(last.model.robot, last.model.effects[:effects])
+    kept = last.independent[last.independent < len(model.names)]
+    return BaseParameters(model, kept, last.relation[: kept.size, : len(model.names)])
+
+
+def _scenes(robot: Robot, recordings: Sequence[Recording], cut_in_motion: bool = True) -> tuple[Scene, ...]:
+    scenes, started = [], 0.0
+    for recording in recordings:
+        offset = started - float(recording.time[0])
+        scenes.append(make_scene(robot, recording, offset, cut_in_motion=cut_in_motion))
+        started += float(recording.time[-1] - recording.time[0])
+    return tuple(scenes)
+
+
+def _rows(scenes: Sequence[Scene], base: BaseParameters) -> Rows:
+    return Rows(
+        np.concatenate([scene.time for scene in scenes]),
+        np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes]),
+        np.concatenate([scene.torque for scene in scenes]),
+        np.concatenate([scene.thin(base.columns(scene.measured)) for scene in scenes]),
+        np.concatenate([scene.moving for scene in scenes]),
+    )
+
+
+def _identified(stage: _Stage, scenes: Sequence[Scene], standstill: bool = False) -> FloatArray:
+    """(n,) relative errors of an identification of these rows; against a prior, of what the gap shows."""
+    rows = _rows(scenes, stage.base)
+    if standstill:
+        rows = replace(rows, used=np.ones_like(rows.used))
+    if stage.prior is not None:
+        return relative_error(rows, stage.beta)
+    kept = _independent(rows)
+    names = tuple(name for name, chosen in zip(stage.base.names, kept, strict=True) if chosen)
+    stacked = stack(replace(rows, regressor=rows.regressor[:, :, kept]))
+    beta = np.zeros(kept.size)
+    deviation = stage.base.model.robot.identification.error_deviation
+    beta[kept] = weighted_least_squares(stacked, names, deviation).beta
+    return relative_error(rows, beta)
+
+
+def _independent(rows: Rows) -> BoolArray:
+    """(b,) columns that do not depend on those before: an effect may lie in the span of the links."""
+    flat = rows.regressor[rows.used]
+    scale = np.linalg.norm(flat, axis=0)
+    unit = flat / np.where(scale > 0.0, scale, 1.0)
+    return np.asarray(np.abs(np.diag(np.linalg.qr(unit, mode="r"))) > _DEPENDENT)
+
+
+def _gate(stage: _Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
+    """Gate 1 of one model on recordings, or the reason why there is none."""
+    base, robot = stage.base, stage.base.model.robot
+    if any(scene.recording.reference is None for scene in scenes):
+        return None, "no position reference was recorded, so the loop cannot be simulated"
+    standard = base.standard_from(stage.beta, base.model.prior())
+    try:
+        runs = [simulate(base.model, standard, scene.recording) for scene in scenes]
+    except IdentificationError as error:
+        return None, str(error)
+    rows = _rows(scenes, base)
+    kept = _independent(rows)
+    twins = [_simulated_scene(robot, scene, run) for scene, run in zip(scenes, runs, strict=True)]
+    simulated = np.concatenate([twin.thin(base.columns(twin.measured)) for twin in twins])
+    tested = TestedRows(
+        rows.torque, rows.regressor[:, :, kept], simulated[:, :, kept], rows.segment, rows.used
+    )
+    names = tuple(name for name, chosen in zip(base.names, kept, strict=True) if chosen)
+    gate = instruments_gate(
+        tested,
+        tested.omega(),
+        tested.whitened(tested.errors()),
+        names,
+        _margins(robot),
+        _agreement(robot, scenes, runs),
+        None if stage.prior is None else ~np.isfinite(np.diag(stage.prior.covariance))[kept],
+    )
+    return gate, ""
+
+
+def _margins(robot: Robot) -> GateSettings:
+    settings = robot.identification
+    return GateSettings(
+        margin=settings.instrument_margin,
+        torque_margin=settings.torque_margin,
+        following_margin=settings.following_error_margin,
+    )
+
+
+def _agreement(robot: Robot, scenes: Sequence[Scene], runs: Sequence[SimulatedRun]) -> SimulationAgreement:
+    """Torque and following error, on the rows of the scenes."""
+    recordings = [scene.recording for scene in scenes]
+    trimmed = edges_trimmed(robot.identification, recordings[0].sample_time)
+    return simulation_agreement(robot.model_copy(update={"identification": trimmed}), recordings, runs)
+
+
+def _simulated_scene(robot: Robot, scene: Scene, run: SimulatedRun) -> Scene:
+    recording = replace(scene.recording, position=run.position, control_signal=run.control_signal)
+    return make_scene(robot, recording, scene.started)
