@@ -8,6 +8,7 @@ the validation recordings, which neither chose the name nor were fitted.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,8 @@ from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.extension import extended_prior
+from ident.discrepancy.gap import torque_residual
+from ident.discrepancy.portrait import Portrait, portraits
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.results import Diagnosis
 from ident.discrepancy.scene import Scene, edges_trimmed, make_scene
@@ -56,6 +59,20 @@ class ModelCheck:
 
 
 @dataclass(frozen=True)
+class Series:
+    """What the findings change, one after the other.
+
+    Attributes:
+        checks: of the model before anything was found and after each finding: one more than findings.
+        portraits: per finding, every joint's residual on the validation recordings without it and with it,
+            over speed, position, torque and time.
+    """
+
+    checks: tuple[ModelCheck, ...]
+    portraits: tuple[tuple[Portrait, ...], ...]
+
+
+@dataclass(frozen=True)
 class _Stage:
     """A model of the series with the base parameters (b,) that it is shown with."""
 
@@ -69,7 +86,7 @@ def before_and_after(
     recordings: tuple[Recording, ...],
     validation: tuple[Recording, ...],
     settings: Identification,
-) -> tuple[ModelCheck, ...]:
+) -> Series:
     """Check the model before anything was found and after each finding.
 
     Args:
@@ -78,17 +95,15 @@ def before_and_after(
         validation: what the gap is shown on.
         settings: those that an identification of the recordings would have.
 
-    Returns:
-        One check more than there are findings.
-
     Raises:
         IdentificationError: a recording is too short for its settings.
     """
     robot = diagnosis.base.model.robot
     plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, cut_in_motion=False)
     moving, held_out = _scenes(robot, recordings), _scenes(robot, validation)
+    stages = _stages(diagnosis)
     checks = []
-    for stage in _stages(diagnosis):
+    for stage in stages:
         gate, reason = _gate(stage, held_out)
         checks.append(
             ModelCheck(
@@ -99,7 +114,17 @@ def before_and_after(
                 reason,
             )
         )
-    return tuple(checks)
+    pictures = tuple(_portraits(one, other, held_out) for one, other in itertools.pairwise(stages))
+    return Series(tuple(checks), pictures)
+
+
+def _portraits(before: _Stage, after: _Stage, scenes: Sequence[Scene]) -> tuple[Portrait, ...]:
+    first, last = (
+        [scene.thin(torque_residual(stage.base, stage.beta, scene)) for scene in scenes]
+        for stage in (before, after)
+    )
+    torques = [scene.torque - residual for scene, residual in zip(scenes, first, strict=True)]
+    return portraits(scenes, first, last, torques)
 
 
 def relative_error(rows: Rows, beta: FloatArray) -> FloatArray:

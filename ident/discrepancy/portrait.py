@@ -61,6 +61,33 @@ def portrait(
     quantity = max(
         (item for item in habitats[joint].shares if item[0] != "direction"), key=lambda item: item[1]
     )[0]
+    return _over(scenes, before, after, torques, joint, quantity)
+
+
+def portraits(
+    scenes: Sequence[Scene],
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    torques: Sequence[FloatArray],
+) -> tuple[Portrait, ...]:
+    """Every joint's residual over speed, position, torque and time, joint by joint; arguments as above."""
+    joints = scenes[0].torque.shape[1]
+    return tuple(
+        _over(scenes, before, after, torques, joint, quantity)
+        for joint in range(joints)
+        for quantity in ("speed", "position", "torque", "time")
+    )
+
+
+def _over(
+    scenes: Sequence[Scene],
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    torques: Sequence[FloatArray],
+    joint: int,
+    quantity: str,
+) -> Portrait:
+    """One joint's residual in bins of one quantity."""
 
     def pick(parts: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate(

@@ -75,7 +75,8 @@ class Finding:
 
     def words(self) -> str:
         """The finding as a sentence."""
-        values = ", ".join(_parameter_words(parameter) for parameter in self.parameters)
+        seen = [p for p in self.parameters if p.value != 0.0 or p.sigma != 0.0]
+        values = ", ".join(_parameter_words(parameter) for parameter in seen)
         place = _joints(self.joints)
         verb = "have" if len(self.joints) > 1 else "has"
         return f"{place} {verb} {self.effect.replace('_', ' ')} ({values})"
@@ -120,4 +121,9 @@ def _joints(joints: tuple[int, ...]) -> str:
 
 
 def _parameter_words(parameter: FoundParameter) -> str:
-    return f"{parameter.name} {parameter.value:.4g} ± {parameter.sigma:.2g} {parameter.unit}".rstrip()
+    """Value and deviation, small angles and lengths in thousandths."""
+    value, sigma, unit = parameter.value, parameter.sigma, parameter.unit
+    if unit in {"rad", "m", "s"} and abs(value) < 0.1:
+        value, sigma, unit = 1e3 * value, 1e3 * sigma, f"m{unit}"
+    spread = f" ± {sigma:.2g}" if sigma else ""
+    return f"{parameter.name} {value:.4g}{spread}{'' if unit == '1' else f' {unit}'}"
