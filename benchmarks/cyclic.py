@@ -5,7 +5,8 @@
 Streams to the simulated drives over UDP on the loopback interface, with ``--busy`` beside one busy process on
 each core. Then a loop of python-can alone exchanges the same frames at the same rate with the same drives:
 no checks, no state machine, no record. The ratio is the processor time of the whole cyclic process over that
-loop's.
+loop's. Beside it all runs a witness of the machine itself (``machine_stalls.py``): deadlines that
+were missed while even a process above all others could not run are told apart from the others.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from dataclasses import dataclass
 
 import can
 import numpy as np
+from machine_stalls import SHORTEST, Stall, covered, witness
 
 import robots
 from drivers import ArmSession, Channel, Samples, StreamResult, open_bus
@@ -55,17 +57,50 @@ def busy_processes(wanted: bool) -> Iterator[None]:
             process.wait()
 
 
-def stream(robot: Robot, seconds: float) -> tuple[StreamResult, Samples]:
-    """One stream through session, cyclic process and simulated drives."""
+def stream(robot: Robot, seconds: float) -> tuple[StreamResult, Samples, float]:
+    """One stream through session, cyclic process and simulated drives; and when its first row was, s."""
     batches = [Samples.empty(robot.n)]
+    period = robot.bus.cycle_time
+    began, missed = float("inf"), 0
+
+    def keep(samples: Samples) -> None:
+        nonlocal began, missed
+        # A batch is fetched after its last row: the one fetched soonest says best when the rows were.
+        batches.append(samples)
+        missed += int(skipped(samples, period).sum())
+        began = min(began, time.monotonic() - (int(samples.cycle[-1]) + missed) * period)
+
     with SimulatedArm("tx40", CHANNEL, seed=1), ArmSession(robot, CHANNEL) as session:
         start = session.actual_position()
         t = np.arange(round(seconds / robot.bus.cycle_time)) * robot.bus.cycle_time
         swing = 0.2 * (1 - np.cos(2 * np.pi * np.round(0.4 * seconds) / t[-1] * t))
         window = np.clip(np.minimum(t, t[-1] - t) / 2.0, 0.0, 1.0)
         window = window**3 * (10 - 15 * window + 6 * window**2)
-        result = session.stream(start + 0.5 * (window * swing)[:, None] * np.ones(robot.n), batches.append)
-    return result, Samples.concatenate(batches)
+        result = session.stream(start + 0.5 * (window * swing)[:, None] * np.ones(robot.n), keep)
+    return result, Samples.concatenate(batches), began
+
+
+def skipped(samples: Samples, period: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Deadlines that were missed just before each row, (N,)."""
+    # As the pacemaker counts them: one more for each period, from three quarters of the first on.
+    return np.floor(np.maximum(samples.lateness, 0.0) / period + 0.25).astype(np.int64)
+
+
+def moments(samples: Samples, period: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """When each row's SYNC was, s after the first one's deadline, (N,)."""
+    return (samples.cycle + np.cumsum(skipped(samples, period))) * period
+
+
+def own_misses(samples: Samples, period: float, began: float, stalls: list[Stall]) -> int:
+    """Missed deadlines outside the machine's own stalls."""
+    missed = skipped(samples, period)
+    when = began + moments(samples, period)
+    # The moments are known to a few milliseconds; the deadlines of a row lie before it.
+    return sum(
+        int(missed[k])
+        for k in np.flatnonzero(missed)
+        if not covered(when[k] - 0.5 * missed[k] * period, stalls, 0.5 * missed[k] * period + 0.005)
+    )
 
 
 def raw_loop(period: float, seconds: float, nodes: tuple[int, ...]) -> Raw:
@@ -129,7 +164,8 @@ def main() -> int:
         bus = arm.bus.model_copy(update={"cycle_time": 1 / rate, "load_limit": 1.0})
         arm = arm.model_copy(update={"bus": bus})
         with busy_processes(options.busy):
-            result, samples = stream(arm, options.seconds)
+            with witness() as stalls:
+                result, samples, began = stream(arm, options.seconds)
             bare = raw(arm, min(options.seconds, 20.0))
         late = 1e3 * np.percentile(samples.lateness, [50, 99, 99.9, 100])
         cycles = max(1, result.cycles)
@@ -138,6 +174,13 @@ def main() -> int:
             f"{result.missed_cycles} deadlines missed, {result.late_cycles} late "
             f"({100 * result.late_cycles / cycles:.3f} %), {result.incomplete_cycles} incomplete, "
             f"{result.overflows} frames lost"
+        )
+        period = arm.bus.cycle_time
+        longest = max((end - begin for begin, end in stalls), default=0.0)
+        own = own_misses(samples, period, began, stalls)
+        print(
+            f"  stalls of the machine above {1e3 * SHORTEST:g} ms: {len(stalls)}, longest "
+            f"{1e3 * longest:.1f} ms; deadlines missed outside of them: {own}"
         )
         print("  lateness 50 / 99 / 99.9 / 100 %: " + " / ".join(f"{value:.3f}" for value in late) + " ms")
         print(
