@@ -5,6 +5,7 @@ from trajectories.constraints.limits import Limits, Margins, Use
 from trajectories.constraints.surroundings import Obstacle, Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
 from trajectories.errors import PlanError, TrajectoryError
+from trajectories.information.expected import ExpectedValues
 from trajectories.information.matrix import Information, Objective
 from trajectories.information.noise import TorqueNoise
 from trajectories.information.prediction import Prediction, predict
@@ -22,6 +23,7 @@ __all__ = [
     "Conditions",
     "Detail",
     "Discrimination",
+    "ExpectedValues",
     "Extremes",
     "FastestTool",
     "Information",

@@ -6,6 +6,8 @@ from __future__ import annotations
 class TrajectoryError(ValueError):
     """A motion breaks a constraint, or a request for one cannot be met.
 
+    The text is ``joint: what is broken at t = … s; allowed: …``.
+
     Attributes:
         constraint: what is broken, e.g. ``velocity`` or ``floor``.
         joint: name of the joint, or empty where it is not one joint's matter.
@@ -18,9 +20,10 @@ class TrajectoryError(ValueError):
         self.constraint = constraint
         self.joint = joint
         self.time = time
-        where = f" at t = {time:.3f} s" if time is not None else ""
         who = f"{joint}: " if joint else ""
-        super().__init__(f"{who}{problem}{where}")
+        where = f" at t = {time:.3f} s" if time is not None else ""
+        what, mark, rest = problem.partition("; allowed: ")
+        super().__init__(f"{who}{what}{where}{mark}{rest}")
 
 
 class PlanError(TrajectoryError):

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.base import BaseParameters
-from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.constraints.collision import CollisionCheck, Nearest
 from trajectories.constraints.limits import Limits, Margins, Use, broken, kinematic_use
@@ -15,6 +14,7 @@ from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
 from trajectories.constraints.torque import TorqueCheck
 from trajectories.errors import TrajectoryError
+from trajectories.information.expected import ExpectedValues
 from trajectories.information.noise import TorqueNoise
 from trajectories.information.prediction import Prediction, predict
 from trajectories.motions.motion import Motion
@@ -72,7 +72,7 @@ class Judge:
         problems = [*broken(uses, self.limits.names), *self._moving_ends(motion)]
         nearest = self.collision.nearest(motion)
         try:
-            self.collision.require_known(nearest, "the motion")
+            self.collision.require_known(nearest)
         except TrajectoryError as error:
             problems.append(error)
         try:
@@ -105,7 +105,7 @@ def predicted(
     motion: Motion,
     cycle_time: float,
     noise: TorqueNoise,
-    values: FloatArray | None = None,
+    expected: ExpectedValues | None = None,
 ) -> Prediction:
     """What identification will make of a motion that is sampled every ``cycle_time`` s.
 
@@ -114,11 +114,11 @@ def predicted(
         motion: any motion.
         cycle_time: s.
         noise: the errors to expect.
-        values: (b,) what the parameters are expected to be; the a-priori figures where not given.
+        expected: what the parameters are expected to be; the a-priori figures where not given.
 
     Raises:
         PlanError: the motion is too short to be identified from.
     """
     time = sample_times(motion.duration, cycle_time)
-    expected = base.regroup(base.model.prior()) if values is None else values
-    return predict(base, time, motion.at(time).position, noise, expected)
+    known = expected or ExpectedValues.described(base)
+    return predict(base, time, motion.at(time).position, noise, known)

@@ -18,6 +18,7 @@ from trajectories.constraints.tool_speed import Tool
 from trajectories.constraints.torque import TorqueCheck
 from trajectories.errors import PlanError, TrajectoryError
 from trajectories.information.counted_rows import CountedRows
+from trajectories.information.expected import ExpectedValues
 from trajectories.information.matrix import NONE, Objective
 from trajectories.information.noise import TorqueNoise
 from trajectories.information.regressors import BaseRegressor
@@ -58,7 +59,7 @@ class Conditions:
         tool: whose speed is watched; the last link where None.
         tool_speed: highest allowed, m/s; None for no limit.
         noise: the errors to expect of the rows; 1 % of the torque limits, white, where None.
-        values: (b,) what the base parameters are expected to be; the a-priori figures where None.
+        expected: what the base parameters are expected to be; the a-priori figures where None.
     """
 
     margins: Margins = field(default_factory=Margins)
@@ -66,7 +67,7 @@ class Conditions:
     tool: Tool | None = None
     tool_speed: float | None = None
     noise: TorqueNoise | None = None
-    values: FloatArray | None = None
+    expected: ExpectedValues | None = None
 
     def judge(self, robot: Robot, *, start: FloatArray | None = None) -> Judge:
         """The judge of these conditions; positions are allowed as far as ``start`` (n,) reaches."""
@@ -172,7 +173,7 @@ def finished(
     if judgement.problems:
         raise judgement.problems[0]
     noise = conditions.noise or TorqueNoise.white(robot)
-    prediction = predicted(base, motion, cycle_time, noise, conditions.values)
+    prediction = predicted(base, motion, cycle_time, noise, conditions.expected)
     return Trajectory.sampled(
         motion,
         cycle_time,
@@ -197,9 +198,8 @@ def exciting_problem(
         raise PlanError(f"duration is {duration} s; allowed: above 0", constraint="duration")
     judge = conditions.judge(robot)
     torque = TorqueCheck.of(robot, judge.limits.with_torque_share(SEARCH_TORQUE_SHARE))
-    still = hold(np.array(robot.home), 1e-3)
-    torque.require(still)
-    judge.collision.require_clear(still, "home")
+    torque.require(hold(np.array(robot.home), 1e-3))
+    judge.collision.require_clear_posture(np.array(robot.home), "home")
     limited = judge.tool if conditions.tool_speed is not None else None
     rest = Waypoint.at_rest(np.array(robot.home))
     return ExcitationProblem(

@@ -165,7 +165,7 @@ def _conditions(request: PlanRequest, base: BaseParameters, steps: Steps) -> Con
         tool=cell.watched_tool,
         tool_speed=cell.tool.speed if request.tool_speed is None else request.tool_speed,
         noise=known.noise or TorqueNoise.white(request.robot),
-        values=known.values,
+        expected=known.expected,
     )
 
 
@@ -283,7 +283,7 @@ def _prediction(
     """What identification will make of it; None, with a remark, where it is too short for any."""
     noise = conditions.noise or TorqueNoise.white(base.model.robot)
     try:
-        return predicted(base, motion, cycle_time, noise, conditions.values)
+        return predicted(base, motion, cycle_time, noise, conditions.expected)
     except PlanError as error:
         remarks.append(f"nothing can be predicted: {error}")
         return None

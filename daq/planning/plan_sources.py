@@ -13,8 +13,7 @@ from ident import BaseParameters
 from ident.estimators import stack, weighted_least_squares
 from ident.observation import observe
 from robots import Robot
-from robots.arrays import FloatArray
-from trajectories import TorqueNoise
+from trajectories import ExpectedValues, TorqueNoise
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Known:
     """What is known of an arm before a plan; None where the description has to do."""
 
     noise: TorqueNoise | None = None
-    values: FloatArray | None = None
+    expected: ExpectedValues | None = None
 
 
 def known_from(path: Path | None, robot: Robot, base: BaseParameters) -> Known:
@@ -40,19 +39,21 @@ def known_from(path: Path | None, robot: Robot, base: BaseParameters) -> Known:
     if path is None:
         return Known()
     if path.name.endswith(SUFFIX):
-        return Known(values=_model_values(path, base))
+        return Known(expected=_model_values(path, base))
     loaded = load_recording(path, robot)
     rows = observe(base, loaded.recordings, loaded.settings)
     fit = weighted_least_squares(stack(rows), base.names, loaded.settings.error_deviation)
-    return Known(TorqueNoise.of_rows(rows, fit, f"residuals of {path.name}"), fit.beta)
+    expected = ExpectedValues(fit.beta, np.sqrt(np.diag(fit.covariance)))
+    return Known(TorqueNoise.of_rows(rows, fit, f"residuals of {path.name}"), expected)
 
 
-def _model_values(path: Path, base: BaseParameters) -> FloatArray:
+def _model_values(path: Path, base: BaseParameters) -> ExpectedValues:
     model = read_model(path)
-    values = {parameter.name: parameter.value for parameter in model.parameter}
-    missing = [name for name in base.names if name not in values]
+    known = {parameter.name: parameter for parameter in model.parameter}
+    missing = [name for name in base.names if name not in known]
     if missing:
         raise ModelFileError(
             f"{path}: has no parameter {', '.join(missing)}; allowed: a model of {base.model.robot.name}"
         )
-    return np.array([values[name] for name in base.names])
+    found = [known[name] for name in base.names]
+    return ExpectedValues(np.array([p.value for p in found]), np.array([p.sigma for p in found]))

@@ -84,9 +84,9 @@ class CollisionCheck:
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
-        """The pairs of bodies that are watched."""
-        objects = self._geometry.geometryObjects
-        return tuple((objects[p.first].name, objects[p.second].name) for p in self._geometry.collisionPairs)
+        """What the two bodies of each watched pair belong to: a link of the URDF, the floor, an obstacle."""
+        names = [_named(self._model, body) for body in self._geometry.geometryObjects]
+        return tuple((names[p.first], names[p.second]) for p in self._geometry.collisionPairs)
 
     def distances(self, posture: FloatArray) -> FloatArray:
         """Distance of each pair, m, at a posture (n,)."""
@@ -113,33 +113,53 @@ class CollisionCheck:
 
     def require(self, motion: Motion) -> None:
         """Raise where a motion comes closer than the clearance, as :meth:`require_clear` does."""
-        self.require_clear(motion, "the motion")
+        self.require_known(self.nearest(motion))
 
-    def require_clear(self, motion: Motion, what: str) -> Nearest | None:
-        """Where a motion comes closest to touching.
+    def require_known(self, nearest: Nearest | None) -> None:
+        """As :meth:`require`, where the nearest of a motion is known.
+
+        Raises:
+            TrajectoryError: names the two bodies, the last joint between them, and the time.
+        """
+        if nearest is not None and min(nearest.distance, nearest.at_least + TOLERANCE) < self._clearance:
+            raise self._too_close("the motion", nearest.bodies, nearest.distance, nearest.joint, nearest.time)
+
+    def require_clear_posture(self, posture: FloatArray, what: str) -> None:
+        """Raise where a posture (n,) is closer than the clearance to something.
 
         Args:
-            motion: any motion of this arm.
+            posture: rad (or m).
             what: as the message calls it.
 
         Raises:
-            TrajectoryError: when it comes closer than the clearance; names bodies, joint and time.
+            TrajectoryError: names the posture, the two bodies and the last joint between them.
         """
-        return self.require_known(self.nearest(motion), what)
+        if len(self._geometry.collisionPairs) == 0:
+            return
+        distances = self.distances(posture)
+        pair = int(distances.argmin())
+        if distances[pair] < self._clearance:
+            raise self._too_close(what, self.pairs[pair], float(distances[pair]), self._last_joint(pair))
 
-    def require_known(self, nearest: Nearest | None, what: str) -> Nearest | None:
-        """As :meth:`require_clear`, where the nearest of a motion is known."""
-        clearance = self.surroundings.clearance
-        if nearest is not None and min(nearest.distance, nearest.at_least + TOLERANCE) < clearance:
-            first, second = nearest.bodies
-            distance = f"{1e3 * nearest.distance:.1f} mm from {second}; allowed: {1e3 * clearance:.1f} mm"
-            raise TrajectoryError(
-                f"{what} brings {first} to {distance}",
-                constraint="collision",
-                joint=nearest.joint,
-                time=nearest.time,
-            )
-        return nearest
+    @property
+    def _clearance(self) -> float:
+        return self.surroundings.clearance
+
+    def _too_close(
+        self, what: str, bodies: tuple[str, str], distance: float, joint: str, time: float | None = None
+    ) -> TrajectoryError:
+        first, second = bodies
+        reached = (
+            f"brings {first} to {1e3 * distance:.1f} mm from {second}"
+            if distance >= 0.0
+            else f"puts {first} {-1e3 * distance:.1f} mm into {second}"
+        )
+        return TrajectoryError(
+            f"{what} {reached}; allowed: {1e3 * self._clearance:.1f} mm apart",
+            constraint="collision",
+            joint=joint,
+            time=time,
+        )
 
     def _nearest(self, motion: Motion, enough: float | None) -> Nearest | None:
         """Branch and bound over time; with ``enough``, only until it is clear on which side of it."""
@@ -177,10 +197,12 @@ class CollisionCheck:
 
     def _found(self, best: tuple[float, int, float], lowest: float) -> Nearest:
         distance, pair, time = best
-        bodies = self.pairs[pair]
+        return Nearest(distance, float(min(lowest, distance)), self.pairs[pair], self._last_joint(pair), time)
+
+    def _last_joint(self, pair: int) -> str:
+        """The last joint that moves the bodies of a pair towards each other."""
         moving = np.flatnonzero(self._sweep[:, pair])
-        joint = self.robot.joint[int(moving[-1])].name if moving.size else ""
-        return Nearest(distance, float(min(lowest, distance)), bodies, joint, time)
+        return self.robot.joint[int(moving[-1])].name if moving.size else ""
 
 
 def _geometry(robot: Robot, model: pinocchio.Model, surroundings: Surroundings) -> pinocchio.GeometryModel:
@@ -211,6 +233,11 @@ def _geometry(robot: Robot, model: pinocchio.Model, surroundings: Surroundings) 
             if not _belong_together(model, bodies[first].parentJoint, bodies[second].parentJoint):
                 geometry.addCollisionPair(pinocchio.CollisionPair(first, second))
     return geometry
+
+
+def _named(model: pinocchio.Model, body: pinocchio.GeometryObject) -> str:
+    """The link that carries a body; the body's own name where it stands in the surroundings."""
+    return str(model.frames[body.parentFrame].name) if body.parentFrame > 0 else str(body.name)
 
 
 def _convex(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:

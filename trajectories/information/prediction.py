@@ -21,6 +21,7 @@ from ident.recording import Recording
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification
 from trajectories.errors import PlanError
+from trajectories.information.expected import ExpectedValues
 from trajectories.information.matrix import ROW_RATE, Information
 from trajectories.information.noise import TorqueNoise
 
@@ -41,7 +42,7 @@ class Prediction:
 
     Attributes:
         names, units: of the base parameters (b,).
-        values: (b,) what they are expected to be, SI.
+        expected: what they are expected to be, SI.
         sigma: (b,) standard deviation of their estimates, SI; inf for what the motion does not show.
         information: G at 100 rows per second, of rows weighted by each joint's σ.
         used: (n,) share of each joint's rows that are fast enough to be used.
@@ -52,7 +53,7 @@ class Prediction:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    values: FloatArray
+    expected: ExpectedValues
     sigma: FloatArray
     information: Information
     used: FloatArray
@@ -62,9 +63,13 @@ class Prediction:
 
     @property
     def percent_sigma(self) -> FloatArray:
-        """(b,) 100·σ/|value|; inf where the value is 0."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(100.0 * self.sigma / np.abs(self.values))
+        """(b,) the 100·σ/|β̂| to expect; inf where nothing is known of the value or nothing is seen of it."""
+        return self.expected.percent_sigma(self.sigma)
+
+    @property
+    def values(self) -> FloatArray:
+        """(b,) what the parameters are expected to be, SI."""
+        return self.expected.value
 
     @property
     def unseen(self) -> tuple[str, ...]:
@@ -73,7 +78,7 @@ class Prediction:
 
 
 def predict(
-    base: BaseParameters, time: FloatArray, position: FloatArray, noise: TorqueNoise, values: FloatArray
+    base: BaseParameters, time: FloatArray, position: FloatArray, noise: TorqueNoise, expected: ExpectedValues
 ) -> Prediction:
     """Predict the deviations of the base parameters from a recording of a motion.
 
@@ -82,7 +87,7 @@ def predict(
         time: (N,) s, the instants of the samples.
         position: N × joints.
         noise: the errors to expect.
-        values: (b,) what the parameters are expected to be.
+        expected: what the parameters are expected to be.
 
     Raises:
         PlanError: the motion is too short to be identified from.
@@ -94,7 +99,7 @@ def predict(
     return Prediction(
         names=base.names,
         units=base.units,
-        values=values,
+        expected=expected,
         sigma=_deviations(matrix, x, noise, row_time, rows.segment),
         information=Information(matrix * (ROW_RATE * row_time)),
         used=rows.used.mean(axis=0),
@@ -106,11 +111,13 @@ def predict(
 
 def _rows(base: BaseParameters, time: FloatArray, position: FloatArray) -> Rows:
     settings = _possible(base.model.robot.identification, float(time[1] - time[0]))
-    recording = Recording("trajectory", time, None, position, np.zeros_like(position))
     try:
+        recording = Recording("trajectory", time, None, position, np.zeros_like(position))
         return observe(base, (recording,), settings)
     except IdentificationError as error:
-        raise PlanError(f"{error}; allowed: a longer duration", constraint="duration") from error
+        raise PlanError(
+            f"{error}; allowed: a longer duration or a shorter cycle", constraint="duration"
+        ) from error
 
 
 def _possible(settings: Identification, sample_time: float) -> Identification:

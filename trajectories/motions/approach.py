@@ -61,7 +61,7 @@ def approach(
     limits = Limits.of(robot, Margins(speed_factor=speed_factor)).widened(start).widened(goal)
     judge = Judge(robot, limits, surroundings, tool, tool_speed)
     for name, posture in (("start", start), ("goal", goal)):
-        judge.collision.require_clear(hold(posture, SHORTEST), name)
+        judge.collision.require_clear_posture(posture, name)
     refusal: TrajectoryError | None = None
     for stops in _ways(judge, start, goal):
         try:

@@ -1,9 +1,9 @@
 """A motion of which only samples are known, as somebody else's file has it.
 
 Between samples it is the cubic spline through them, whose pieces have constant jerk like our own segments.
-A spline overshoots in jerk where the real jerk jumps, so the jerk is judged by third differences: each is
-the mean jerk over three intervals, so a motion that keeps its limit is never refused for it. What the
-rounding of the file adds to differences is taken off first.
+A spline overshoots where the real jerk jumps, so velocity, acceleration and jerk are judged by the first,
+second and third differences of the samples: each is a mean over one, two or three intervals, so a motion that
+keeps its limits is never refused. What the rounding of the file adds to differences is taken off first.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FEWEST = 8
 _JITTER = 0.01
 """Largest departure of an interval from the mean one that counts as even."""
 
-_MOST_DECIMALS = 12
+_MOST_DIGITS = 16
 
 
 @dataclass(frozen=True)
@@ -56,20 +56,29 @@ class SampledMotion:
         return 4.0 * self.resolution / self.step**3
 
     def extremes(self) -> Extremes:
-        """Of the spline; acceleration and jerk without what rounding may have added."""
-        spline = self.spline.extremes()
+        """Positions of the spline; derivatives by differences, without what rounding may have added."""
         position = np.append(
             self.spline.position, self.spline.at(np.array([self.duration])).position.T, axis=1
         )
-        third = np.abs(np.diff(position, n=3, axis=1)) / self.step**3
-        worst = third.argmax(axis=1)
-        acceleration = spline.acceleration - 6.0 * self.resolution / self.step**2
+        velocity, acceleration, jerk = (self._largest_difference(position, order) for order in (1, 2, 3))
         return replace(
-            spline,
-            acceleration=np.maximum(acceleration, 0.0),
-            jerk=np.maximum(third.max(axis=1) - self.jerk_rounding, 0.0),
-            jerk_time=np.asarray((worst + 1.5) * self.step, dtype=np.float64),
+            self.spline.extremes(),
+            velocity=velocity[0],
+            velocity_time=velocity[1],
+            acceleration=acceleration[0],
+            acceleration_time=acceleration[1],
+            jerk=jerk[0],
+            jerk_time=jerk[1],
         )
+
+    def _largest_difference(self, position: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+        """Per joint the largest difference of an order over step^order, and the middle of its interval."""
+        difference = np.abs(np.diff(position, n=order, axis=1)) / self.step**order
+        # The differences of numbers that are each off by half a step add up to 2^(order−1) steps.
+        rounding = 2.0 ** (order - 1) * self.resolution / self.step**order
+        largest = np.maximum(difference.max(axis=1) - rounding, 0.0)
+        middle = (difference.argmax(axis=1) + order / 2) * self.step
+        return largest, np.asarray(middle, dtype=np.float64)
 
 
 def sampled_motion(
@@ -119,8 +128,10 @@ def sampled_motion(
 
 
 def _resolution(values: FloatArray) -> float:
-    """The decimal step that all values are multiples of; 0 where they have too many digits to tell."""
-    for decimals in range(_MOST_DECIMALS):
-        if np.abs(values - np.round(values, decimals)).max() < 1e-13 * max(1.0, np.abs(values).max()):
+    """The decimal step to which the largest of the values are written."""
+    leading = int(np.floor(np.log10(max(float(np.abs(values).max()), 1e-6))))
+    large = values[np.abs(values) >= 10.0**leading]
+    for decimals in range(min(0, -leading), _MOST_DIGITS - leading):
+        if large.size and np.abs(large - np.round(large, decimals)).max() < 1e-14 * 10.0**leading:
             return float(10.0**-decimals)
-    return 0.0
+    return float(10.0 ** (leading + 1 - _MOST_DIGITS))
