@@ -20,15 +20,26 @@ def run_facts(
 
     Args:
         robot: the arm.
-        run: what only the caller knows: channel, seed, kind, operator's note.
+        run: what only the caller knows: channel, seed, kind; ``operator`` and ``note`` where they are given.
         trajectory: what was streamed.
         drives: what the set-up found.
     """
     identities = [
-        {"joint": d.joint, "node": d.node_id, "vendor": d.vendor, "product": d.product, "serial": d.serial}
+        {
+            "joint": d.joint,
+            "node": d.node_id,
+            "vendor": d.vendor,
+            "product": d.product,
+            "revision": d.revision,
+            "serial": d.serial,
+        }
         for d in drives
     ]
-    packages = ("armhil", "numpy", "scipy", "pin", "ruckig", "python-can", "canopen")
+    gains = [
+        {"joint": joint.name, "gain": drive.gain, "relative_uncertainty": drive.gain_relative_uncertainty}
+        for joint, drive in zip(robot.joint, robot.drive, strict=True)
+    ]
+    packages = ("armhil", "mcap", "numpy", "scipy", "pin", "ruckig", "python-can", "canopen")
     return {
         DESCRIPTION: {
             "name": robot.name,
@@ -40,6 +51,7 @@ def run_facts(
             "period": repr(robot.bus.cycle_time),
             **run,
             "drives": json.dumps(identities),
+            "gains": json.dumps(gains),
             "versions": json.dumps({name: version(name) for name in packages}),
         },
         TRAJECTORY: {

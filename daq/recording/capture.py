@@ -10,15 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.recording.events import DriveEvent
+from daq.recording.temperatures import Temperature
 from drivers.cyclic.samples import Samples
 
 PROFILE = "armhil"
-FORMAT = "1"
 
 DESCRIPTION = "armhil.description"
 RUN = "armhil.run"
 TRAJECTORY = "armhil.trajectory"
 OUTCOME = "armhil.outcome"
+RECOVERY = "armhil.recovery"
+"""In a capture that was rebuilt from a damaged one."""
+IMPORT = "armhil.import"
+"""In a capture that was made of a log of somebody else."""
+FAULT = "armhil.fault"
+"""In a capture that a fault triggered."""
 CHECKSUM_KEY = "sha256"
 
 Facts = Mapping[str, str]
@@ -62,15 +69,20 @@ class Damage:
     """False where the recorder never got to close the file: killed, or cut off afterwards."""
     lost_records: tuple[str, ...] = ()
     """Metadata records that are missing or do not match their checksum."""
+    lost_frames: int = 0
+    """Raw frames that were recorded and are not in the file."""
 
     def __bool__(self) -> bool:
-        return bool(self.gaps or self.unreadable_bytes or not self.closed or self.lost_records)
+        lost = self.lost_records or self.lost_frames
+        return bool(self.gaps or self.unreadable_bytes or not self.closed or lost)
 
     def sentences(self, period: float) -> tuple[str, ...]:
         """What is missing, in words; ``period`` is the SYNC period in s."""
         parts = [
             f"cycles {gap.first} to {gap.last} are missing ({gap.cycles * period:.3f} s)" for gap in self.gaps
         ]
+        if self.lost_frames:
+            parts.append(f"{self.lost_frames} raw frames are missing")
         if self.unreadable_bytes:
             parts.append(f"{self.unreadable_bytes} bytes are damaged and were skipped")
         if not self.closed:
@@ -98,6 +110,18 @@ class Capture:
     outcome: Facts | None
     """None where the recorder did not get to write it."""
     damage: Damage = field(default_factory=Damage)
+    events: tuple[DriveEvent, ...] = ()
+    """What the drives said beside their samples."""
+    temperatures: tuple[Temperature, ...] = ()
+    frames: int = 0
+    """Raw frames in the file; ``daq.recording.reader.iterate_frames`` reads them."""
+    records: Mapping[str, Facts] = field(default_factory=dict)
+    """All intact metadata records by name."""
+
+    @property
+    def has_reference(self) -> bool:
+        """Whether the set-points were recorded; logs of others may have none, and theirs are NaN."""
+        return self.run.get("reference", "recorded") != "absent"
 
     def segments(self) -> tuple[Samples, ...]:
         """Pieces without a gap, in which every drive answered every cycle: a gap is never data."""

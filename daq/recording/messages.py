@@ -1,4 +1,4 @@
-"""The messages of a capture: ROS 2 definitions, and vectorised encoding of many at once.
+"""The messages of a capture: vectorised encoding of many at once.
 
 Within one capture the joint names never change, so every message of a channel has the same length
 and its numbers sit at the same bytes. A batch of samples is then one structured NumPy array laid over
@@ -7,53 +7,19 @@ copies of a template, which costs well under a microsecond a message.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.recording.cdr import CdrDecoder, CdrEncoder
-
-JOINT_STATE = "sensor_msgs/msg/JointState"
-CYCLE_STATUS = "armhil/msg/CycleStatus"
-
-_SEPARATOR = "=" * 80
-_HEADER_DEFINITION = f"""\
-{_SEPARATOR}
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-{_SEPARATOR}
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-"""
-JOINT_STATE_DEFINITION = f"""\
-std_msgs/Header header
-string[] name
-float64[] position
-float64[] velocity
-float64[] effort
-{_HEADER_DEFINITION}"""
-CYCLE_STATUS_DEFINITION = f"""\
-# One SYNC of the bus. Arrays have one entry per drive, in the order of name.
-std_msgs/Header header
-# Number of the SYNC since the stream began; a missing number is a cycle that was not recorded.
-uint64 cycle
-# Time between the deadline of this SYNC and the moment it was sent, s.
-float64 lateness
-string[] name
-# Control signal v_tau of the drive, in the units of the robot description.
-float64[] control_signal
-# CiA 402 statusword, object 6041.
-uint16[] statusword
-# Whether the drive answered this SYNC in time.
-bool[] complete
-{_HEADER_DEFINITION}"""
+from daq.recording.mcap_file import Rows
 
 _FORMATS = {
     "bool": "?",
+    "uint8": "u1",
     "uint16": "<u2",
     "int32": "<i4",
     "uint32": "<u4",
@@ -69,8 +35,8 @@ class Layout:
     template: bytes
     dtype: np.dtype[np.void]
 
-    def encode(self, stamps: NDArray[np.int64], columns: dict[str, NDArray[np.generic]]) -> list[bytes]:
-        """Messages of N samples.
+    def rows(self, stamps: NDArray[np.int64], columns: Mapping[str, NDArray[Any]]) -> Rows:
+        """Messages of N samples, N × size.
 
         Args:
             stamps: (N,) time of each message, ns since the epoch.
@@ -81,16 +47,13 @@ class Layout:
         records["sec"], records["nanosec"] = np.divmod(stamps, 1_000_000_000)
         for name, values in columns.items():
             records[name] = values
-        data = rows.tobytes()
-        size = len(self.template)
-        return [data[at : at + size] for at in range(0, len(data), size)]
+        return rows
 
-    def decode(self, messages: Sequence[bytes]) -> NDArray[np.void] | None:
+    def decode(self, rows: Rows) -> NDArray[np.void] | None:
         """The numbers of N messages, (N,) structured; None where one does not fit the template."""
         size = len(self.template)
-        if any(len(message) != size for message in messages):
+        if rows.shape[1] != size:
             return None
-        rows = np.frombuffer(b"".join(messages), dtype=np.uint8).reshape(len(messages), size)
         constant = np.ones(size, dtype=bool)
         for form, offset, *_ in (self.dtype.fields or {}).values():
             constant[offset : offset + form.itemsize] = False
@@ -119,6 +82,14 @@ class _LayoutBuilder:
         if count:
             self._fields.append((name, (_FORMATS[kind], (count,)), self.encoder.offset))
 
+    def array(self, name: str, kind: str, count: int) -> None:
+        """An array of fixed length: no count in front of it."""
+        self.encoder.primitive(kind, 0)
+        begin = self.encoder.offset
+        for _ in range(count - 1):
+            self.encoder.primitive(kind, 0)
+        self._fields.append((name, (_FORMATS[kind], (count,)), begin))
+
     def finish(self) -> Layout:
         template = self.encoder.finish()
         dtype = np.dtype(
@@ -142,8 +113,8 @@ def joint_state_layout(names: Sequence[str], *, velocity: bool = False, effort: 
     return builder.finish()
 
 
-def cycle_status_layout(names: Sequence[str]) -> Layout:
-    """Layout of the per-cycle message."""
+def cycle_status_layout(names: Sequence[str], *, following_error: bool = True) -> Layout:
+    """Layout of the per-cycle message; captures of the first version have no following error in it."""
     builder = _LayoutBuilder()
     builder.number("cycle", "uint64")
     builder.number("lateness", "float64")
@@ -151,6 +122,19 @@ def cycle_status_layout(names: Sequence[str]) -> Layout:
     builder.numbers("control_signal", "float64", len(names))
     builder.numbers("statusword", "uint16", len(names))
     builder.numbers("complete", "bool", len(names))
+    if following_error:
+        builder.numbers("following_error", "float64", len(names))
+    return builder.finish()
+
+
+def frame_layout() -> Layout:
+    """Layout of a ``can_msgs/Frame``."""
+    builder = _LayoutBuilder()
+    builder.number("id", "uint32")
+    for name in ("is_rtr", "is_extended", "is_error"):
+        builder.number(name, "bool")
+    builder.number("dlc", "uint8")
+    builder.array("data", "uint8", 8)
     return builder.finish()
 
 

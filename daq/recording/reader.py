@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+import mmap
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.recording import messages
 from daq.recording.capture import (
     CHECKSUM_KEY,
     DESCRIPTION,
+    FAULT,
     OUTCOME,
     PROFILE,
+    RECOVERY,
     RUN,
     TRAJECTORY,
     Capture,
@@ -25,45 +29,89 @@ from daq.recording.capture import (
     Gap,
     facts_checksum,
 )
-from daq.recording.mcap_scan import MAGIC, Scan, scan
-from daq.recording.recorder import CHANNELS, MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC
-from drivers.cyclic.samples import Samples
+from daq.recording.cdr import CdrError
+from daq.recording.events import DriveEvent
+from daq.recording.frames import Frames
+from daq.recording.mcap_file import MAGIC
+from daq.recording.mcap_scan import Scan, chunks, scan
+from daq.recording.sample_messages import samples_of
+from daq.recording.temperatures import Temperature
+from daq.recording.topics import EVENTS_TOPIC, FRAMES_TOPIC, NUMBERS, TEMPERATURE_TOPIC
 
 ALLOWED = "allowed: an MCAP capture recorded by armhil"
 
 
-def read_capture(path: Path) -> Capture:
+def read_capture(path: Path, *, allow_empty: bool = False) -> Capture:
     """Read a capture, skipping what is damaged and saying so in ``Capture.damage``.
+
+    Args:
+        path: the file.
+        allow_empty: whether a capture without samples will do, such as one of a fault while nothing moved.
 
     Raises:
         CaptureError: not a capture, or nothing in it can be read.
     """
-    data = _read_bytes(path)
-    found = scan(data)
-    facts, damaged = _checked_facts(found)
+    with open_bytes(path) as data:
+        found = scan(data, lambda channel: channel != NUMBERS[FRAMES_TOPIC])
+        sha256 = hashlib.sha256(data).hexdigest()
+    facts, damaged = checked_facts(found)
     if found.profile != PROFILE and not facts:
         raise CaptureError(f"{path}: is an MCAP file of profile {found.profile!r}; {ALLOWED}")
     if DESCRIPTION not in facts or RUN not in facts:
         lost = DESCRIPTION if DESCRIPTION not in facts else RUN
         raise CaptureError(f"{path}: its record {lost} is missing or damaged, so its samples have no meaning")
     try:
-        return _capture(path, hashlib.sha256(data).hexdigest(), found, facts, damaged)
+        capture = _capture(path, sha256, found, facts, damaged)
     except KeyError as error:
         raise CaptureError(f"{path}: its records lack the key {error}; {ALLOWED}") from error
+    if not len(capture.samples.cycle) and not allow_empty:
+        raise CaptureError(f"{path}: no sample in it can be read")
+    return capture
+
+
+def iterate_frames(path: Path) -> Iterator[Frames]:
+    """The raw frames of a capture, batch by batch in the order of the file; damaged ones are left out.
+
+    Raises:
+        CaptureError: not an MCAP file.
+    """
+    number = NUMBERS[FRAMES_TOPIC]
+    with open_bytes(path) as data:
+        for found in chunks(data, Scan(), lambda channel: channel == number):
+            for run in found.runs.pop(number, ()):
+                if (frames := Frames.of_rows(run.rows)) is not None:
+                    yield frames
+
+
+def read_frames(path: Path) -> Frames:
+    """All raw frames of a capture at once.
+
+    Raises:
+        CaptureError: not an MCAP file.
+    """
+    return Frames.concatenate(list(iterate_frames(path)))
 
 
 def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], damaged: set[str]) -> Capture:
     description, run = facts[DESCRIPTION], facts[RUN]
     joints = tuple(description["joints"].split("\n"))
     period = _number(path, RUN, "period", run["period"])
-    samples, undecodable = _samples(found, joints, period)
-    if not len(samples.cycle):
-        raise CaptureError(f"{path}: no sample in it can be read")
+    reference = run.get("reference", "recorded") != "absent"
+    samples, undecodable = samples_of(found, joints, period, reference=reference)
     outcome = facts.get(OUTCOME)
     cycles = None if outcome is None else int(_number(path, OUTCOME, "cycles", outcome["cycles"]))
     lost_records = [name for name in (TRAJECTORY, OUTCOME) if name not in facts and name in damaged]
-    if outcome is None and found.ended:
+    if outcome is None and found.ended and RECOVERY not in facts:
         lost_records.append(OUTCOME)
+    events, bad_events = _events(found)
+    temperatures, bad_temperatures = _temperatures(found)
+    damage = Damage(
+        gaps=_gaps(samples.cycle, cycles, from_start=FAULT not in facts),
+        unreadable_bytes=found.unreadable_bytes + undecodable + bad_events + bad_temperatures,
+        closed=found.ended or outcome is not None,
+        lost_records=tuple(dict.fromkeys(lost_records)),
+        lost_frames=_lost_frames(path, found, outcome),
+    )
     return Capture(
         path=path,
         sha256=sha256,
@@ -76,33 +124,88 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
         run=run,
         trajectory=facts.get(TRAJECTORY, {}),
         outcome=outcome,
-        damage=Damage(
-            gaps=_gaps(samples.cycle, cycles),
-            unreadable_bytes=found.unreadable_bytes + undecodable,
-            closed=found.ended or outcome is not None,
-            lost_records=tuple(dict.fromkeys(lost_records)),
-        ),
+        damage=_with_earlier(path, damage, facts.get(RECOVERY)),
+        events=events,
+        temperatures=temperatures,
+        frames=found.counts.get(NUMBERS[FRAMES_TOPIC], 0),
+        records=facts,
     )
 
 
-def _read_bytes(path: Path) -> bytes:
+def _with_earlier(path: Path, damage: Damage, recovery: Facts | None) -> Damage:
+    """The damage of a rebuilt capture is that of the file it was rebuilt from, and its own."""
+    if recovery is None:
+        return damage
+    lost = tuple(name for name in recovery["lost_records"].split("\n") if name)
+    return Damage(
+        gaps=damage.gaps,
+        unreadable_bytes=damage.unreadable_bytes
+        + int(_number(path, RECOVERY, "unreadable_bytes", recovery["unreadable_bytes"])),
+        closed=damage.closed and recovery["closed"] == "true",
+        lost_records=tuple(dict.fromkeys(lost + damage.lost_records)),
+        lost_frames=damage.lost_frames,
+    )
+
+
+def _lost_frames(path: Path, found: Scan, outcome: Facts | None) -> int:
+    number = NUMBERS[FRAMES_TOPIC]
+    there = found.counts.get(number, 0)
+    if outcome is not None and "frames" in outcome:
+        return max(0, int(_number(path, OUTCOME, "frames", outcome["frames"])) - there)
+    return max(0, found.last.get(number, -1) + 1 - there)
+
+
+def _events(found: Scan) -> tuple[tuple[DriveEvent, ...], int]:
+    """In the order of time, and the bytes of those that cannot be decoded."""
+    events: list[DriveEvent] = []
+    undecodable = 0
+    for run in found.runs.get(NUMBERS[EVENTS_TOPIC], ()):
+        for row in run.rows:
+            try:
+                events.append(DriveEvent.decode(row.tobytes()))
+            except CdrError:
+                undecodable += row.size
+    return tuple(sorted(events, key=lambda event: event.stamp)), undecodable
+
+
+def _temperatures(found: Scan) -> tuple[tuple[Temperature, ...], int]:
+    readings: list[Temperature] = []
+    undecodable = 0
+    for run in found.runs.get(NUMBERS[TEMPERATURE_TOPIC], ()):
+        for row in run.rows:
+            try:
+                readings.append(Temperature.decode(row.tobytes()))
+            except CdrError:
+                undecodable += row.size
+    return tuple(readings), undecodable
+
+
+@contextmanager
+def open_bytes(path: Path) -> Iterator[bytes]:
+    """The bytes of an MCAP file, mapped and not read: captures may be larger than memory.
+
+    Raises:
+        CaptureError: not there, not readable, or no MCAP file.
+    """
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            head = file.read(4096)
+            if not head:
+                raise CaptureError(f"{path}: is empty; {ALLOWED}")
+            if not head.startswith(MAGIC):
+                raise CaptureError(f"{path}: is {_what_it_is(head)}; {ALLOWED}")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                # A map has all that is used of bytes here: slices, len, find.
+                yield cast("bytes", data)
     except IsADirectoryError:
         raise CaptureError(f"{path}: is a folder; {ALLOWED}") from None
     except FileNotFoundError:
         raise CaptureError(f"{path}: no such file; {ALLOWED}") from None
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read: {error.strerror}") from error
-    if not data:
-        raise CaptureError(f"{path}: is empty; {ALLOWED}")
-    if not data.startswith(MAGIC):
-        raise CaptureError(f"{path}: is {_what_it_is(data)}; {ALLOWED}")
-    return data
 
 
-def _what_it_is(data: bytes) -> str:
-    head = data[:4096]
+def _what_it_is(head: bytes) -> str:
     try:
         head.decode()
     except UnicodeDecodeError as error:
@@ -112,7 +215,7 @@ def _what_it_is(data: bytes) -> str:
     return "a text file" if b"\x00" not in head else "a binary file of another kind"
 
 
-def _checked_facts(found: Scan) -> tuple[dict[str, Facts], set[str]]:
+def checked_facts(found: Scan) -> tuple[dict[str, Facts], set[str]]:
     """Metadata records that match their checksum, and the names of those that do not."""
     facts: dict[str, Facts] = {}
     damaged: set[str] = set()
@@ -134,57 +237,14 @@ def _number(path: Path, record: str, key: str, text: str) -> float:
     return value
 
 
-def _gaps(cycles: NDArray[np.int64], streamed: int | None) -> tuple[Gap, ...]:
-    """Missing cycle numbers between 0 and the last one that was streamed (the last one read where None)."""
-    following = int(cycles[-1]) + 1 if streamed is None else streamed
-    edges = np.concatenate(([-1], cycles, [following]))
+def _gaps(cycles: NDArray[np.int64], streamed: int | None, *, from_start: bool) -> tuple[Gap, ...]:
+    """Missing cycle numbers between 0 and the last one that was streamed (the last one read where None).
+
+    What a fault triggered begins in the middle of a stream: nothing is missing before its first cycle.
+    """
+    last = int(cycles[-1]) + 1 if len(cycles) else 0
+    following = last if streamed is None else streamed
+    before_first = -1 if from_start or not len(cycles) else int(cycles[0]) - 1
+    edges = np.concatenate(([before_first], cycles, [following]))
     before = np.flatnonzero(np.diff(edges) > 1)
     return tuple(Gap(int(edges[k]) + 1, int(edges[k + 1]) - 1) for k in before)
-
-
-def _samples(found: Scan, joints: tuple[str, ...], period: float) -> tuple[Samples, int]:
-    """The cycles of which all three messages are there, and how many bytes could not be decoded."""
-    layouts = {
-        REFERENCE_TOPIC: messages.joint_state_layout(joints),
-        MEASURED_TOPIC: messages.joint_state_layout(joints, effort=True),
-        STATUS_TOPIC: messages.cycle_status_layout(joints),
-    }
-    decoded: dict[str, NDArray[np.void]] = {}
-    sequences: dict[str, NDArray[np.int64]] = {}
-    undecodable = 0
-    for number, topic in CHANNELS.items():
-        rows = found.messages.get(number, [])
-        values = layouts[topic].decode([row.data for row in rows])
-        if values is None:
-            undecodable += sum(len(row.data) for row in rows)
-            values, rows = layouts[topic].decode([]), []
-        assert values is not None
-        decoded[topic] = values
-        sequences[topic] = np.array([row.sequence for row in rows], dtype=np.int64)
-    return _aligned(decoded, sequences, period), undecodable
-
-
-def _aligned(
-    decoded: dict[str, NDArray[np.void]], sequences: dict[str, NDArray[np.int64]], period: float
-) -> Samples:
-    common = sequences[STATUS_TOPIC]
-    for topic in (REFERENCE_TOPIC, MEASURED_TOPIC):
-        common = np.intersect1d(common, sequences[topic])
-    picked = {topic: decoded[topic][_rows_of(sequences[topic], common)] for topic in decoded}
-    status = picked[STATUS_TOPIC]
-    cycle = status["cycle"].astype(np.int64)
-    return Samples(
-        cycle=cycle,
-        time=np.asarray(cycle * period, dtype=np.float64),
-        reference=picked[REFERENCE_TOPIC]["position"].copy(),
-        position=picked[MEASURED_TOPIC]["position"].copy(),
-        control_signal=status["control_signal"].copy(),
-        statusword=status["statusword"].copy(),
-        complete=status["complete"].copy(),
-        lateness=status["lateness"].copy(),
-    )
-
-
-def _rows_of(sequence: NDArray[np.int64], wanted: NDArray[np.int64]) -> NDArray[np.intp]:
-    order = np.argsort(sequence, kind="stable")
-    return order[np.searchsorted(sequence[order], wanted)]

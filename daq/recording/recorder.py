@@ -1,6 +1,6 @@
 """Write a run into one MCAP file that survives the death of its writer.
 
-The file holds three channels of ROS 2 CDR messages and metadata records; docs/reference/capture-format.md
+The file holds channels of ROS 2 CDR messages and metadata records; docs/reference/capture-format.md
 describes it. A chunk is closed at least every 0.1 s of data, so a killed process loses no more than
 what its operating system had not been handed yet; a thread of its own calls fdatasync every 0.25 s, so a
 power cut loses little more.
@@ -12,41 +12,59 @@ import logging
 import os
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
+from numpy.typing import NDArray
 
-from daq.recording import messages
 from daq.recording.capture import CHECKSUM_KEY, OUTCOME, PROFILE, CaptureError, Facts, facts_checksum
+from daq.recording.events import DriveEvent, EventFinder
+from daq.recording.frames import Frames
+from daq.recording.listener import FrameListener
+from daq.recording.mcap_file import McapFile, Rows
+from daq.recording.sample_messages import SampleMessages
+from daq.recording.temperatures import Temperature
+from daq.recording.topics import (
+    CHANNELS,
+    EVENTS_TOPIC,
+    FRAMES_TOPIC,
+    MEASURED_TOPIC,
+    NUMBERS,
+    REFERENCE_TOPIC,
+    STATUS_TOPIC,
+    TEMPERATURE_TOPIC,
+    TOPICS,
+)
 from drivers.cyclic.samples import Samples
 from robots import Robot
+
+__all__ = ["CHANNELS", "MEASURED_TOPIC", "REFERENCE_TOPIC", "STATUS_TOPIC", "Recorder"]
 
 log = logging.getLogger(__name__)
 
 FLUSH_INTERVAL = 0.1
 SYNC_INTERVAL = 0.25
 
-REFERENCE_TOPIC = "/joint_reference"
-MEASURED_TOPIC = "/joint_states"
-STATUS_TOPIC = "/cycle_status"
-# The writer numbers channels in the order of registration, so a reader knows them even where the
-# chunk that introduces them is damaged.
-CHANNELS = {1: REFERENCE_TOPIC, 2: MEASURED_TOPIC, 3: STATUS_TOPIC}
-
 
 class Recorder:
-    """Records the samples of one run. Use as a context manager; ``finish`` states the outcome.
+    """Records one run. Use as a context manager; ``finish`` states the outcome.
 
     Raises:
         CaptureError: the file exists already, or cannot be written.
     """
 
     def __init__(
-        self, path: Path, robot: Robot, facts: Mapping[str, Facts], *, start_ns: int | None = None
+        self,
+        path: Path,
+        robot: Robot,
+        facts: Mapping[str, Facts],
+        *,
+        start_ns: int | None = None,
+        listener: FrameListener | None = None,
+        reference: bool = True,
     ) -> None:
         """Open the file and write what is known before the first sample.
 
@@ -54,15 +72,16 @@ class Recorder:
             path: the new file.
             robot: the arm; its gains give the torque channel.
             facts: metadata records by name, see ``daq.identification.run_facts``.
-            start_ns: time of cycle 0, ns since the epoch; now where absent.
+            start_ns: time of cycle 0, ns since the epoch; where absent, from the clock at the first samples.
+            listener: brings the raw frames; without one there are none.
+            reference: whether the samples have a reference; logs of others may have none.
         """
         self.path = path
-        self._robot = robot
-        names = [joint.name for joint in robot.joint]
-        self._reference = messages.joint_state_layout(names)
-        self._measured = messages.joint_state_layout(names, effort=True)
-        self._status = messages.cycle_status_layout(names)
-        self._start_ns = time.time_ns() if start_ns is None else start_ns
+        self._messages = SampleMessages(robot, reference=reference)
+        self._events = EventFinder(robot)
+        self._start_ns = start_ns
+        self._listener = listener
+        self._counts = dict.fromkeys(CHANNELS, 0)
         self._lock = threading.Lock()
         self._failure: OSError | None = None
         self._last_flush = time.monotonic()
@@ -73,24 +92,15 @@ class Recorder:
             raise CaptureError(f"{path}: exists already; a capture is never changed or overwritten") from None
         except OSError as error:
             raise CaptureError(f"{path}: cannot be written: {error.strerror}") from error
-        self._writer = Writer(self._file, compression=CompressionType.ZSTD)
         self._begin(facts)
         self._syncing = threading.Thread(target=self._sync_until_closed, name="capture-sync", daemon=True)
         self._syncing.start()
+        if listener is not None:
+            listener.subscribe(self.write_frames)
 
     def _begin(self, facts: Mapping[str, Facts]) -> None:
         try:
-            self._writer.start(profile=PROFILE, library="armhil")
-            joint_state = self._writer.register_schema(
-                messages.JOINT_STATE, "ros2msg", messages.JOINT_STATE_DEFINITION.encode()
-            )
-            status = self._writer.register_schema(
-                messages.CYCLE_STATUS, "ros2msg", messages.CYCLE_STATUS_DEFINITION.encode()
-            )
-            for number, topic in CHANNELS.items():
-                schema = status if topic == STATUS_TOPIC else joint_state
-                if self._writer.register_channel(topic, "cdr", schema) != number:
-                    raise AssertionError("channels are numbered in the order of registration")
+            self._writer = McapFile(self._file, PROFILE, "armhil", TOPICS)
             for name, record in facts.items():
                 self._add_facts(name, record)
             self._writer.flush()
@@ -104,44 +114,72 @@ class Recorder:
             self._writer.add_metadata(name, {**record, CHECKSUM_KEY: facts_checksum(record)})
 
     def write(self, samples: Samples) -> None:
-        """Append samples; joint torques are derived from the control signals (eq. 5).
+        """Append samples; joint torques and following errors are derived from them (eq. 5).
 
         Raises:
             CaptureError: the disk is full or gone; what was written before stays readable.
         """
+        if not len(samples):
+            return
+        if self._start_ns is None:
+            self._start_ns = time.time_ns() - round(samples.time[-1] * 1e9)
         stamps = self._start_ns + np.round(samples.time * 1e9).astype(np.int64)
-        streams = (
-            self._reference.encode(stamps, {"position": samples.reference}),
-            self._measured.encode(
-                stamps,
-                {"position": samples.position, "effort": self._robot.joint_torque(samples.control_signal)},
-            ),
-            self._status.encode(
-                stamps,
-                {
-                    "cycle": samples.cycle,
-                    "lateness": samples.lateness,
-                    "control_signal": samples.control_signal,
-                    "statusword": samples.statusword,
-                    "complete": samples.complete,
-                },
-            ),
-        )
+        streams = self._messages.rows(samples, stamps)
+        sequences = (samples.cycle & 0xFFFFFFFF).astype(np.uint32)
+        with self._lock:
+            self._raise_failure()
+            self._attempt(streams, sequences, stamps, self._events.in_samples(samples, stamps))
+            self._raise_failure()
+
+    def write_frames(self, frames: Frames) -> None:
+        """Append raw frames, and the events that they tell. A disk that fails is told at the next samples."""
+        with self._lock:
+            if self._failure is not None or self._closed.is_set():
+                return
+            begin = self._counts[NUMBERS[FRAMES_TOPIC]]
+            sequences = np.arange(begin, begin + len(frames), dtype=np.uint64).astype(np.uint32)
+            streams = {FRAMES_TOPIC: frames.rows()}
+            self._attempt(streams, sequences, frames.stamp, self._events.in_frames(frames))
+
+    def write_temperatures(self, temperatures: Sequence[Temperature]) -> None:
+        """Append readings of the drives' temperatures.
+
+        Raises:
+            CaptureError: as for :meth:`write`.
+        """
         with self._lock:
             self._raise_failure()
             try:
-                self._append(streams, stamps.tolist(), samples.cycle.tolist())
+                for reading in temperatures:
+                    self._append_one(TEMPERATURE_TOPIC, reading.stamp, reading.encode())
             except OSError as error:
                 self._failure = error
-                self._raise_failure()
+            self._raise_failure()
 
-    def _append(self, streams: tuple[list[bytes], ...], stamps: list[int], cycles: list[int]) -> None:
-        add = self._writer.add_message
-        for stamp, cycle, *row in zip(stamps, cycles, *streams, strict=True):
-            for channel, data in enumerate(row, start=1):
-                add(channel, stamp, data, stamp, cycle & 0xFFFFFFFF)
-        if time.monotonic() - self._last_flush >= FLUSH_INTERVAL:
-            self._flush()
+    def _attempt(
+        self,
+        streams: Mapping[str, Rows],
+        sequences: NDArray[np.uint32],
+        stamps: NDArray[np.int64],
+        events: Sequence[DriveEvent],
+    ) -> None:
+        try:
+            for topic, rows in streams.items():
+                self._writer.add(NUMBERS[topic], sequences, stamps, rows)
+                self._counts[NUMBERS[topic]] += len(rows)
+            for event in events:
+                self._append_one(EVENTS_TOPIC, event.stamp, event.encode())
+            if time.monotonic() - self._last_flush >= FLUSH_INTERVAL:
+                self._flush()
+        except OSError as error:
+            self._failure = error
+
+    def _append_one(self, topic: str, stamp: int, data: bytes) -> None:
+        number = NUMBERS[topic]
+        sequence = np.array([self._counts[number] & 0xFFFFFFFF], dtype=np.uint32)
+        row = np.frombuffer(data, dtype=np.uint8)[np.newaxis]
+        self._writer.add(number, sequence, np.array([stamp]), row)
+        self._counts[number] += 1
 
     def _flush(self) -> None:
         self._writer.flush()
@@ -173,14 +211,14 @@ class Recorder:
         Raises:
             CaptureError: the end of the recording could not be written.
         """
+        heard = self._stop_listening()
         self._stop_syncing()
         if self._file.closed:
             return
         self._raise_failure()
         try:
-            self._add_facts(OUTCOME, outcome)
+            self._add_facts(OUTCOME, {**outcome, **heard})
             self._writer.finish()
-            self._file.flush()
             os.fdatasync(self._file.fileno())
             os.fchmod(self._file.fileno(), 0o444)
         except OSError as error:
@@ -188,6 +226,18 @@ class Recorder:
             self._raise_failure()
         finally:
             self._close_file()
+
+    def _stop_listening(self) -> Facts:
+        """Take the last frames; what belongs into the outcome of them."""
+        if self._listener is None:
+            return {}
+        listener, self._listener = self._listener, None
+        listener.unsubscribe(self.write_frames)
+        heard = {
+            "frames": str(self._counts[NUMBERS[FRAMES_TOPIC]]),
+            "frames_dropped": str(listener.dropped),
+        }
+        return heard | ({"frames_ended": listener.failure} if listener.failure else {})
 
     def _close_file(self) -> None:
         try:
@@ -202,6 +252,7 @@ class Recorder:
 
     def abandon(self) -> None:
         """Close the file without an outcome, as after an error; the samples so far are in it."""
+        self._stop_listening()
         self._stop_syncing()
         if self._file.closed:
             return

@@ -9,6 +9,7 @@ import pytest
 
 from daq.recording import recorder
 from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY, Facts
+from daq.recording.frames import Frames
 from daq.recording.recorder import Recorder
 from drivers import Samples
 from robots import Robot
@@ -28,10 +29,32 @@ def samples(first: int, count: int, joints: int = 6, period: float = PERIOD) -> 
         reference=np.sin(phase / 100),
         position=np.sin(phase / 100 - 0.01),
         control_signal=np.cos(phase / 50),
-        statusword=(0x1237 + cycle[:, np.newaxis] % 7 + np.arange(joints)).astype(np.uint16),
+        # Bits 8 to 15 change, the power state (operation enabled) does not.
+        statusword=(0x1237 + 256 * (cycle[:, np.newaxis] % 7 + np.arange(joints))).astype(np.uint16),
         complete=np.ones((count, joints), dtype=np.bool_),
         lateness=np.sin(cycle) * 1e-5,
     )
+
+
+def traffic(robot: Robot, cycles: int, start_ns: int = 1_700_000_000_000_000_000) -> Frames:
+    """What passes on the bus in so many cycles of 1 ms, with an emergency and an error frame among it."""
+    nodes = [drive.node_id for drive in robot.drive]
+    ids = [0x080, *(0x200 + node for node in nodes), *(0x180 + node for node in nodes), 0x700 + nodes[0]]
+    sizes = [0, *[6] * len(nodes), *[8] * len(nodes), 1]
+    frames = Frames.empty(cycles * len(ids))
+    frames.stamp[:] = start_ns + np.arange(len(frames)) * (1_000_000 // len(ids))
+    frames.can_id[:] = np.tile(ids, cycles)
+    frames.dlc[:] = np.tile(sizes, cycles)
+    numbers = np.arange(8 * len(frames)).reshape(-1, 8) % 251
+    frames.data[:] = np.where(np.arange(8) < frames.dlc[:, np.newaxis], numbers, 0)
+    frames.data[frames.can_id > 0x700] = [5, 0, 0, 0, 0, 0, 0, 0]
+    if cycles > 20:
+        frames.can_id[10 * len(ids)] = 0x080 + nodes[1]
+        frames.dlc[10 * len(ids)] = 8
+        frames.data[10 * len(ids)] = [0x10, 0x43, 0x08, 0, 0, 0, 0, 0]
+        frames.is_error[20 * len(ids)] = True
+        frames.can_id[20 * len(ids)] = 0x040
+    return frames
 
 
 def facts(robot: Robot, period: float = PERIOD) -> dict[str, Facts]:

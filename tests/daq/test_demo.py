@@ -20,7 +20,7 @@ from daq.cli import entry as cli
 from daq.demo import DemoRequest, DemoResult, run_demo
 from daq.files.model_file import read_model
 from daq.progress import Silent
-from daq.recording.capture import Capture
+from daq.recording.capture import Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers import Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
@@ -147,14 +147,19 @@ def start_demo(out: Path, channel: Channel) -> subprocess.Popen[str]:
 
 
 def wait_for_motion(process: subprocess.Popen[str], path: Path) -> None:
-    """Until the capture has grown twice: the header is written at once, samples only while streaming."""
-    sizes: set[int] = set()
+    """Until the capture holds samples: frames are there before, samples only while streaming."""
     deadline = time.monotonic() + 120.0
-    while len(sizes) < 3:
+    while not (path.exists() and samples_in(path)):
         assert process.poll() is None and time.monotonic() < deadline
-        if path.exists():
-            sizes.add(path.stat().st_size)
         time.sleep(0.05)
+
+
+def samples_in(path: Path) -> int:
+    """How many samples a capture holds by now, while it is being written."""
+    try:
+        return len(read_capture(path, allow_empty=True).samples)
+    except CaptureError:  # its records are not all there yet
+        return 0
 
 
 def test_ctrl_c_while_the_arm_moves(

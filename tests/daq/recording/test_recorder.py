@@ -6,10 +6,12 @@ import random
 import subprocess
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,12 +19,23 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from daq.recording.capture import OUTCOME, Capture, CaptureError, Gap
-from daq.recording.messages import CYCLE_STATUS_DEFINITION
-from daq.recording.reader import read_capture
-from daq.recording.recorder import CHANNELS, MEASURED_TOPIC, REFERENCE_TOPIC, STATUS_TOPIC, Recorder
+from daq.recording.frames import Frames
+from daq.recording.reader import read_capture, read_frames
+from daq.recording.recorder import Recorder
+from daq.recording.temperatures import Temperature
+from daq.recording.topics import (
+    CHANNELS,
+    CYCLE_STATUS_DEFINITION,
+    EVENTS_TOPIC,
+    FRAMES_TOPIC,
+    MEASURED_TOPIC,
+    REFERENCE_TOPIC,
+    STATUS_TOPIC,
+    TEMPERATURE_TOPIC,
+)
 from drivers import Samples
 from robots import Robot
-from tests.daq.captures import BATCH, PERIOD, facts, outcome, record, record_cycles, samples
+from tests.daq.captures import BATCH, PERIOD, facts, outcome, record, record_cycles, samples, traffic
 
 PROCESS = Path(__file__).with_name("recording_process.py")
 LARGEST_LOSS = 0.3
@@ -58,19 +71,29 @@ def test_one_axis(tmp_path: Path, emps: Robot, monkeypatch: pytest.MonkeyPatch) 
     assert_same(capture.samples, samples(0, 120, joints=1))
 
 
-def test_the_ros2_decoder_of_mcap_reads_it(
-    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = record_cycles(tmp_path / "run.mcap", tx40, 110, monkeypatch)
-    found: dict[str, list[object]] = {REFERENCE_TOPIC: [], MEASURED_TOPIC: [], STATUS_TOPIC: []}
-    stamps = []
+def decoded_by_mcap(path: Path) -> dict[str, list[tuple[Any, Any]]]:
+    """What the mcap library makes of a file, with its own checks: topic → (message, decoded)."""
+    found: dict[str, list[tuple[Any, Any]]] = defaultdict(list)
     with path.open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         for _, channel, message, decoded in reader.iter_decoded_messages():
-            found[channel.topic].append(decoded)
-            stamps.append((message.log_time, decoded.header.stamp.sec * 10**9 + decoded.header.stamp.nanosec))
+            found[channel.topic].append((message, decoded))
+    return found
+
+
+def stamp_of(decoded: Any) -> int:
+    stamp = decoded.header.stamp if hasattr(decoded, "header") else decoded.stamp
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
+def test_the_ros2_decoder_of_mcap_reads_it(
+    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = decoded_by_mcap(record_cycles(tmp_path / "run.mcap", tx40, 110, monkeypatch))
     expected = samples(0, 110)
-    reference, measured, status = found.values()
+    reference, measured, status = (
+        [decoded for _, decoded in found[topic]] for topic in (REFERENCE_TOPIC, MEASURED_TOPIC, STATUS_TOPIC)
+    )
     assert np.array_equal([m.position for m in reference], expected.reference)
     assert np.array_equal([m.position for m in measured], expected.position)
     assert np.array_equal([m.effort for m in measured], tx40.joint_torque(expected.control_signal))
@@ -78,8 +101,42 @@ def test_the_ros2_decoder_of_mcap_reads_it(
     assert all(len(m.velocity) == 0 for m in measured)
     for field in ("cycle", "lateness", "control_signal", "statusword", "complete"):
         assert np.array_equal([getattr(m, field) for m in status], getattr(expected, field)), field
+    assert np.array_equal([m.following_error for m in status], expected.reference - expected.position)
+    stamps = [(message.log_time, stamp_of(decoded)) for rows in found.values() for message, decoded in rows]
     assert all(log == header for log, header in stamps)
-    assert stamps[-1][0] - stamps[0][0] == 109 * round(PERIOD * 1e9)
+    first, last = (found[STATUS_TOPIC][at][0].log_time for at in (0, -1))
+    assert last - first == 109 * round(PERIOD * 1e9)
+
+
+def test_frames_events_and_temperatures_are_read_by_mcap_and_by_us(tmp_path: Path, tx40: Robot) -> None:
+    path = tmp_path / "run.mcap"
+    frames = traffic(tx40, 40)
+    with Recorder(path, tx40, facts(tx40)) as recorder:
+        recorder.write(samples(0, 50))
+        recorder.write_frames(frames)
+        recorder.write_temperatures([Temperature(5, "joint_2", 41.5)])
+        recorder.finish(outcome(50))
+    found = decoded_by_mcap(path)
+    seen = [decoded for _, decoded in found[FRAMES_TOPIC]]
+    assert np.array_equal([stamp_of(frame) for frame in seen], frames.stamp)
+    assert [(f.id, f.dlc, bytes(f.data)) for f in seen] == [
+        (i, d, row.tobytes()) for i, d, row in zip(frames.can_id, frames.dlc, frames.data, strict=True)
+    ]
+    assert [frame.is_error for frame in seen] == frames.is_error.tolist()
+    ((_, warm),) = found[TEMPERATURE_TOPIC]
+    assert (warm.header.frame_id, warm.temperature) == ("joint_2", 41.5)
+
+    capture = read_capture(path)
+    assert capture.frames == len(frames)
+    assert capture.temperatures == (Temperature(5, "joint_2", 41.5),)
+    for field in fields(Frames):
+        assert np.array_equal(getattr(read_frames(path), field.name), getattr(frames, field.name))
+    logged = sorted((decoded for _, decoded in found[EVENTS_TOPIC]), key=stamp_of)
+    told = [(stamp_of(e), e.level, e.name, e.function, e.line, e.msg) for e in logged]
+    assert told == [(e.stamp, e.level, e.joint, e.kind, e.code, e.text) for e in capture.events]
+    assert "EMCY 0x4310 (motor over-temperature), error register: temperature" in {
+        e.text for e in capture.events
+    }
 
 
 def test_missing_cycles_and_answers_are_gaps(

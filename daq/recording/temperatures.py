@@ -1,0 +1,40 @@
+"""Temperatures that the drives report, as ``sensor_msgs/Temperature``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from daq.recording.cdr import CdrDecoder, CdrEncoder
+
+
+@dataclass(frozen=True)
+class Temperature:
+    """One reading."""
+
+    stamp: int
+    """ns since the epoch."""
+    joint: str
+    celsius: float
+
+    def encode(self) -> bytes:
+        """As ``sensor_msgs/msg/Temperature``, with the joint as frame_id."""
+        encoder = CdrEncoder()
+        encoder.primitive("int32", self.stamp // 1_000_000_000)
+        encoder.primitive("uint32", self.stamp % 1_000_000_000)
+        encoder.string(self.joint)
+        encoder.primitive("float64", self.celsius)
+        encoder.primitive("float64", 0.0)
+        return encoder.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """The inverse of :meth:`encode`.
+
+        Raises:
+            daq.recording.cdr.CdrError: the bytes are no such message.
+        """
+        decoder = CdrDecoder(data)
+        seconds, nanoseconds = int(decoder.primitive("int32")), int(decoder.primitive("uint32"))
+        joint = decoder.string()
+        return cls(seconds * 1_000_000_000 + nanoseconds, joint, float(decoder.primitive("float64")))
