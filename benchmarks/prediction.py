@@ -2,17 +2,18 @@
 
 For each seed another arm is drawn around the description. An earlier capture of another planned motion gives
 the errors to expect (σ and an AR process per joint) and the values with their deviations, as ``armhil plan
---earlier`` takes them. Then a motion is planned, its %σ predicted from the plan alone, the motion is simulated
-with other noise and identified, and the %σ that identification reports is compared with the prediction:
+--earlier`` takes them. Then a motion is planned, its %σ predicted from the plan alone, the motion is
+simulated with other noise and identified, and the %σ that identification reports is compared with the
+prediction:
 
     python benchmarks/prediction.py --seeds 5
 
 Three sources of the errors: the earlier capture with its memory along time (``ar``), the same capture's σ
 taken as white, and the description alone, as for an arm that was never measured.
 
-A %σ is a ratio with the estimate below: where the parameter drowns (%σ above 30) the estimate is largely noise
-and so is its %σ, however well σ is known. Such parameters are in the figures of all parameters, and the others
-are shown beside them.
+A %σ is a ratio with the estimate below: where the parameter drowns (%σ above 30) the estimate is largely
+noise and so is its %σ, however well σ is known. Such parameters are in the figures of all parameters, and
+the others are shown beside them.
 """
 
 from __future__ import annotations

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,8 @@ FORMAT = 1
 KIND = "armhil trajectory"
 SUFFIX = ".trajectory.json"
 MAX_BYTES = 256_000_000
+
+_TABLES = (".csv", ".tsv", ".txt")
 
 _TIME_NAMES = ("time", "t", "time_s", "time [s]")
 
@@ -107,9 +108,9 @@ def write_samples(path: Path, trajectory: Trajectory, robot: Robot) -> None:
     rows = np.column_stack(
         [trajectory.time, trajectory.position, trajectory.velocity, trajectory.acceleration]
     )
-    text = StringIO()
-    np.savetxt(text, rows, fmt="%.12g", delimiter=",", header=",".join(["time", *columns]), comments="")
-    _write(path, text.getvalue())
+    # The shortest text that reads back as the same number: rounding would look like jerk.
+    lines = [",".join(["time", *columns]), *(",".join(map(repr, row)) for row in rows.tolist())]
+    _write(path, "\n".join(lines) + "\n")
 
 
 def read_motion(path: Path, robot: Robot) -> FoundMotion:
@@ -125,6 +126,11 @@ def read_motion(path: Path, robot: Robot) -> FoundMotion:
             samples = capture.samples
             time = np.asarray(samples.cycle, dtype=np.float64) * capture.period
             return FoundMotion(sampled_motion(time - time[0], samples.reference), capture.period)
+        if path.suffix.lower() not in (".json", *_TABLES):
+            raise TrajectoryFileError(
+                f"{path}: not a known kind of trajectory; allowed: {SUFFIX} (ours), "
+                f"{', '.join(_TABLES)} (samples), .mcap (a capture)"
+            )
         text = _text(path)
         if path.suffix.lower() == ".json":
             return _from_json(path, text, robot)

@@ -175,7 +175,7 @@ def _planned(
     with steps.step("Search, Ctrl-C keeps the best") as update, _interruptible() as interrupted:
         trajectory = plan(
             request.robot,
-            cycle_time=request.cycle_time or request.robot.bus.cycle_time,
+            cycle_time=_or(request.cycle_time, request.robot.bus.cycle_time),
             duration=request.duration,
             seed=request.seed,
             family=request.family,
@@ -191,6 +191,11 @@ def _planned(
             stop=interrupted,
         )
     return trajectory, interrupted()
+
+
+def _or(given: float | None, usual: float) -> float:
+    """What was asked for, 0 too, so that it is refused by name."""
+    return usual if given is None else given
 
 
 def _score_text(score: float) -> str:
@@ -231,7 +236,7 @@ def _found(request: PlanRequest, found: FoundMotion) -> tuple[Trajectory, list[s
         )
     trajectory = Trajectory.sampled(
         stretched(found.motion, request.speed),
-        request.cycle_time or found.cycle_time,
+        _or(request.cycle_time, found.cycle_time),
         family=found.family,  # type: ignore[arg-type]
         seed=found.seed,
         score=found.score,

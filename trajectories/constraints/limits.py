@@ -166,13 +166,19 @@ def broken(uses: tuple[Use, ...], names: tuple[str, ...]) -> tuple[TrajectoryErr
         if use.share[worst] > 1.0 + ROUNDING:
             errors.append(
                 TrajectoryError(
-                    f"{use.constraint} reaches {use.value[worst]:.6g}; allowed: {use.limit[worst]:.6g}",
+                    f"{use.constraint} reaches {_told_apart(use.value[worst], use.limit[worst])}",
                     constraint=use.constraint,
                     joint=names[worst],
                     time=float(use.time[worst]),
                 )
             )
     return tuple(errors)
+
+
+def _told_apart(value: float, limit: float) -> str:
+    """Value and limit with as many digits as show which is larger."""
+    digits = next((d for d in (6, 9, 12) if f"{value:.{d}g}" != f"{limit:.{d}g}"), 17)
+    return f"{value:.{digits}g}; allowed: {limit:.{digits}g}"
 
 
 def require_posture(posture: FloatArray, limits: Limits, what: str) -> None:

@@ -47,7 +47,11 @@ class Surroundings:
     clearance: float = 0.01
 
     def __post_init__(self) -> None:
-        if not self.clearance > 0.0:
+        if not 0.0 < self.clearance < float("inf"):
             raise TrajectoryError(
                 f"clearance is {self.clearance} m; allowed: above 0", constraint="clearance"
+            )
+        if self.floor is not None and not -float("inf") < self.floor < float("inf"):
+            raise TrajectoryError(
+                f"floor is at {self.floor} m; allowed: a height in the base frame", constraint="floor"
             )
