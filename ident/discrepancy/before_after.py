@@ -73,7 +73,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class _Stage:
+class Stage:
     """A model of the series with the base parameters (b,) that it is shown with."""
 
     base: BaseParameters
@@ -101,9 +101,9 @@ def before_and_after(
     robot = diagnosis.base.model.robot
     plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, cut_in_motion=False)
     moving, held_out = _scenes(robot, recordings), _scenes(robot, validation)
-    stages = _stages(diagnosis)
+    series = stages(diagnosis)
     checks = []
-    for stage in stages:
+    for stage in series:
         gate, reason = _gate(stage, held_out)
         checks.append(
             ModelCheck(
@@ -114,11 +114,11 @@ def before_and_after(
                 reason,
             )
         )
-    pictures = tuple(_portraits(one, other, held_out) for one, other in itertools.pairwise(stages))
+    pictures = tuple(_portraits(one, other, held_out) for one, other in itertools.pairwise(series))
     return Series(tuple(checks), pictures)
 
 
-def _portraits(before: _Stage, after: _Stage, scenes: Sequence[Scene]) -> tuple[Portrait, ...]:
+def _portraits(before: Stage, after: Stage, scenes: Sequence[Scene]) -> tuple[Portrait, ...]:
     first, last = (
         [scene.thin(torque_residual(stage.base, stage.beta, scene)) for scene in scenes]
         for stage in (before, after)
@@ -134,19 +134,19 @@ def relative_error(rows: Rows, beta: FloatArray) -> FloatArray:
     return np.asarray(100.0 * np.linalg.norm(left, axis=0) / np.linalg.norm(whole, axis=0))
 
 
-def _stages(diagnosis: Diagnosis) -> list[_Stage]:
+def stages(diagnosis: Diagnosis) -> list[Stage]:
     """Every model of the series. The first and the last were examined by the search itself."""
     first, last = diagnosis.examinations[0], diagnosis.examinations[-1]
-    stages = [_examined(first)]
+    found = [_examined(first)]
     for count in range(1, len(diagnosis.findings)):
         base = _with_first_findings(diagnosis, len(first.base.model.effects) + count)
         prior = extended_prior(first.prior, base.independent.size - first.base.independent.size)
-        stages.append(_examined(examine(base, first.scenes, prior, first.whitening)))
-    return [*stages, _examined(last)] if diagnosis.findings else stages
+        found.append(_examined(examine(base, first.scenes, prior, first.whitening)))
+    return [*found, _examined(last)] if diagnosis.findings else found
 
 
-def _examined(examination: Examination) -> _Stage:
-    return _Stage(examination.base, shown_values(examination), examination.prior)
+def _examined(examination: Examination) -> Stage:
+    return Stage(examination.base, shown_values(examination), examination.prior)
 
 
 def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:
@@ -176,7 +176,7 @@ def _rows(scenes: Sequence[Scene], base: BaseParameters) -> Rows:
     )
 
 
-def _identified(stage: _Stage, scenes: Sequence[Scene], standstill: bool = False) -> FloatArray:
+def _identified(stage: Stage, scenes: Sequence[Scene], standstill: bool = False) -> FloatArray:
     """(n,) relative errors of an identification of these rows; against a prior, of what the gap shows."""
     rows = _rows(scenes, stage.base)
     if standstill:
@@ -200,7 +200,7 @@ def _independent(rows: Rows) -> BoolArray:
     return np.asarray(np.abs(np.diag(np.linalg.qr(unit, mode="r"))) > _DEPENDENT)
 
 
-def _gate(stage: _Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
+def _gate(stage: Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
     """Gate 1 of one model on recordings, or the reason why there is none."""
     base, robot = stage.base, stage.base.model.robot
     if any(scene.recording.reference is None for scene in scenes):

@@ -1,0 +1,205 @@
+"""The motion that tells apart what a finding cannot be told from, and what no motion tells apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from daq.diagnosis.settled_by import settled_by
+from ident.discrepancy import Candidate, Diagnosis, Finding
+from ident.discrepancy.before_after import Stage, stages
+from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import family_named
+from robots import Robot
+from robots.arrays import FloatArray
+from trajectories import Conditions, PlanError, Trajectory
+from trajectories.information.separation import Separation
+from trajectories.search.discriminate import Discrimination, discriminate
+
+_MOST = 4
+"""Candidates that one motion is planned for; more make a worse motion for each pair."""
+
+TOLD_APART = 0.95
+"""Canonical correlation above which a pair stays as good as one effect on a motion."""
+
+
+@dataclass(frozen=True)
+class PlanSettings:
+    """How the discriminating motion is planned.
+
+    Attributes:
+        conditions: what it has to keep.
+        duration: of one period, s.
+        periods: how often it is repeated; noise is told from misfit by repeats.
+        seed, evaluations: of the search.
+    """
+
+    conditions: Conditions = field(default_factory=Conditions)
+    duration: float = 12.0
+    periods: int = 2
+    seed: int = 0
+    evaluations: int = 1500
+
+
+@dataclass(frozen=True)
+class Unsettled:
+    """A pair that motion alone does not tell apart: why, and what on the arm would."""
+
+    first: str
+    second: str
+    why: str
+    settled_by: str
+
+
+@dataclass(frozen=True)
+class TellingApart:
+    """What to do about one ambiguous finding.
+
+    Attributes:
+        number: of the finding, from 1.
+        candidates: in words, the named one first.
+        discrimination: the motion; None where there is none to plan for.
+        unsettled: pairs that it does not tell apart.
+    """
+
+    number: int
+    candidates: tuple[str, ...]
+    discrimination: Discrimination | None
+    unsettled: tuple[Unsettled, ...]
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """Ready to stream."""
+        return None if self.discrimination is None else self.discrimination.trajectory
+
+
+@dataclass(frozen=True)
+class _Explanation:
+    """One way to explain the misfit: its words, the names of its effects, and the effects."""
+
+    words: str
+    names: tuple[str, ...]
+    effects: tuple[PlacedEffect, ...]
+
+
+def tell_apart(
+    robot: Robot,
+    diagnosis: Diagnosis,
+    settings: PlanSettings,
+    progress: Callable[[float, float], None] | None = None,
+) -> tuple[TellingApart, ...]:
+    """Plan one motion for each ambiguous finding.
+
+    Args:
+        robot: the arm with the limits that the motion has to keep.
+        diagnosis: of the search.
+        settings: how to plan.
+        progress: told the share that is done and the score.
+
+    Raises:
+        PlanError: the motion cannot be made at all: home is not allowed, or no way leads there.
+    """
+    models = stages(diagnosis)
+    return tuple(
+        _for_finding(robot, models[number - 1], number, finding, settings, progress)
+        for number, finding in enumerate(diagnosis.findings, start=1)
+        if finding.indistinguishable_from
+    )
+
+
+def _for_finding(
+    robot: Robot,
+    stage: Stage,
+    number: int,
+    finding: Finding,
+    settings: PlanSettings,
+    progress: Callable[[float, float], None] | None,
+) -> TellingApart:
+    everything = (_named(finding), *map(_explanation, finding.indistinguishable_from[: _MOST - 1]))
+    words = tuple(one.words for one in everything)
+    kept, unsettled = [everything[0]], []
+    for other in everything[1:]:
+        why = _hidden_from_motion(robot, stage, everything[0], other, settings)
+        if why is None:
+            kept.append(other)
+        else:
+            unsettled.append(_unsettled(everything[0], other, why))
+    if len(kept) < 2:
+        return TellingApart(number, words, None, tuple(unsettled))
+    found = _discriminate(robot, stage, kept, settings, settings.evaluations, progress)
+    by_words = {one.words: one for one in kept}
+    for pair in found.separation_after:
+        if pair.correlation > TOLD_APART:
+            first, second = by_words[pair.first], by_words[pair.second]
+            unsettled.append(_unsettled(first, second, _too_alike(pair)))
+    return TellingApart(number, words, found, tuple(unsettled))
+
+
+def _named(finding: Finding) -> _Explanation:
+    place = Candidate((finding.effect,), (finding.joints,), finding.score, 0.0, (finding.placed,))
+    return _explanation(place)
+
+
+def _explanation(candidate: Candidate) -> _Explanation:
+    return _Explanation(candidate.words(), candidate.effects, candidate.placed)
+
+
+def _unsettled(first: _Explanation, second: _Explanation, why: str) -> Unsettled:
+    return Unsettled(first.words, second.words, why, settled_by((*first.names, *second.names)))
+
+
+def _too_alike(pair: Separation) -> str:
+    return f"correlation {pair.correlation:.3f} even on the motion that tells them apart best"
+
+
+def _hidden_from_motion(
+    robot: Robot, stage: Stage, first: _Explanation, second: _Explanation, settings: PlanSettings
+) -> str | None:
+    """Why no motion shows the difference; None where one may."""
+    try:
+        _discriminate(robot, stage, (first, second), settings, evaluations=1)
+    except PlanError as error:
+        if error.constraint == "candidates":
+            return str(error)
+        if error.constraint != "separation":
+            raise
+    return None
+
+
+def _discriminate(
+    robot: Robot,
+    stage: Stage,
+    explanations: Sequence[_Explanation],
+    settings: PlanSettings,
+    evaluations: int,
+    progress: Callable[[float, float], None] | None = None,
+) -> Discrimination:
+    effects = [effect for one in explanations for effect in one.effects]
+    return discriminate(
+        robot,
+        stage.base,
+        [one.effects for one in explanations],
+        cycle_time=robot.bus.cycle_time,
+        duration=settings.duration,
+        seed=settings.seed,
+        names=[one.words for one in explanations],
+        known=_known(stage),
+        every_row=any(family_named(effect.name).evidence != "motion" for effect in effects),
+        conditions=settings.conditions,
+        evaluations=evaluations,
+        periods=settings.periods,
+        progress=progress,
+    )
+
+
+def _known(stage: Stage) -> FloatArray | None:
+    """(b, b) information that the prior has; None without one."""
+    if stage.prior is None:
+        return None
+    covariance = stage.prior.covariance
+    held = np.isfinite(np.diag(covariance))
+    known = np.zeros_like(covariance)
+    known[np.ix_(held, held)] = np.linalg.inv(covariance[np.ix_(held, held)])
+    return known
