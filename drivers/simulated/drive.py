@@ -143,8 +143,7 @@ class Drive:
         """An SDO request; none is answered in STOPPED."""
         if self.nmt is Nmt.STOPPED:
             return
-        response = self._sdo.answer(request)
-        if response is not None:
+        for response in self._sdo.answer(request):
             self._send(0x580 + self.node_id, response)
 
     # -- process data ----------------------------------------------------------------------------

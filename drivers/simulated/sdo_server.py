@@ -1,9 +1,10 @@
-"""The SDO server of one simulated drive: expedited and segmented transfers (CiA 301, 7.2.4)."""
+"""The SDO server of one simulated drive: expedited, segmented and block transfers (CiA 301, 7.2.4)."""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
+from functools import partial
 
 from drivers.simulated.object_dictionary import (
     COMMAND_SPECIFIER,
@@ -12,6 +13,7 @@ from drivers.simulated.object_dictionary import (
     ObjectDictionary,
     SdoAbort,
 )
+from drivers.simulated.sdo_block import BlockDownload, BlockUpload
 
 _HEADER = struct.Struct("<BHB")
 _ABORT = struct.Struct("<BHBI")
@@ -31,40 +33,75 @@ class _Transfer:
 
 
 class SdoServer:
-    """Answers SDO requests from an object dictionary, one frame in, at most one frame out."""
+    """Answers SDO requests from an object dictionary, frame by frame."""
 
     def __init__(self, dictionary: ObjectDictionary) -> None:
         self._dictionary = dictionary
         self._transfer: _Transfer | None = None
+        self._block: BlockDownload | BlockUpload | None = None
 
     def reset(self) -> None:
         """Forgets a transfer under way."""
-        self._transfer = None
+        self._transfer = self._block = None
 
-    def answer(self, request: bytes) -> bytes | None:
-        """The response to one request of 8 bytes; None where none is due."""
+    def answer(self, request: bytes) -> tuple[bytes, ...]:
+        """The responses to one request of 8 bytes: none, one, or the segments of a block."""
         if len(request) != 8:
-            return None
+            return ()
         command, index, subindex = _HEADER.unpack_from(request)
-        kind = command >> 5
-        if kind == 4:  # the client aborts
-            self._transfer = None
-            return None
-        if kind in (0, 3) and self._transfer is not None:
-            index, subindex = self._transfer.index, self._transfer.subindex
+        if command == 0x80:  # the client aborts
+            self.reset()
+            return ()
+        under_way = self._block or self._transfer
+        if under_way is not None and (self._block or command >> 5 in (0, 3)):
+            index, subindex = under_way.index, under_way.subindex
         try:
-            if kind == 1:
-                return self._start_download(request, index, subindex)
-            if kind == 2:
-                return self._start_upload(index, subindex)
-            if kind == 0:
-                return self._download_segment(request)
-            if kind == 3:
-                return self._upload_segment(command)
-            raise SdoAbort(COMMAND_SPECIFIER)
+            return self._block_frame(request) if self._block else self._single(request, index, subindex)
         except SdoAbort as abort:
-            self._transfer = None
-            return _ABORT.pack(0x80, index, subindex, abort.code)
+            self.reset()
+            return (_ABORT.pack(0x80, index, subindex, abort.code),)
+
+    def _single(self, request: bytes, index: int, subindex: int) -> tuple[bytes, ...]:
+        """One request outside a block transfer."""
+        command = request[0]
+        kind = command >> 5
+        if kind == 1:
+            return (self._start_download(request, index, subindex),)
+        if kind == 2:
+            return (self._start_upload(index, subindex),)
+        if kind == 0:
+            return (self._download_segment(request),)
+        if kind == 3:
+            return (self._upload_segment(command),)
+        if kind == 6 and not command & 0x01:
+            return (self._start_block_download(request, index, subindex),)
+        if kind == 5 and not command & 0x03:
+            return (self._start_block_upload(request, index, subindex),)
+        raise SdoAbort(COMMAND_SPECIFIER)
+
+    def _start_block_download(self, request: bytes, index: int, subindex: int) -> bytes:
+        self._transfer = None
+        self._dictionary.entry(index, subindex)
+        write = partial(self._dictionary.write, index, subindex)
+        self._block = BlockDownload(request, index, subindex, write)
+        return self._block.first_answer()
+
+    def _start_block_upload(self, request: bytes, index: int, subindex: int) -> bytes:
+        self._transfer = None
+        data = self._dictionary.read(index, subindex)
+        if len(data) <= request[5]:
+            # Below the client's threshold the server may change to an ordinary transfer (7.2.4.3.13).
+            return self._start_upload(index, subindex)
+        self._block = BlockUpload(request, index, subindex, data)
+        return self._block.first_answer()
+
+    def _block_frame(self, request: bytes) -> tuple[bytes, ...]:
+        """One frame of a block transfer under way."""
+        assert self._block is not None
+        answers = self._block.answer(request)
+        if self._block.finished:
+            self._block = None
+        return answers
 
     def _start_download(self, request: bytes, index: int, subindex: int) -> bytes:
         self._transfer = None

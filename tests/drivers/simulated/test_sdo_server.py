@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import binascii
 from collections.abc import Callable, Iterator
 
 import canopen
@@ -41,30 +42,36 @@ def frame(text: str) -> bytes:
         ("23 17 10 00 05 00 00 00", "80 17 10 00 12 00 07 06"),  # too long
         ("2B 5A 60 00 09 00 00 00", "80 5A 60 00 31 00 09 06"),  # above the limit
         ("2B 5A 60 00 FF FF 00 00", "80 5A 60 00 32 00 09 06"),  # below the limit
-        ("C6 00 10 00 00 00 00 00", "80 00 10 00 01 00 04 05"),  # block transfer
+        ("C6 00 55 00 07 00 00 00", "80 00 55 00 00 00 02 06"),  # a block download to no object
+        ("A4 00 55 00 7F 00 00 00", "80 00 55 00 00 00 02 06"),  # a block upload of none
+        ("A4 08 10 00 00 00 00 00", "80 08 10 00 02 00 04 05"),  # in blocks of no segment
+        ("A4 08 10 00 80 00 00 00", "80 08 10 00 02 00 04 05"),  # of more than a number can count
+        ("A4 00 10 00 7F 04 00 00", "43 00 10 00 92 01 02 00"),  # not worth a block: four bytes
+        ("A3 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"),  # the start of a block upload of nothing
+        ("E0 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"),  # no command
         ("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"),  # a segment of nothing
     ],
 )
 def test_one_request(server: SdoServer, request_: str, answer: str) -> None:
-    assert server.answer(frame(request_)) == frame(answer)
+    assert server.answer(frame(request_)) == (frame(answer),)
 
 
 def test_an_abort_and_a_short_frame_get_no_answer(server: SdoServer) -> None:
-    assert server.answer(frame("80 00 10 00 00 00 00 00")) is None
-    assert server.answer(b"\x40\x00\x10") is None
+    assert server.answer(frame("80 00 10 00 00 00 00 00")) == ()
+    assert server.answer(b"\x40\x00\x10") == ()
 
 
 def test_segments_want_alternating_toggles(server: SdoServer) -> None:
-    first = server.answer(frame("40 08 10 00 00 00 00 00"))
-    assert first is not None
+    (first,) = server.answer(frame("40 08 10 00 00 00 00 00"))
     assert first[0] == 0x41
-    assert server.answer(frame("60 00 00 00 00 00 00 00"))[0] & 0xF0 == 0x00  # type: ignore[index]
-    assert server.answer(frame("60 00 00 00 00 00 00 00")) == frame("80 08 10 00 00 00 03 05")
+    (segment,) = server.answer(frame("60 00 00 00 00 00 00 00"))
+    assert segment[0] & 0xF0 == 0x00
+    assert server.answer(frame("60 00 00 00 00 00 00 00")) == (frame("80 08 10 00 00 00 03 05"),)
 
 
 def test_a_wrong_announced_length_is_refused(server: SdoServer) -> None:
     server.answer(frame("21 00 21 00 09 00 00 00"))
-    assert server.answer(frame("01 41 42 43 44 45 46 47")) == frame("80 00 21 00 10 00 07 06")
+    assert server.answer(frame("01 41 42 43 44 45 46 47")) == (frame("80 00 21 00 10 00 07 06"),)
     with pytest.raises(SdoAbort):
         ObjectDictionary(5).entry(0x2100, 1)
 
@@ -78,9 +85,89 @@ def test_a_string_there_and_back_in_segments(text: str) -> None:
     for k, part in enumerate(parts):
         last = k == len(parts) - 1
         command = (k % 2) << 4 | (7 - len(part)) << 1 | last
-        answer = server.answer(bytes([command]) + part.ljust(7, b"\0"))
+        (answer,) = server.answer(bytes([command]) + part.ljust(7, b"\0"))
         assert answer == bytes([0x20 | (k % 2) << 4]) + bytes(7)
     assert server._dictionary.read(0x2100, 0) == data
+
+
+def block_frames(data: bytes) -> list[bytes]:
+    """The segments of one block, at most 127 of them."""
+    parts = [data[k : k + 7] for k in range(0, len(data), 7)]
+    return [
+        bytes([(k + 1) | (0x80 if k + 1 == len(parts) else 0)]) + part.ljust(7, b"\0")
+        for k, part in enumerate(parts)
+    ]
+
+
+def end_of(data: bytes) -> bytes:
+    unused = -len(data) % 7
+    return bytes([0xC1 | unused << 2]) + binascii.crc_hqx(data, 0).to_bytes(2, "little") + bytes(5)
+
+
+START_BLOCK = b"\xc6\x00\x21\x00"
+LABEL = b"a label long enough for some segments"
+
+
+def test_a_segment_lost_from_a_block_is_asked_for_again(server: SdoServer) -> None:
+    size = len(LABEL).to_bytes(4, "little")
+    assert server.answer(START_BLOCK + size) == (frame("A4 00 21 00 7F 00 00 00"),)
+    segments = block_frames(LABEL)
+    lost = [segment for k, segment in enumerate(segments) if k != 2]
+    answers = [answer for segment in lost for answer in server.answer(segment)]
+    assert answers == [frame("A2 02 7F 00 00 00 00 00")], "the second was the last in order"
+    again = block_frames(LABEL[14:])
+    answers = [answer for segment in again for answer in server.answer(segment)]
+    assert answers == [bytes([0xA2, len(again), 0x7F, 0, 0, 0, 0, 0])]
+    assert server.answer(end_of(LABEL)) == (frame("A1 00 00 00 00 00 00 00"),)
+    assert server._dictionary.read(0x2100, 0) == LABEL
+
+
+@pytest.mark.parametrize(
+    ("size", "end", "code"),
+    [
+        (len(LABEL) + 1, end_of(LABEL), 0x06070010),
+        (len(LABEL), end_of(LABEL)[:1] + b"\x12\x34" + bytes(5), 0x05040004),
+        (len(LABEL), bytes(8), 0x05040001),
+    ],
+)
+def test_a_block_that_is_not_what_was_announced_is_refused(
+    server: SdoServer, size: int, end: bytes, code: int
+) -> None:
+    before = server._dictionary.read(0x2100, 0)
+    server.answer(START_BLOCK + size.to_bytes(4, "little"))
+    for segment in block_frames(LABEL):
+        server.answer(segment)
+    assert server.answer(end) == (frame("80 00 21 00") + code.to_bytes(4, "little"),)
+    assert server._dictionary.read(0x2100, 0) == before
+    assert server.answer(frame("40 00 10 00 00 00 00 00"))[0][0] == 0x43, "and the next request is answered"
+
+
+def test_what_a_client_has_not_got_of_a_block_goes_out_again(server: SdoServer) -> None:
+    server._dictionary.set(0x2100, 0, LABEL)
+    (first,) = server.answer(frame("A4 00 21 00 04 00 00 00"))
+    assert first == frame("C6 00 21 00") + len(LABEL).to_bytes(4, "little")
+    block = server.answer(frame("A3 00 00 00 00 00 00 00"))
+    assert [segment[0] for segment in block] == [1, 2, 3, 4]
+    again = server.answer(frame("A2 02 04 00 00 00 00 00"))
+    assert [segment[0] for segment in again] == [1, 2, 3, 0x84]
+    assert b"".join(s[1:] for s in (*block[:2], *again))[: len(LABEL)] == LABEL
+    assert server.answer(frame("A2 04 04 00 00 00 00 00")) == (end_of(LABEL),)
+    assert server.answer(frame("A1 00 00 00 00 00 00 00")) == ()
+    server.answer(frame("A4 00 21 00 04 00 00 00"))
+    server.answer(frame("A3 00 00 00 00 00 00 00"))
+    assert server.answer(frame("A2 09 04 00 00 00 00 00")) == (frame("80 00 21 00 03 00 04 05"),)
+
+
+@pytest.mark.parametrize("length", [1, 6, 7, 8, 889, 890, 3000])
+def test_a_client_of_another_library_sends_and_fetches_blocks(node: canopen.RemoteNode, length: int) -> None:
+    text = "".join(chr(33 + (7 * k) % 90) for k in range(length))
+    with node.sdo[0x2100].open(
+        "w", encoding="ascii", buffering=8000, size=length, block_transfer=True
+    ) as stream:
+        stream.write(text)
+    assert node.sdo[0x2100].raw == text
+    with node.sdo[0x2100].open("r", encoding="ascii", block_transfer=True) as stream:
+        assert stream.read() == text
 
 
 @pytest.fixture
