@@ -90,7 +90,7 @@ class EventFinder:
         self._heartbeat_ids = {heartbeat_cob_id(n): j for n, j in zip(nodes, self._joints, strict=True)}
         self._ids = np.array([*self._emergency_ids, *self._heartbeat_ids], dtype=np.uint32)
         self._nmt: dict[str, int] = {}
-        self._states: list[int] | None = None
+        self._states: IntArray | None = None
 
     def in_frames(self, frames: Frames) -> list[DriveEvent]:
         """Emergencies, boot-ups, changes of NMT state, and what the controller says of the bus."""
@@ -133,8 +133,10 @@ class EventFinder:
         if not len(samples):
             return []
         states = _STATE_INDEX[samples.statusword & 0x7F]
-        before = [-1] * len(self._joints) if self._states is None else self._states
-        self._states = states[-1].tolist()
+        if self._states is not None and (states == self._states).all():
+            return []
+        before = np.full(len(self._joints), -1) if self._states is None else self._states
+        self._states = states[-1].copy()
         changed = np.diff(np.vstack([before, states]), axis=0) != 0
         return list(self._changes(samples, stamps, states, changed))
 

@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import BinaryIO
 
 import numpy as np
@@ -54,6 +55,7 @@ class Topic:
     definition: str
 
 
+@cache
 def message_dtype(size: int) -> np.dtype[np.void]:
     """A message record with so many bytes of data, as one packed row."""
     return np.dtype(

@@ -42,7 +42,8 @@ class Layout:
             stamps: (N,) time of each message, ns since the epoch.
             columns: field name → (N,) or (N, n) values.
         """
-        rows = np.tile(np.frombuffer(self.template, dtype=np.uint8), (len(stamps), 1))
+        rows = np.empty((len(stamps), len(self.template)), dtype=np.uint8)
+        rows[:] = np.frombuffer(self.template, dtype=np.uint8)
         records = rows.view(self.dtype)[:, 0]
         records["sec"], records["nanosec"] = np.divmod(stamps, 1_000_000_000)
         for name, values in columns.items():

@@ -156,6 +156,11 @@ class Recorder:
                 self._failure = error
             self._raise_failure()
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages so far, by topic."""
+        return {CHANNELS[number]: count for number, count in self._counts.items()}
+
     def _attempt(
         self,
         streams: Mapping[str, Rows],

@@ -26,7 +26,8 @@ class SampleMessages:
     """
 
     def __init__(self, robot: Robot, *, reference: bool = True) -> None:
-        self._robot = robot
+        # τ = Tᵀ (g_τ ∘ v_τ) (eq. 5) as one matrix: the description derives its arrays at each call.
+        self._torque = robot.gains[:, np.newaxis] * robot.transmission_matrix
         names = [joint.name for joint in robot.joint]
         self._reference = messages.joint_state_layout(names) if reference else None
         self._measured = messages.joint_state_layout(names, effort=True)
@@ -40,7 +41,7 @@ class SampleMessages:
             stamps: (N,) ns since the epoch.
         """
         error = samples.reference - samples.position
-        torque = self._robot.joint_torque(samples.control_signal)
+        torque = samples.control_signal @ self._torque
         measured = {"position": samples.position, "effort": torque}
         status: dict[str, NDArray[Any]] = {
             "cycle": samples.cycle,
