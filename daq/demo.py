@@ -6,11 +6,18 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from daq.catalogue.again import IDENTIFY
+from daq.catalogue.database import Catalogue
+from daq.catalogue.identity import SIMULATED, identity_of_arm
+from daq.catalogue.keep import Made, keep_identified
+from daq.catalogue.kept_run import KeptRun, kept_run, trajectory_words
+from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
 from daq.identification.run_facts import outcome_facts, report_facts, run_facts
 from daq.importing.load import capture_recordings
 from daq.progress import Steps
 from daq.recording.capture import Capture
+from daq.recording.listener import listening
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from drivers import ArmSession, BusError, Channel, Samples
@@ -41,6 +48,7 @@ class DemoRequest:
         duration: of one period of the exciting trajectory, s.
         periods: how often it is repeated.
         evaluations: trials of the trajectory search.
+        catalogue: where the run and its model are kept; nowhere where None.
     """
 
     robot: Robot
@@ -51,16 +59,18 @@ class DemoRequest:
     duration: float
     periods: int
     evaluations: int
+    catalogue: Catalogue | None = None
 
 
 @dataclass(frozen=True)
 class DemoResult:
-    """What came out."""
+    """What came out; ``run`` is its number in the catalogue."""
 
     fitted: Fitted
     truth: dict[str, float]
     capture: Capture
     report: Path
+    run: int | None = None
 
 
 def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
@@ -71,6 +81,7 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
         PlanError: no trajectory meets the request.
         CaptureError: the recording cannot be written.
         IdentificationError: the recording cannot be identified.
+        CatalogueError: the catalogue cannot be written.
         RunInterrupted: stopped on request.
         RunFailed: the arm ended the run itself.
     """
@@ -85,7 +96,19 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
             session.open()
         try:
             trajectory = _plan(request, session, steps)
-            path = _stream(request, session, trajectory, steps)
+            identity = identity_of_arm(robot, session.drives, simulated=True)
+            with kept_run(
+                request.catalogue,
+                identity,
+                "demo",
+                trajectory=trajectory_words(trajectory),
+                facts={
+                    "channel": str(request.channel),
+                    "seed": request.seed,
+                    "folder": str(request.folder.absolute()),
+                },
+            ) as kept:
+                path = _stream(request, session, trajectory, steps, kept)
         finally:
             session.close()
         plant = arm.truth()
@@ -103,7 +126,12 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
         facts=report_facts(capture),
         truth=truth,
     )
-    return DemoResult(fitted, truth, capture, report)
+    if request.catalogue is not None:
+        model = request.folder / f"{robot.name}{SUFFIX}"
+        # Again with nothing but the recording: it describes the arm as this run knows it.
+        made = Made(robot, [capture.path], {"command": IDENTIFY}, model, report)
+        keep_identified(request.catalogue, fitted, made, kept.number)
+    return DemoResult(fitted, truth, capture, report, kept.number)
 
 
 def true_base_parameters(base: BaseParameters, plant: PlantTruth) -> dict[str, float]:
@@ -129,18 +157,24 @@ def _plan(request: DemoRequest, session: ArmSession, steps: Steps) -> Trajectory
         )
 
 
-def _stream(request: DemoRequest, session: ArmSession, trajectory: Trajectory, steps: Steps) -> Path:
+def _stream(
+    request: DemoRequest, session: ArmSession, trajectory: Trajectory, steps: Steps, kept: KeptRun
+) -> Path:
     """Stream and record; returns the capture's path."""
     path = request.folder / "capture.mcap"
     total = trajectory.time.shape[0]
     run = {
         "channel": str(request.channel),
-        "kind": "simulated",
+        "kind": SIMULATED,
         "seed": str(request.seed),
         "periods": str(request.periods),
     }
     facts = run_facts(request.robot, run, trajectory, session.drives)
-    with steps.step("Stream and record") as update, Recorder(path, request.robot, facts) as recorder:
+    with (
+        steps.step("Stream and record") as update,
+        listening(request.channel, request.robot.bus.bitrate) as listener,
+        Recorder(path, request.robot, facts, listener=listener) as recorder,
+    ):
 
         def keep(samples: Samples) -> None:
             recorder.write(samples)
@@ -151,6 +185,7 @@ def _stream(request: DemoRequest, session: ArmSession, trajectory: Trajectory, s
 
         result = session.stream(trajectory.position, keep)
         recorder.finish(outcome_facts(result))
+    kept.streamed(result, path)
     if result.outcome == "stopped":
         raise RunInterrupted(
             f"stopped ({result.reason}): axes at rest and disabled, {result.cycles} cycles kept in {path}"

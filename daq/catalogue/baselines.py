@@ -29,7 +29,7 @@ def accept(
     """
     with catalogue.writing() as connection:
         model = models.get_in(connection, model_id)
-        _lock_arm(connection, model.arm_id)
+        lock_arm(connection, model.arm_id)
         values = {
             "arm_id": model.arm_id,
             "model_id": model_id,
@@ -102,11 +102,16 @@ def get_in(connection: Connection, baseline_id: int) -> Baseline:
 
 def guarded_captures(catalogue: Catalogue) -> frozenset[str]:
     """Checksums of the recordings that some baseline rests on, taken back or not: never to be deleted."""
+    with catalogue.reading() as connection:
+        return guarded_captures_in(connection)
+
+
+def guarded_captures_in(connection: Connection) -> frozenset[str]:
+    """As :func:`guarded_captures`, inside a transaction."""
     listed = select(models_table.c.sources).join(baselines, baselines.c.model_id == models_table.c.id)
     recorded = select(runs.c.capture_sha256).join(baselines, baselines.c.run_id == runs.c.id)
-    with catalogue.reading() as connection:
-        of_models = {s["sha256"] for sources in connection.execute(listed).scalars() for s in sources}
-        of_runs = set(connection.execute(recorded).scalars())
+    of_models = {s["sha256"] for sources in connection.execute(listed).scalars() for s in sources}
+    of_runs = set(connection.execute(recorded).scalars())
     return frozenset(sha256 for sha256 in of_models | of_runs if sha256)
 
 
@@ -114,7 +119,7 @@ def _set_state(
     catalogue: Catalogue, arm_id: int, state: BaselineState, author: str, reason: str, report: str | None
 ) -> Baseline:
     with catalogue.writing() as connection:
-        _lock_arm(connection, arm_id)
+        lock_arm(connection, arm_id)
         found = _current(connection, arm_id)
         if found is None:
             label = connection.execute(select(arms.c.label).where(arms.c.id == arm_id)).scalar_one_or_none()
@@ -124,7 +129,7 @@ def _set_state(
         return get_in(connection, found.id)
 
 
-def _lock_arm(connection: Connection, arm_id: int) -> None:
+def lock_arm(connection: Connection, arm_id: int) -> None:
     """Nobody else changes the baselines of an arm until this transaction ends."""
     connection.execute(select(arms.c.id).where(arms.c.id == arm_id).with_for_update())
 

@@ -28,7 +28,7 @@ def identity_of_arm(
     return ArmIdentity(
         name=robot.name,
         serials=tuple(drive.serial for drive in drives),
-        description_sha256=_sha256(robot.source_text),
+        description_sha256=sha256_of(robot.source_text),
         simulated=simulated,
     )
 
@@ -39,10 +39,11 @@ def identity_of_capture(capture: Capture) -> ArmIdentity:
     return ArmIdentity(
         name=capture.robot_name,
         serials=tuple(drive.get("serial") for drive in drives),
-        description_sha256=_sha256(capture.robot_text),
+        description_sha256=sha256_of(capture.robot_text),
         simulated=capture.run.get("kind") == SIMULATED,
     )
 
 
-def _sha256(text: str) -> str:
+def sha256_of(text: str) -> str:
+    """Checksum of a description's text, by which a file knows the arm that it was made for."""
     return sha256(text.encode()).hexdigest()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import datetime
-from typing import Any
+from typing import Any, cast, get_args
 
 from sqlalchemy import Connection, Row, Select, insert, select, update
 
@@ -108,10 +108,9 @@ def note(catalogue: Catalogue, run_id: int, text: str) -> Run:
         return get_in(connection, run_id)
 
 
-def forget_capture(catalogue: Catalogue, run_id: int) -> None:
+def forget_capture_in(connection: Connection, run_id: int) -> None:
     """The recording of a run was deleted; its checksum stays, so that it is known again."""
-    with catalogue.writing() as connection:
-        connection.execute(update(runs).where(runs.c.id == run_id).values(capture=None))
+    connection.execute(update(runs).where(runs.c.id == run_id).values(capture=None))
 
 
 def get(catalogue: Catalogue, run_id: int) -> Run:
@@ -171,6 +170,17 @@ def of_capture(catalogue: Catalogue, sha256: str) -> Run | None:
     with catalogue.reading() as connection:
         row = connection.execute(wanted).one_or_none()
     return None if row is None else _run_of(row)
+
+
+def kind_of(text: str | None) -> RunKind | None:
+    """The kind of that name; None stays None.
+
+    Raises:
+        CatalogueError: there is none.
+    """
+    if text is not None and text not in get_args(RunKind):
+        raise CatalogueError(f"--kind {text}; allowed: {', '.join(get_args(RunKind))}")
+    return cast("RunKind | None", text)
 
 
 def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:

@@ -203,7 +203,7 @@ class NewFinding:
 
     Attributes:
         parameters: ``{"name", "value", "sigma", "unit", "shape"}`` each.
-        gap_before, gap_after: relative torque error on held-out data, per cent.
+        gap_before, gap_after: rms torque residual over the joints on held-out data, N·m.
         held_out_gain: share of the explainable gap that it closes there.
     """
 

@@ -18,6 +18,8 @@ RobotName = Annotated[
 Out = Annotated[
     Path | None, typer.Option("--out", help="Folder for the results.", show_default="runs/<time>-<robot>")
 ]
+NoCatalogue = Annotated[bool, typer.Option("--no-catalogue", help="Keep nothing of this in the catalogue.")]
+RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil runs`).", metavar="RUN")]
 
 
 def say(text: str) -> None:
@@ -48,3 +50,14 @@ def console_of(as_json: bool) -> Any:
 def print_json(content: dict[str, Any]) -> None:
     sys.stdout.write(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     sys.stdout.flush()
+
+
+def catalogue_of(without: bool) -> Any:
+    """The user's catalogue, opened before anything is done; None where nothing is to be kept.
+
+    Raises:
+        CatalogueError: it cannot be opened.
+    """
+    from daq.catalogue.database import Catalogue
+
+    return None if without else Catalogue()

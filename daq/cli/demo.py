@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, Out, RobotName, code_of, console_of, print_json
+from daq.cli.common import Json, NoCatalogue, Out, RobotName, catalogue_of, code_of, console_of, print_json
 
 
 @app.command()
@@ -22,6 +22,7 @@ def demo(
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
     periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    no_catalogue: NoCatalogue = False,
     as_json: Json = False,
 ) -> int:
     """Run the whole chain on simulated drives: plan, stream, record, identify, test, report.
@@ -39,12 +40,17 @@ def demo(
     bus = Channel(
         arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
     )
+    catalogue = catalogue_of(no_catalogue)
     folder = make_run_folder(out, arm.name)
-    request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations)
+    request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations, catalogue)
     console = console_of(as_json)
     result = run_demo(request, TerminalSteps(console))
     if as_json:
         print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
     print_identification(console, result.fitted.result, result.truth)
     console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    if result.run is not None:
+        console.print(
+            f"Run [bold]{result.run}[/] of the catalogue; `armhil show {result.run}`", highlight=False
+        )
     return code_of(result.fitted.result.test.verdict)

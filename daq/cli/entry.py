@@ -11,7 +11,22 @@ import sys
 import typer
 from typer.exceptions import TyperException
 
-from daq.cli import demo, diagnose, doctor, identify, plan, robots, sim, test
+from daq.cli import (
+    compare,
+    demo,
+    diagnose,
+    doctor,
+    identify,
+    note,
+    plan,
+    prune,
+    rerun,
+    robots,
+    runs,
+    show,
+    sim,
+    test,
+)
 from daq.cli.app import app
 from daq.cli.common import FAILED, INTERRUPTED, OK, say
 from daq.cli.errors import interruptions, user_errors
@@ -19,7 +34,22 @@ from daq.cli.errors import interruptions, user_errors
 __all__ = ["app", "main"]
 
 # Importing one of these adds its command to the app; the order is that of the help.
-COMMANDS = (demo, identify, plan, diagnose, robots, doctor, sim, test)
+COMMANDS = (
+    demo,
+    identify,
+    plan,
+    diagnose,
+    runs,
+    show,
+    note,
+    rerun,
+    compare,
+    prune,
+    robots,
+    doctor,
+    sim,
+    test,
+)
 
 
 def main() -> None:

@@ -22,7 +22,22 @@ from drivers.simulated import SimulatedArm
 from robots import Robot
 from tests.daq.captures import record_cycles
 
-COMMANDS = ("demo", "diagnose", "doctor", "identify", "plan", "robots", "sim", "test")
+COMMANDS = (
+    "compare",
+    "demo",
+    "diagnose",
+    "doctor",
+    "identify",
+    "note",
+    "plan",
+    "prune",
+    "rerun",
+    "robots",
+    "runs",
+    "show",
+    "sim",
+    "test",
+)
 STEP = re.compile(r"[A-Z][a-z ]+ …")
 
 

@@ -1,0 +1,42 @@
+"""`armhil runs`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import Json, console_of, print_json
+
+
+@app.command()
+def runs(
+    arm: Annotated[
+        str | None, typer.Option(help="Only of this arm, by its label.", show_default="all")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(help="demo, plan, check, commission, import or run.", show_default="all"),
+    ] = None,
+    limit: Annotated[int, typer.Option(min=1, help="At most so many, the newest.")] = 20,
+    as_json: Json = False,
+) -> None:
+    """List the runs in the catalogue, newest first.
+
+    Example: [bold]armhil runs --limit 5[/]
+    """
+    from daq.catalogue import arms
+    from daq.catalogue import runs as catalogued
+    from daq.catalogue.catalogue_json import runs_json
+    from daq.catalogue.database import Catalogue
+    from daq.catalogue.terminal import print_runs
+
+    with Catalogue() as catalogue:
+        catalogued.settle_abandoned(catalogue)
+        if arm is not None:
+            arms.by_label(catalogue, arm)
+        found = catalogued.every(catalogue, arm=arm, kind=catalogued.kind_of(kind), limit=limit)
+    if as_json:
+        print_json(runs_json(found))
+    print_runs(console_of(as_json), found)
