@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import multiprocessing
 import os
 import subprocess
@@ -112,6 +113,7 @@ def raw_loop(period: float, seconds: float, nodes: tuple[int, ...]) -> Raw:
     cycles = round(seconds / period)
     with open_bus(CHANNEL, wanted) as bus:
         realtime.prepare()
+        gc.disable()
         began = time.monotonic(), time.process_time()
         for cycle in range(1, cycles + 1):
             if (left := began[0] + cycle * period - time.monotonic()) > 0:

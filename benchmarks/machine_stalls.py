@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 
 PRIORITY = 90
 NAP = 0.001
-SHORTEST = 0.003
+SHORTEST = 0.001
 """s beyond the nap that count as a stall."""
 
 Stall = tuple[float, float]

@@ -16,15 +16,14 @@ _MCL_CURRENT_AND_FUTURE = 1 | 2
 _PR_SET_TIMERSLACK = 29
 
 
-def prepare() -> tuple[str, ...]:
+def prepare(priority: int = MASTER_PRIORITY) -> tuple[str, ...]:
     """Freeze the heap, take real-time priority, lock memory, sharpen the timers of this process.
 
     Returns:
         One line for each thing that the system refused.
     """
     freeze_heap()
-    gc.disable()
-    refused = [line for line in (take_priority(MASTER_PRIORITY), _lock_memory()) if line]
+    refused = [line for line in (take_priority(priority), _lock_memory()) if line]
     _sharpen_timers()
     return tuple(refused)
 

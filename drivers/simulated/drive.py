@@ -11,6 +11,7 @@ from enum import IntEnum
 
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.emergency import Emergency, record_error
+from drivers.simulated.homing import HOMING_MODE, Homing
 from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.pdo import Pdo
@@ -21,6 +22,8 @@ from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
+_HALT, _START_HOMING = 0x100, 0x10
+"""Bits of the controlword."""
 _STANDSTILL_SPEED = 0.02
 """Speed of a drive output below which a stop is over, rad/s or m/s."""
 _STANDSTILL_PATIENCE = 1.0
@@ -57,6 +60,9 @@ class Drive:
         saturation = robot.controller.saturation[axis] / signal.per_count
         self._current_share = 1.0 / saturation
         self.temperature = MotorTemperature()
+        self._zero = None if robot.drive[axis].position_reference == "homing" else 0
+        """Encoder counts at which the drive reads 0; where it forgets them, it wakes up at 0."""
+        self._encoder = 0
         self.changed_values: dict[tuple[int, int], int] = {}
         """Objects that this device has otherwise than the EDS says, after every reset."""
         self._start()
@@ -82,6 +88,7 @@ class Drive:
         self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
         self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, self._has_torque)
         self._sdo = SdoServer(dictionary)
+        self.homing = Homing(dictionary, self._robot.drive[self._axis].encoder_counts)
         self._received: bytes | None = None
         self._target_known = False
         self._limited = False
@@ -199,9 +206,19 @@ class Drive:
         self._target_known = True
 
     def observe(self, position: int, set_point: int, control_signal: int) -> None:
-        """Values at the start of a SYNC period: positions in counts, the signal in counts of its object."""
+        """Values at the start of a SYNC period.
+
+        Args:
+            position, set_point: counts of the encoder.
+            control_signal: counts of its object.
+        """
         dictionary = self.dictionary
-        speed = (position - dictionary.integer(0x6064)) / self.sync_period
+        home = self.homing.watch(position)
+        if home is not None or self._zero is None:
+            self._zero = position if home is None else home
+        speed = (position - self._encoder) / self.sync_period
+        self._encoder = position
+        position, set_point = position - self._zero, set_point - self._zero
         dictionary.set(0x6062, 0, set_point)
         dictionary.set(0x6064, 0, position)
         dictionary.set(0x606C, 0, round(max(-(2.0**31), min(speed, 2.0**31 - 1))))
@@ -232,10 +249,11 @@ class Drive:
         word = statusword(
             self.machine.state,
             remote=self.nmt is Nmt.OPERATIONAL,
-            following=self.mode is AxisMode.TRACKING,
+            following=self.homing.attained if self._homes else self.mode is AxisMode.TRACKING,
             limited=self._limited,
-            error=self._following_error,
+            error=self.homing.failed if self._homes else self._following_error,
             warning=self.temperature.warns,
+            reached=not self.homing.active if self._homes else self._halted and self._stands,
         )
         self.dictionary.set(0x6041, 0, word)
 
@@ -248,15 +266,30 @@ class Drive:
         return float(mantissa * 10.0 ** self.dictionary.integer(0x60C2, 2))
 
     def target(self, position: int) -> int:
-        """Target position in counts within 607D; the present position while no target is known."""
+        """Target in counts of the encoder, within 607D; the present position while no target is known."""
+        if self._homes:
+            return self.homing.target(self.sync_period)
+        zero = self._zero or 0
         key = (0x60C1, 1) if self._interpolating else (0x607A, 0)
         if not self._target_known:
-            self.dictionary.set(*key, position)
+            self.dictionary.set(*key, position - zero)
         wanted = self.dictionary.integer(*key)
         low, high = self.dictionary.integer(0x607D, 1), self.dictionary.integer(0x607D, 2)
         allowed = min(max(wanted, low), high)
         self._limited = allowed != wanted
-        return allowed
+        return allowed + zero
+
+    @property
+    def _homes(self) -> bool:
+        return self.dictionary.integer(0x6060) == HOMING_MODE
+
+    @property
+    def _halted(self) -> bool:
+        return bool(self.dictionary.integer(0x6040) & _HALT)
+
+    @property
+    def _stands(self) -> bool:
+        return abs(self.dictionary.integer(0x606C)) / self._counts_per_unit < _STANDSTILL_SPEED
 
     @property
     def _interpolating(self) -> bool:
@@ -264,16 +297,26 @@ class Drive:
 
     @property
     def mode(self) -> AxisMode:
-        """What the axis does now; in interpolated position mode it follows only while bit 4 says so."""
+        """What the axis does now.
+
+        In interpolated position mode it follows only while bit 4 says so, in homing mode only while it homes,
+        and in none while it is halted (bit 8).
+        """
         mode = self.machine.mode
+        if mode is not AxisMode.TRACKING:
+            return mode
         idle = self._interpolating and not self.dictionary.integer(0x6040) & 0x10
-        return AxisMode.STOPPING if mode is AxisMode.TRACKING and idle else mode
+        idle = idle or self._halted or (self._homes and not self.homing.active)
+        return AxisMode.STOPPING if idle else mode
 
     def deceleration(self) -> float:
         """Ramp of the present stop, counts/s²."""
         state, options = self.machine.state, self._options()
+        if self._homes and state is State.OPERATION_ENABLED:
+            return float(max(1, self.dictionary.integer(0x609A)))
+        quickly = self._halted and self.dictionary.integer(0x605D) == 2
         slow_ramp = (
-            state is State.OPERATION_ENABLED
+            (state is State.OPERATION_ENABLED and not quickly)
             or (state is State.QUICK_STOP_ACTIVE and options.quick_stop in (1, 5))
             or (state is State.FAULT_REACTION_ACTIVE and options.fault_reaction == 1)
         )
@@ -292,8 +335,7 @@ class Drive:
             self._ramp_time = self._brake_time = 0.0
             return
         self._ramp_time += self.sync_period
-        speed = abs(self.dictionary.integer(0x606C)) / self._counts_per_unit
-        if speed < _STANDSTILL_SPEED or self._ramp_time > _STANDSTILL_PATIENCE:
+        if self._stands or self._ramp_time > _STANDSTILL_PATIENCE:
             # The axis is held while the brake opens, and until it has fallen in.
             brake = self._robot.drive[self._axis].brake
             opens = self.machine.pending is State.OPERATION_ENABLED
@@ -312,6 +354,7 @@ class Drive:
         was = self.machine.state
         may_enable = self.nmt is Nmt.OPERATIONAL
         self.machine.command(self.dictionary.integer(0x6040), self._options(), may_enable)
+        self._command_homing()
         if self.machine.state is was:
             return
         if was is State.FAULT:
@@ -325,8 +368,15 @@ class Drive:
                 self.fail(Emergency.PARAMETER)
         self.refresh_statusword()
 
+    def _command_homing(self) -> None:
+        if not self._homes or self.machine.mode is not AxisMode.TRACKING:
+            self.homing.forget()
+            return
+        start = bool(self.dictionary.integer(0x6040) & _START_HOMING) and not self._halted
+        self.homing.command(start, self.dictionary.integer(0x6062) + (self._zero or 0))
+
     def _parameters_fit(self) -> bool:
-        modes = (CYCLIC_SYNCHRONOUS_POSITION, INTERPOLATED_POSITION)
+        modes = (CYCLIC_SYNCHRONOUS_POSITION, INTERPOLATED_POSITION, HOMING_MODE)
         position_mode = self.dictionary.integer(0x6060) in modes
         same_period = abs(self.period - self.sync_period) < 1e-9
         return position_mode and same_period and is_multiple(self.period, self._robot.controller.sample_time)

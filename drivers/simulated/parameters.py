@@ -13,6 +13,8 @@ from robots.arrays import FloatArray
 _GEAR_DENOMINATOR = 10_000
 _PROFILE = 0x6000
 _FITTING_BITS, _WIDE_BITS = 16, 32
+_HOMING_SHARE = 0.05
+"""Of an axis' limits, for homing."""
 _FOLLOWING_MARGIN = 1.5
 _FOLLOWING_FLOOR = 0.02
 """Following error that is allowed besides the loop's own lag, rad or m."""
@@ -44,6 +46,9 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
     dictionary.set(0x6080, 0, _uint32(speed * drive.gear * (60 / (2 * np.pi))))
     dictionary.set(0x6084, 0, _uint32(acceleration * size))
     dictionary.set(0x6085, 0, _uint32(acceleration * size))
+    dictionary.set(0x6099, 1, _uint32(_HOMING_SHARE * speed * size))
+    dictionary.set(0x6099, 2, _uint32(_HOMING_SHARE * speed * size))
+    dictionary.set(0x609A, 0, _uint32(_HOMING_SHARE * acceleration * size))
     dictionary.set(0x6065, 0, _uint32(following_window(robot, axis) * size))
     rated = drive.gain * robot.controller.saturation[axis] / drive.gear
     dictionary.set(0x6076, 0, _uint32(rated * 1000))

@@ -76,8 +76,7 @@ def main() -> int:
                 group = DriveGroup(robot, truth, frame_sender(bus), faults, scenario)
                 group.boot(time.monotonic())
                 # Answers in time even where ordinary processes keep the processors busy.
-                realtime.freeze_heap()
-                realtime.take_priority(realtime.DRIVES_PRIORITY)
+                realtime.prepare(realtime.DRIVES_PRIORITY)
                 _say({"truth": _told(truth, scenario, order["seal"])})
                 serve(group, bus, lifeline.holds)
     except (BusError, DriveError, RobotFileError, can.CanError) as error:

@@ -195,12 +195,23 @@ class StateMachine:
 
 
 def statusword(
-    state: State, *, remote: bool, following: bool, limited: bool, error: bool, warning: bool = False
+    state: State,
+    *,
+    remote: bool,
+    following: bool,
+    limited: bool,
+    error: bool,
+    warning: bool = False,
+    reached: bool = False,
 ) -> int:
-    """Object 6041: state, voltage enabled (4), warning (7), remote (9), limit (11), CSP's bits 12 and 13."""
+    """Object 6041: state, voltage enabled (4), warning (7), remote (9), limit (11), and the mode's own bits.
+
+    Those are 10 (target reached), 12 (in csp: follows; in homing: attained) and 13 (error).
+    """
     bits = state.value | 0x10
     bits |= 0x80 if warning else 0
     bits |= 0x200 if remote else 0
+    bits |= 0x400 if reached else 0
     bits |= 0x800 if limited else 0
     bits |= 0x1000 if following else 0
     bits |= 0x2000 if error else 0

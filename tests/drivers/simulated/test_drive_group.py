@@ -263,6 +263,131 @@ def test_quick_stop_ramps_down_and_disables(wire: Callable[..., Wire]) -> None:
     assert w.group.bench.at_rest
 
 
+def homing(w: Wire, node: int, method: int, offset: int = 0) -> None:
+    """One drive in homing mode, all enabled."""
+    w.send(0x000, b"\x01\x00")
+    w.write(node, 0x6060, 0, b"\x06")
+    w.write(node, 0x6098, 0, bytes([method]))
+    w.write(node, 0x607C, 0, struct.pack("<i", offset))
+    w.enable()
+
+
+def word_of(w: Wire, node: int) -> int:
+    return w.group.drives[node - 1].dictionary.integer(0x6041)
+
+
+HOMING_BITS, REACHED, ATTAINED, HOMING_ERROR = 0x3400, 0x0400, 0x1000, 0x2000
+
+
+@pytest.mark.parametrize(("method", "direction"), [(33, -1), (34, 1)])
+def test_homing_finds_the_next_index_and_stands(
+    wire: Callable[..., Wire], tx40: Robot, method: int, direction: int
+) -> None:
+    w, turn, offset = wire(), tx40.drive[2].encoder_counts, 1234
+    homing(w, 3, method, offset)
+    drive = w.group.drives[2]
+    began = round(w.group.bench.plant.drive_position()[2] * tx40.counts_per_output_unit[2])
+    target = w.here()
+    for _ in range(3):
+        w.cycle(0x0F, target)
+    assert word_of(w, 3) & HOMING_BITS == REACHED, "not started"
+    seen, positions = [], []
+    for _ in range(2000):
+        w.cycle(0x1F, target)
+        seen.append(word_of(w, 3) & HOMING_BITS)
+        positions.append(w.group.bench.plant.drive_position()[2] * tx40.counts_per_output_unit[2])
+        if seen[-1] == REACHED | ATTAINED:
+            break
+    order = list(dict.fromkeys(seen))
+    assert order in ([0, ATTAINED, ATTAINED | REACHED], [REACHED, 0, ATTAINED, ATTAINED | REACHED])
+    index = (began // turn + (direction > 0)) * turn
+    assert 0 < (positions[-1] - began) * direction < 1.5 * turn, "and the way to stop"
+    speed = np.abs(np.diff(positions)) / PERIOD
+    assert speed.max() < 1.1 * drive.dictionary.integer(0x6099, 2)
+    for _ in range(100):
+        w.cycle(0x0F, target)
+    assert word_of(w, 3) & HOMING_BITS == REACHED | ATTAINED
+    assert w.states() == [ENABLED] * 6 and w.emergencies() == []
+    # The other axes have not moved, and the homed one holds where it stopped.
+    now = w.group.bench.plant.drive_position() * tx40.counts_per_output_unit
+    assert abs(now[2] - positions[-1]) < 100
+    assert drive.dictionary.integer(0x6064) == pytest.approx(now[2] - index + offset, abs=10)
+    np.testing.assert_allclose(np.delete(now, 2), np.delete(target, 2), atol=100)
+
+
+def test_homing_where_it_stands_moves_nothing(wire: Callable[..., Wire]) -> None:
+    w = wire()
+    homing(w, 1, 37, offset=-500)
+    target = w.here()
+    for _ in range(20):
+        w.cycle(0x1F, target)
+    assert word_of(w, 1) & HOMING_BITS == REACHED | ATTAINED
+    assert w.group.drives[0].dictionary.integer(0x6064) == pytest.approx(-500, abs=5)
+
+
+def test_homing_that_is_given_up_stops_and_one_that_cannot_be_done_says_so(
+    wire: Callable[..., Wire],
+) -> None:
+    w = wire()
+    homing(w, 1, 34)
+    target = w.here()
+    for word in [0x1F] * 60 + [0x0F] * 150:
+        w.cycle(word, target)
+    assert word_of(w, 1) & HOMING_BITS == REACHED
+    resting = w.here()[0]
+    assert resting != target[0]
+    for _ in range(20):
+        w.cycle(0x0F, target)
+    assert w.here()[0] == pytest.approx(resting, abs=20)
+    w.group.drives[0].dictionary.set(0x6098, 0, 17)
+    for _ in range(3):
+        w.cycle(0x1F, target)
+    assert word_of(w, 1) & HOMING_BITS == REACHED | HOMING_ERROR
+
+
+def test_an_encoder_that_forgets_wakes_up_at_zero(tx40: Robot, truth: PlantTruth) -> None:
+    drives = tuple(
+        d.model_copy(update={"position_reference": "homing"}) if k == 3 else d
+        for k, d in enumerate(tx40.drive)
+    )
+    w = Wire(tx40.model_copy(update={"drive": drives}), truth)
+    home = w.robot_home()
+    home[3] = 0
+    np.testing.assert_allclose(w.here(), home, atol=1)
+    start = w.enable()
+    for k in range(200):
+        w.cycle(0x0F, start + 10 * k)
+    np.testing.assert_allclose(w.here() - start, 10 * 199, atol=300)
+
+
+@pytest.mark.parametrize(("option", "ramp"), [(1, 0x6084), (2, 0x6085)])
+def test_halt_stops_on_the_ramp_of_605d_and_keeps_the_torque(
+    wire: Callable[..., Wire], option: int, ramp: int
+) -> None:
+    w = wire()
+    w.send(0x000, b"\x01\x00")
+    w.write(1, 0x605D, 0, bytes([option, 0]))
+    counts = abs(w.robot.counts_per_output_unit[0])
+    w.write(1, ramp, 0, struct.pack("<I", round(2.0 * counts)))
+    w.write(1, 0x6084 if ramp == 0x6085 else 0x6085, 0, struct.pack("<I", round(50.0 * counts)))
+    target = w.enable().astype(float)
+    step = np.zeros(6)
+    for k in range(100):
+        step[0] = 0.5 * counts * PERIOD * min(1.0, k / 50)
+        target += step
+        w.cycle(0x0F, target)
+    demand = []
+    for _ in range(150):
+        target += step
+        w.cycle(0x10F, target)
+        demand.append(w.group.drives[0].dictionary.integer(0x6062))
+    speed = np.diff(demand) / PERIOD / counts
+    braking = np.diff(speed)[np.diff(speed) < -1e-4] / PERIOD
+    assert np.median(braking) == pytest.approx(-2.0, rel=0.05)
+    assert speed[-1] == 0.0 and w.states() == [ENABLED] * 6
+    assert word_of(w, 1) & 0x1400 == 0x0400, "stands, and does not follow"
+
+
 def test_a_following_error_faults_only_its_own_drive(wire: Callable[..., Wire]) -> None:
     w = wire()
     w.send(0x000, b"\x01\x00")

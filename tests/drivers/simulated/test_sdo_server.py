@@ -181,7 +181,7 @@ def node(serve_drives: Callable[..., Channel]) -> Iterator[canopen.RemoteNode]:
 
 def test_a_client_reads_every_object(node: canopen.RemoteNode, tx40: Robot) -> None:
     assert node.sdo[0x1008].raw == "armhil simulated servo drive"
-    assert node.sdo[0x6502].raw == 0xC0
+    assert node.sdo[0x6502].raw == 0xE0
     assert node.sdo[0x608F][1].raw == tx40.drive[1].encoder_counts
     assert node.sdo[0x6091][1].raw == 32
     assert node.sdo[0x60C2][1].raw * 10 ** node.sdo[0x60C2][2].raw == pytest.approx(0.004)
@@ -226,7 +226,7 @@ def test_a_client_changes_the_mapping_by_the_rules(node: canopen.RemoteNode) -> 
     with pytest.raises(SdoAbortedError):  # still mapped
         sdo[0x1A00][1].raw = 0x60640020
     sdo[0x1A00][0].raw = 0
-    for word, code in ((0x60640010, 0x06040041), (0x60980008, 0x06020000), (0x100800FF, 0x06040041)):
+    for word, code in ((0x60640010, 0x06040041), (0x60FE0020, 0x06020000), (0x100800FF, 0x06040041)):
         with pytest.raises(SdoAbortedError) as refusal:
             sdo[0x1A00][1].raw = word
         assert refusal.value.code == code
