@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, console_of, print_json
+from daq.cli.common import OK, WARNING, Json, NoCatalogue, catalogue_of, console_of, print_json
 
 
 @app.command()
@@ -34,25 +34,28 @@ def diagnose(
         str | None, typer.Option(help="An accepted model file, or cad.", show_default="after a refit")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
+    no_catalogue: NoCatalogue = False,
     as_json: Json = False,
 ) -> int:
     """Find what the model lacks, name it, add it, and show the gap shrink on data that was not fitted.
 
     Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
     """
+    from daq.catalogue.keep import keep_diagnose_request
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
-    from daq.diagnosis.diagnosis_json import diagnosis_json
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.identification.terminal import TerminalSteps
 
     console = console_of(as_json)
     fit, held = tuple(paths), tuple(validate or ())
     request = DiagnoseRequest(fit, held, robot, columns, split_half, tuple(without or ()), prior, out)
+    catalogue = catalogue_of(no_catalogue or out is None)
     result = run_diagnose(request, TerminalSteps(console))
+    if catalogue is not None:
+        keep_diagnose_request(catalogue, request, result)
     if as_json:
-        names = [[str(path) for path in group] for group in (fit, held or fit)]
-        print_json(diagnosis_json(result.diagnosis, result.robot.name, *names))
-    print_diagnosis(console, result.diagnosis)
+        print_json(result.content)
+    print_diagnosis(console, result.diagnosis, result.series.checks, result.apart)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
         console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)

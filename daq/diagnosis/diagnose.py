@@ -6,21 +6,27 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
-from daq.diagnosis.diagnosis_json import diagnosis_json
+from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
+from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.files.cell_file import CellFile, read_cell
 from daq.files.model_file import ModelFile, ModelFileError, read_model
 from daq.files.run_folder import make_run_folder
+from daq.files.trajectory_file import write_trajectory
 from daq.identification.described import described
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
+from ident.discrepancy.before_after import Series, before_and_after
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
+from trajectories import Conditions
 
 FROM_DESCRIPTION = "cad"
 """What ``--prior`` is given to take the description's own figures."""
@@ -39,6 +45,8 @@ class DiagnoseRequest:
         without: effects to leave out of the model that is examined.
         prior: an accepted model file, or ``cad``; None searches after a refit.
         out: folder for report, result and model file; nothing is written where None.
+        cell: what stands around the arm, for the motion that tells candidates apart.
+        evaluations: trials of the search for that motion; none is planned where 0.
     """
 
     fit: tuple[Path, ...]
@@ -49,14 +57,28 @@ class DiagnoseRequest:
     without: tuple[str, ...] = ()
     prior: str | None = None
     out: Path | None = None
+    cell: Path | None = None
+    evaluations: int = 1500
 
 
 @dataclass(frozen=True)
 class DiagnoseResult:
-    """What came out; ``folder`` is None where nothing was written."""
+    """What came out.
+
+    Attributes:
+        robot: the arm, with the settings of the recordings.
+        diagnosis: of the search.
+        series: relative errors, gate 1 and pictures, before anything was found and after each finding.
+        apart: what to do about each ambiguous finding; planned where results are written.
+        content: what ``--json`` prints.
+        folder: of the results; None where nothing was written.
+    """
 
     robot: Robot
     diagnosis: Diagnosis
+    series: Series
+    apart: tuple[TellingApart, ...]
+    content: dict[str, Any]
     folder: Path | None
 
 
@@ -78,9 +100,31 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         question = Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model)
         with steps.step("Search for the missing effect") as update:
             diagnosis = diagnose(question, lambda step, share: update(share, step))
+        with steps.step("Check the model without and with it"):
+            uncut = tuple(recording for part in loaded for recording in part.recordings)
+            series = before_and_after(diagnosis, uncut, validation, robot.identification)
+        apart = _apart(robot, request, diagnosis, steps)
+        names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
+        content = diagnosis_json(diagnosis, series.checks, apart, robot.name, *names)
+        result = DiagnoseResult(robot, diagnosis, series, apart, content, folder)
         if folder is not None:
-            _write(folder, robot, request, diagnosis)
-    return DiagnoseResult(robot, diagnosis, folder)
+            _write(folder, request, result)
+    return result
+
+
+def _apart(
+    robot: Robot, request: DiagnoseRequest, diagnosis: Diagnosis, steps: Steps
+) -> tuple[TellingApart, ...]:
+    """Motions for ambiguous findings, where somebody will have the files."""
+    if request.out is None or request.evaluations == 0 or diagnosis.verdict != "ambiguous":
+        return ()
+    cell = CellFile(format=1) if request.cell is None else read_cell(request.cell)
+    conditions = Conditions(
+        surroundings=cell.surroundings, tool=cell.watched_tool, tool_speed=cell.tool.speed
+    )
+    settings = PlanSettings(conditions, evaluations=request.evaluations)
+    with steps.step("Plan the motion that tells them apart") as update:
+        return tell_apart(robot, diagnosis, settings, lambda share, score: update(share, ""))
 
 
 def _require_validation(request: DiagnoseRequest) -> None:
@@ -160,15 +204,18 @@ def _piece(recording: Recording, rows: slice, name: str) -> Recording:
     )
 
 
-def _write(folder: Path, robot: Robot, request: DiagnoseRequest, diagnosis: Diagnosis) -> None:
-    fit, validation = ([str(path) for path in paths] for paths in (request.fit, request.validation))
-    content = diagnosis_json(diagnosis, robot.name, fit, validation or fit)
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> None:
+    robot, diagnosis = result.robot, result.diagnosis
+    text = json.dumps(result.content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     (folder / "diagnosis.json").write_text(text, encoding="utf-8")
+    for item in result.apart:
+        if item.trajectory is not None:
+            write_trajectory(folder / trajectory_name(item.number), item.trajectory, robot)
+    fit, validation = ([str(path) for path in paths] for paths in (request.fit, request.validation))
     facts = {"Fitted": ", ".join(fit), "Validated on": ", ".join(validation) or "the second half of each"}
     if request.without:
         facts["Left out of the model"] = ", ".join(request.without)
     facts["Prior"] = request.prior or "none: after a refit"
-    page = DiagnosisContent(f"{robot.name}: diagnosis", robot, diagnosis, facts)
+    page = DiagnosisContent(f"{robot.name}: diagnosis", robot, diagnosis, result.series, result.apart, facts)
     write_diagnosis_page(folder / "diagnosis.html", page)
     write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)

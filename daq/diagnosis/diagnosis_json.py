@@ -7,16 +7,28 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from daq.diagnosis.telling_apart import TellingApart, Unsettled
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
+from ident.discrepancy.before_after import ModelCheck
+from ident.results import Gate
+from robots.arrays import FloatArray
+from trajectories.information.separation import Separation
 
 
 def diagnosis_json(
-    diagnosis: Diagnosis, robot: str, fit: Sequence[str], validation: Sequence[str]
+    diagnosis: Diagnosis,
+    checks: Sequence[ModelCheck],
+    apart: Sequence[TellingApart],
+    robot: str,
+    fit: Sequence[str],
+    validation: Sequence[str],
 ) -> dict[str, Any]:
     """The diagnosis as a JSON object. A number that is not finite has no JSON form and becomes null.
 
     Args:
         diagnosis: of the search.
+        checks: of the model before anything was found and after each finding.
+        apart: what to do about each ambiguous finding.
         robot: name of the arm.
         fit, validation: where the recordings came from, as the user named them.
     """
@@ -27,7 +39,13 @@ def diagnosis_json(
         "validation": list(validation),
         "verdict": diagnosis.verdict,
         "description": diagnosis.description or None,
-        "findings": [_finding(finding) for finding in diagnosis.findings],
+        "findings": [
+            _finding(finding)
+            | _changes(checks[number - 1], checks[number])
+            | {"telling_apart": next((_apart(item) for item in apart if item.number == number), None)}
+            for number, finding in enumerate(diagnosis.findings, start=1)
+        ],
+        **_changes(checks[0], checks[-1]),
         "gap": {
             "torque": _gap(diagnosis.torque),
             "position": None if diagnosis.position is None else _gap(diagnosis.position),
@@ -79,6 +97,75 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "ranking": [_candidate(candidate) for candidate in finding.ranking],
         "gap": _gap(finding.gap),
     }
+
+
+def _changes(before: ModelCheck, after: ModelCheck) -> dict[str, Any]:
+    """Relative errors and gate 1, before and after."""
+    return {
+        "relative_error_percent": {
+            rows: {"before": _list(getattr(before, rows)), "after": _list(getattr(after, rows))}
+            for rows in ("identified", "moving", "held_out")
+        },
+        "gate_1": {
+            "before": None if before.gate is None else _gate(before.gate),
+            "after": None if after.gate is None else _gate(after.gate),
+            "reason": before.reason or after.reason or None,
+        },
+    }
+
+
+def _gate(gate: Gate) -> dict[str, Any]:
+    return {
+        "passed": bool(gate.passed),
+        "p_value": None if gate.p_value is None else _number(gate.p_value),
+        "detail": gate.detail,
+        "checks": [
+            {
+                "of": check.column,
+                "size": _number(check.size),
+                "limit": _number(check.limit),
+                "p_value": None if check.p_value is None else _number(check.p_value),
+                "passed": check.passed,
+            }
+            for check in gate.columns
+        ],
+    }
+
+
+def _apart(item: TellingApart) -> dict[str, Any]:
+    found = item.discrimination
+    return {
+        "candidates": list(item.candidates),
+        "trajectory": None if found is None else trajectory_name(item.number),
+        "duration": None if found is None else found.trajectory.duration,
+        "pairs": []
+        if found is None
+        else [
+            _pair(before, after)
+            for before, after in zip(found.separation_before, found.separation_after, strict=True)
+        ],
+        "not_by_motion": [_unsettled(pair) for pair in item.unsettled],
+    }
+
+
+def trajectory_name(number: int) -> str:
+    """The file of the motion for an ambiguous finding, beside the page."""
+    return f"tell-apart-{number}.trajectory.json"
+
+
+def _pair(before: Separation, after: Separation) -> dict[str, Any]:
+    return {
+        "between": [after.first, after.second],
+        "correlation": {"before": _number(before.correlation), "after": _number(after.correlation)},
+    }
+
+
+def _unsettled(pair: Unsettled) -> dict[str, Any]:
+    return {"between": [pair.first, pair.second], "why": pair.why, "settled_by": pair.settled_by}
+
+
+def _list(values: FloatArray) -> list[float | None]:
+    return [_number(value) for value in values]
 
 
 def _names(candidates: Iterable[Candidate]) -> list[str]:

@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from daq.diagnosis.diagnosis_words import headline, recommendation
+from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation, share_words
+from daq.diagnosis.telling_apart import TellingApart
 from daq.report.numbers import percent, probability, significant, with_sigma
 from ident.discrepancy import Diagnosis, Finding, Gap
+from ident.discrepancy.before_after import ModelCheck
 
 _COLOURS = {"clean": "green", "named": "cyan", "ambiguous": "yellow", "unnamed": "red"}
 
 
-def print_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
-    """Print findings and gaps, then what it all means."""
+def print_diagnosis(
+    console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck], apart: Sequence[TellingApart]
+) -> None:
+    """Print findings and gaps, then what it all means.
+
+    Args:
+        console: where a person reads.
+        diagnosis: of the search.
+        checks: of the model before anything was found and after each finding.
+        apart: what to do about each ambiguous finding.
+    """
     for number, finding in enumerate(diagnosis.findings, start=1):
         console.print(_finding_table(number, finding))
         console.print(_ranking_table(finding))
+        console.print(_error_table(checks[number - 1], checks[number]))
+        _print_gate(console, checks[number - 1], checks[number])
+    if not diagnosis.findings:
+        console.print(_error_table(checks[0], checks[0]))
+        _print_gate(console, checks[0], checks[0])
     console.print(_gap_table("Torque gap on the validation recordings, rms", diagnosis.torque))
     if diagnosis.position is not None:
         console.print(_gap_table("Position gap of the closed loop, rms", diagnosis.position))
@@ -29,6 +47,50 @@ def print_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
     colour = _COLOURS[diagnosis.verdict]
     console.print(f"\n[bold {colour}]{diagnosis.verdict.upper()}[/]   {headline(diagnosis)}", highlight=False)
     console.print(recommendation(diagnosis), highlight=False, markup=False)
+    for ambiguous in apart:
+        _print_apart(console, ambiguous)
+
+
+def _print_gate(console: Console, before: ModelCheck, after: ModelCheck) -> None:
+    text = f"Gate 1 (is the simulated arm the real one?): {gate_words(before, after)}"
+    console.print(text, highlight=False, markup=False)
+    console.print()
+
+
+def _print_apart(console: Console, item: TellingApart) -> None:
+    if item.discrimination is not None:
+        pairs = ", ".join(
+            f"{first.correlation:.2f} → {last.correlation:.2f}"
+            for first, last in zip(
+                item.discrimination.separation_before, item.discrimination.separation_after, strict=True
+            )
+        )
+        words = f"Planned a motion that tells them apart: correlation of each pair {pairs}"
+        console.print(words, highlight=False, markup=False)
+    for pair in item.unsettled:
+        words = f"Motion alone does not tell {pair.first} from {pair.second}: {pair.settled_by}"
+        console.print(words, highlight=False, markup=False)
+
+
+def _error_table(before: ModelCheck, after: ModelCheck) -> Table:
+    table = _table(
+        "Relative torque error, %, before → after",
+        "joint",
+        "identified, all rows",
+        "identified, moving",
+        "not fitted",
+    )
+    for joint in range(before.moving.size):
+        changes = [
+            f"{significant(float(a[joint]))} → {significant(float(b[joint]))}"
+            for a, b in (
+                (before.identified, after.identified),
+                (before.moving, after.moving),
+                (before.held_out, after.held_out),
+            )
+        ]
+        table.add_row(str(joint + 1), *changes)
+    return table
 
 
 def _table(title: str, *headings: str) -> Table:
@@ -55,9 +117,9 @@ def _ranking_table(finding: Finding) -> Table:
     alike = {candidate.words() for candidate in finding.indistinguishable_from}
     for candidate in finding.ranking[:6]:
         mark = "cannot be told apart" if candidate.words() in alike else ""
-        table.add_row(
-            candidate.words(), significant(candidate.score), percent(100 * candidate.explained), mark
-        )
+        if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
+            mark = "named"
+        table.add_row(candidate.words(), significant(candidate.score), share_words(candidate.explained), mark)
     return table
 
 

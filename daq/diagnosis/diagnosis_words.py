@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from daq.report.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding, Gap
+from ident.discrepancy.before_after import ModelCheck
+from ident.results import ColumnCheck, Gate
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -14,9 +17,18 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing is missing that this data can show"
     if diagnosis.verdict == "unnamed":
         return "Something is missing, and nothing in the vocabulary is it"
-    words = "; ".join(finding.words() for finding in found)
+    words = "; ".join(_short(finding) for finding in found)
     closed = explained_words(diagnosis)
     return f"{words[0].upper()}{words[1:]}{closed}"
+
+
+def _short(finding: Finding) -> str:
+    """The finding as a sentence; many parameters are left to the tables."""
+    return finding.words() if len(finding.parameters) <= _FEW else finding.words().split(" (")[0]
+
+
+_FEW = 2
+"""Parameters that a headline holds."""
 
 
 def explained_words(diagnosis: Diagnosis) -> str:
@@ -55,6 +67,43 @@ def _cannot_tell(finding: Finding) -> str:
         f"This data cannot tell {finding.effect.replace('_', ' ')} from {others}{rest}."
         " The discriminating trajectory would."
     )
+
+
+def share_words(share: float) -> str:
+    """A share of the residual beyond noise; where noise is only guessed it may seem more than there is."""
+    if share <= 0.0:
+        return NOTHING
+    return "all" if share >= 1.0 else percent(100 * share)
+
+
+def gate_words(before: ModelCheck, after: ModelCheck) -> str:
+    """How gate 1 of the revised DWH-test goes as an effect is added, one sentence."""
+    if before.gate is None or after.gate is None:
+        return f"cannot be run: {before.reason or after.reason}"
+    worst = worst_check(before.gate)
+    then = next((check for check in after.gate.columns if check.column == worst.column), worst)
+    what = worst.column if worst.column.startswith(_LOOP) else f"regressor {worst.column}"
+    return (
+        f"{_passed(before.gate)} → {_passed(after.gate)}; what the simulation lacks of the {what} goes from"
+        f" {percent(100 * worst.size)} to {percent(100 * then.size)} (margin {percent(100 * worst.limit)})"
+    )
+
+
+_LOOP = ("torque", "following error")
+
+
+def worst_check(gate: Gate) -> ColumnCheck:
+    """What is nearest to its margin, or furthest beyond it: those that failed first."""
+    return max(gate.columns, key=lambda check: (not check.passed, check.size / check.limit))
+
+
+def gate_state(check: ModelCheck) -> str:
+    """``rejected``, ``accepted`` or ``not run``."""
+    return "not run" if check.gate is None else _passed(check.gate)
+
+
+def _passed(gate: Gate) -> str:
+    return "accepted" if gate.passed else "rejected"
 
 
 def unit_of_quantity(quantity: str, kind: str) -> str:

@@ -10,8 +10,7 @@ import pytest
 
 import robots
 from daq.diagnosis.diagnose import DiagnoseRequest, model_without, prior_of, run_diagnose
-from daq.diagnosis.diagnosis_json import diagnosis_json
-from daq.diagnosis.diagnosis_words import headline, recommendation
+from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation
 from daq.files.model_file import ModelFileError, read_model
 from daq.progress import Silent
 from ident import IdentificationError
@@ -36,26 +35,54 @@ def test_emps_lacks_friction_that_differs_with_the_direction(shared_data: Path, 
     assert viscous.value == pytest.approx(-36.9, abs=3 * viscous.sigma)
     assert found.torque.after[0] < 0.75 * found.torque.before[0]
     content = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
-    assert content == json.loads(
-        json.dumps(diagnosis_json(found, "emps", content["fit"], content["validation"]))
-    )
+    assert content == json.loads(json.dumps(result.content))
     assert content["findings"][0]["joints"] == [1]
     page = (tmp_path / "why" / "diagnosis.html").read_text(encoding="utf-8")
     assert "asymmetric friction" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
     model = read_model(tmp_path / "why" / "emps.model.toml")
     assert [entry.effect for entry in model.found] == ["asymmetric_friction"]
+    # Published: 4.0834 % with symmetric friction, 3.1117 % with asymmetric.
+    errors = content["findings"][0]["relative_error_percent"]["identified"]
+    assert errors == {"before": [pytest.approx(4.08, abs=0.01)], "after": [pytest.approx(3.11, abs=0.01)]}
     assert model.covariance is not None
     assert np.linalg.eigvalsh(model.covariance).min() > 0
 
 
 def test_emps_without_coulomb_friction_names_it(shared_data: Path) -> None:
-    found = run_diagnose(emps(shared_data, without=("coulomb_friction",)), Silent()).diagnosis
+    result = run_diagnose(emps(shared_data, without=("coulomb_friction",)), Silent())
+    found = result.diagnosis
     assert found.findings[0].effect == "coulomb_friction"
     coulomb = found.findings[0].parameters[0]
     assert coulomb.value == pytest.approx(20.4, abs=2.0)
     assert "coulomb friction" in headline(found)
     assert recommendation(found)
+    without, with_it = result.series.checks[:2]
+    assert without.gate is not None and with_it.gate is not None
+    assert (without.gate.passed, with_it.gate.passed) == (False, True)
+    assert gate_words(without, with_it).startswith(
+        "rejected → accepted; what the simulation lacks of the torque"
+    )
+    assert without.identified[0] == pytest.approx(17.02, abs=0.01)
+    assert with_it.identified[0] == pytest.approx(4.08, abs=0.01)
+
+
+def test_tx40_lacks_the_coupling_of_its_wrist(shared_data: Path) -> None:
+    request = DiagnoseRequest(
+        (shared_data / "tx40",), robot="tx40", split_half=True, without=("wrist_coupling",)
+    )
+    result = run_diagnose(request, Silent())
+    assert [(f.effect, f.joints) for f in result.diagnosis.findings] == [("wrist_coupling", (5, 6))]
+    # Published, with another filter: 51.3 and 29.9 % without it, 10.5 and 8.8 % with it, the rest unchanged.
+    errors = result.content["findings"][0]["relative_error_percent"]["moving"]
+    assert errors["before"][4:] == [pytest.approx(50.2, abs=0.3), pytest.approx(28.9, abs=0.3)]
+    assert errors["after"][4:] == [pytest.approx(10.0, abs=0.3), pytest.approx(8.4, abs=0.3)]
+    assert errors["after"][:4] == pytest.approx(errors["before"][:4], abs=0.1)
+    assert result.content["gate_1"] == {
+        "before": None,
+        "after": None,
+        "reason": "no position reference was recorded, so the loop cannot be simulated",
+    }
 
 
 def test_the_gap_needs_data_that_was_not_fitted() -> None:
