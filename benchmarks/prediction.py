@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # many small solves are quicker on one thread
@@ -108,6 +109,14 @@ def outcome(robot: Robot, base: BaseParameters, seed: int, options: argparse.Nam
     )
 
 
+def same_advice(outcomes: Sequence[Outcome], source: str) -> float:
+    """Share of the parameters within the factor, or poorly seen by prediction and identification alike."""
+    ratios = np.concatenate([o.percent_sigma[source] for o in outcomes])
+    obtained = np.concatenate([o.obtained for o in outcomes])
+    poor = (obtained > SEEN) & (ratios * obtained > SEEN)
+    return float(np.mean(poor | ((ratios < WITHIN) & (ratios > 1 / WITHIN))))
+
+
 def row(label: str, ratios: FloatArray) -> str:
     """One line of the table: share within the factor, and the quantiles."""
     within = np.mean((ratios < WITHIN) & (ratios > 1 / WITHIN))
@@ -145,6 +154,8 @@ def main() -> None:
             if quantity == "percent_sigma":
                 seen = np.concatenate([o.obtained for o in outcomes]) <= SEEN
                 share = f"{100 * seen.mean():.0f} % of the parameters"
+                both = 100 * same_advice(outcomes, source)
+                print(f"| %σ, {source}, within the factor or above {SEEN:g} in both | {both:.0f} % | | | |")
                 print(row(f"%σ, {source}, obtained %σ ≤ {SEEN:g}: {share}", ratios[seen]))
     every = np.array([o.percent_sigma["ar"] for o in outcomes])
     outside = ((every >= WITHIN) | (every <= 1 / WITHIN)).sum(axis=0)

@@ -50,12 +50,18 @@ def first_error(
 
     A misspelt key is both an unknown key and a missing one: the unknown one says more.
     """
-    findings = [_finding(entry, data, lines) for entry in error.errors(include_url=False)]
+    every = [_finding(entry, data, lines) for entry in error.errors(include_url=False)]
+    # A list whose entries are wrong counts as too short as well: the entries say more.
+    findings = [f for f in every if not any(_lies_below(other.path, f.path) for other in every)]
     first, *others = sorted(findings, key=lambda finding: (finding.missing, finding.line))
     more = f" (and {len(others)} more)" if others else ""
     return RobotFileError(
         file, first.problem + more, line=first.line, key=key_text(first.path), allowed=first.allowed
     )
+
+
+def _lies_below(path: Path, above: Path) -> bool:
+    return len(path) > len(above) and path[: len(above)] == above
 
 
 def unknown_key(path: Path, value: object, lines: TomlLines, file: FilePath) -> RobotFileError:

@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import Protocol, TypeVar
 
 from joblib import Parallel, delayed
@@ -79,6 +80,8 @@ def best_of(
 
 def _start_workers(workers: int) -> None:
     """Start the processes deaf to Ctrl-C: it goes to all of them, but only the first has to answer it."""
+    # The tracker is started before the first worker and lets interrupts through again, held or not.
+    resource_tracker.ensure_running()
     with _interrupts_held():
         Parallel(n_jobs=workers)(delayed(_nothing)() for _ in range(workers))
 
