@@ -14,6 +14,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     """What a user can cause; each says in one line what is wrong and what is allowed."""
     from daq.catalogue.values import CatalogueError
     from daq.demo import RunFailed
+    from daq.diagnosis.live import MotionRefused
     from daq.files.cell_file import CellFileError
     from daq.files.model_file import ModelFileError
     from daq.files.run_folder import OutputError
@@ -34,6 +35,7 @@ def user_errors() -> tuple[type[Exception], ...]:
         DriveError,
         IdentificationError,
         ModelFileError,
+        MotionRefused,
         NoTests,
         OSError,
         OutputError,

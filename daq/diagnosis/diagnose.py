@@ -118,13 +118,21 @@ def _apart(
     """Motions for ambiguous findings, where somebody will have the files."""
     if request.out is None or request.evaluations == 0 or diagnosis.verdict != "ambiguous":
         return ()
-    cell = CellFile(format=1) if request.cell is None else read_cell(request.cell)
-    conditions = Conditions(
-        surroundings=cell.surroundings, tool=cell.watched_tool, tool_speed=cell.tool.speed
-    )
-    settings = PlanSettings(conditions, evaluations=request.evaluations)
+    settings = PlanSettings(conditions_of(request.cell), evaluations=request.evaluations)
     with steps.step("Plan the motion that tells them apart") as update:
         return tell_apart(robot, diagnosis, settings, lambda share, score: update(share, ""))
+
+
+def conditions_of(cell: Path | None) -> Conditions:
+    """What a motion has to keep; nothing around the arm where there is no cell file.
+
+    Raises:
+        CellFileError: the file cannot be read.
+    """
+    content = CellFile(format=1) if cell is None else read_cell(cell)
+    return Conditions(
+        surroundings=content.surroundings, tool=content.watched_tool, tool_speed=content.tool.speed
+    )
 
 
 def _require_validation(request: DiagnoseRequest) -> None:
