@@ -6,6 +6,7 @@ import logging
 import os
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
@@ -17,7 +18,7 @@ from drivers.bus.budget import BusBudget
 from drivers.bus.channel import Channel
 from drivers.cia402 import objects
 from drivers.cia402.states import State, state_of
-from drivers.cyclic.job import Budgets, Job, following_error_window, torque_limits
+from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
 from drivers.cyclic.layout import DriveLink, master_cob_ids
 from drivers.cyclic.requests import StreamControl
 from drivers.cyclic.samples import StreamResult
@@ -28,6 +29,7 @@ from drivers.motion.jog import JOG_SHARE, ignore_samples, jog_path
 from drivers.setup.attestation import attest, refuse_unattested
 from drivers.setup.drive import DriveReport, configure, refuse
 from drivers.setup.guarding import acknowledge_fault, arm, prove
+from drivers.setup.homing import Homing, end_homing, prepare_homing
 from drivers.setup.mapping import refuse_shared_cob_ids, transmitted_cob_ids
 from drivers.setup.sdo import SdoNetwork
 from drivers.units import Units
@@ -50,7 +52,7 @@ class ArmSession:
         channel: where its drives are; the description's own bus where None.
         budgets: how much may go wrong in a stream; those that fit the channel where None.
         start_tolerance: rad or m.
-        allow_jog: whether :meth:`jog` may move the arm.
+        allow_jog: whether :meth:`jog` and :meth:`home` may move the arm.
     """
 
     def __init__(
@@ -227,20 +229,27 @@ class ArmSession:
         """
         targets = np.asarray(reference, dtype=np.float64)
         check_envelope(self.robot, targets, self.robot.bus.cycle_time)
+        self._refuse_stream()
+        refuse_unattested(self.robot, self._attested)
+        check_drive_limits(self.robot, self.units.counts(targets), self.drives)
+        self._refuse_elsewhere(targets[0])
+        self._refuse_faults()
+        job = self._job(targets, checked_period_ends(period_ends, len(targets)))
+        return self._run(job, on_samples, control or StreamControl(stop))
+
+    def _refuse_stream(self) -> None:
         if self.channel.interface == "virtual":
             raise BusError(f"{self.channel} lives inside one process; a stream needs a bus between processes")
         if self._unacknowledged is not None:
             raise DriveError(
                 f"the last stream ended by itself ({self._unacknowledged}); acknowledge it first"
             )
-        refuse_unattested(self.robot, self._attested)
-        check_drive_limits(self.robot, self.units.counts(targets), self.drives)
-        self._refuse_elsewhere(targets[0])
-        self._refuse_faults()
-        job = self._job(targets, checked_period_ends(period_ends, len(targets)))
+
+    def _run(self, job: Job, on_samples: OnSamples, control: StreamControl) -> StreamResult:
+        """Hand the bus to the cyclic process until the drives are disabled."""
         self._arm()
         self._disconnect()
-        result = run_stream(job, on_samples, control or StreamControl(stop))
+        result = run_stream(job, on_samples, control)
         if result.outcome in ("aborted", "fault"):
             self._unacknowledged = result.reason
         return result
@@ -277,6 +286,36 @@ class ArmSession:
             raise DriveError("jogging is not allowed in this session; open it with allow_jog=True")
         path = jog_path(self.robot, self.actual_position(), joint, distance, share)
         return self.stream(path, on_samples, control=control)
+
+    def home(self, homing: Homing, control: StreamControl | None = None) -> StreamResult:
+        """Have one drive search its home, by itself and slowly; the others hold. For commissioning.
+
+        The position has to be attested afterwards as after every opening, see :meth:`attest_position`.
+
+        Args:
+            homing: which drive, how, and within what bounds.
+            control: as in :meth:`stream`.
+
+        Raises:
+            DriveError: moving for commissioning is not allowed, a value is not, the drive has no homing mode
+                or refuses a setting, or a drive is in fault.
+            BusError: as in :meth:`stream`.
+        """
+        if not self._allow_jog:
+            raise DriveError("homing is not allowed in this session; open it with allow_jog=True")
+        axis = homing.axis(self.robot)
+        self._refuse_stream()
+        self._attested = False
+        prepare_homing(self._connect().drives[axis], self.robot, homing)
+        try:
+            self._refuse_faults()
+            here = self.actual_position()[None, :]
+            travel = round(homing.travel * abs(float(self.robot.counts_per_output_unit[axis])))
+            job = replace(self._job(here, ()), homing=HomingJob(axis, travel, homing.seconds))
+            result = self._run(job, ignore_samples, control or StreamControl())
+        finally:
+            end_homing(self._connect().drives[axis], self.drives[axis].mode)
+        return result
 
     def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
         """Somebody who looks at the arm says where it stands; the drives' positions must say the same.

@@ -63,11 +63,14 @@ TORQUE_STATES = (State.OPERATION_ENABLED, State.QUICK_STOP, State.FAULT_REACTION
 
 FOLLOWS_BIT = 0x1000
 """Bit 12 of the statusword: in csp the drive follows the command value, in ip interpolation is active."""
-INTERPOLATE = 0x10
-"""Bit 4 of the controlword in ip: enable interpolation."""
+MODE_BIT = 0x10
+"""Bit 4 of the controlword: in ip enable interpolation, in homing mode start and go on."""
 
 FOLLOWING_ERROR_BIT = 0x2000
 """Bit 13 of the statusword in the modes csp and ip: the drive's own following error window was left."""
+
+TARGET_REACHED, HOMING_ATTAINED, HOMING_ERROR = 0x0400, 0x1000, 0x2000
+"""Bits 10, 12 and 13 of the statusword in homing mode: found and standing, found, failed."""
 
 LEVEL: dict[State, Goal] = {
     State.SWITCH_ON_DISABLED: Goal.SWITCH_ON_DISABLED,

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from drivers.bus.ports import FramePort
-from drivers.cia402.states import INTERPOLATE, Command, Goal, has_torque, next_controlword
+from drivers.cia402.states import MODE_BIT, Command, Goal, has_torque, next_controlword
 from drivers.cyclic.exchange import Exchange
 from drivers.cyclic.job import Job
 from drivers.cyclic.pacemaker import Pacemaker
@@ -68,7 +68,8 @@ class Cycle:
         """SYNCs between the first RPDOs and the record that some drive did not answer in time."""
         self._pending: tuple[tuple[float, ...], list[bool]] | None = None
         self._largest_step = job.largest_step
-        self._interpolated = [axis for axis, link in enumerate(job.links) if link.interpolated]
+        self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
+        """Axes whose controlword has bit 4 under torque: they interpolate, or search their home."""
         self._heartbeat_every = job.budgets.watch_seconds / HEARTBEATS_PER_WATCH
         self._next_heartbeat = 0.0
 
@@ -103,9 +104,9 @@ class Cycle:
         goals = self.goals
         words = self.exchange.statusword
         controlwords = list(map(next_controlword, words, goals))
-        for axis in self._interpolated:
+        for axis in self.bit_four:
             if controlwords[axis] == Command.ENABLE_OPERATION and has_torque(words[axis]):
-                controlwords[axis] |= INTERPOLATE
+                controlwords[axis] |= MODE_BIT
         for axis, goal in enumerate(goals if Goal.SWITCH_ON_DISABLED in goals else ()):
             # A drive that does not say where it is, or says it wrongly, cannot be led down step by step.
             if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.uncontrolled(axis)):

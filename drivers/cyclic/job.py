@@ -86,6 +86,21 @@ class TorqueLimit:
 
 
 @dataclass(frozen=True)
+class HomingJob:
+    """A search for one drive's home, in place of a reference to follow.
+
+    Attributes:
+        axis: whose drive is in homing mode.
+        travel: counts that it may move until home is found.
+        seconds: that this may take.
+    """
+
+    axis: int
+    travel: int
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Job:
     """One stream, in counts of the drives wherever the cycle needs it."""
 
@@ -118,6 +133,9 @@ class Job:
     """s that brakes need to open after the drives are enabled."""
     brake_engage: float = 0.0
     """s that brakes need to fall in before torque may go."""
+
+    homing: HomingJob | None = None
+    """Where there is one, the reference is not followed."""
 
     @property
     def nodes(self) -> tuple[int, ...]:

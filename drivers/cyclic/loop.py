@@ -9,11 +9,12 @@ import can
 
 from drivers.bus.ports import frame_port
 from drivers.cyclic.cycle import Cycle
-from drivers.cyclic.job import Job
+from drivers.cyclic.job import HomingJob, Job
 from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
 from drivers.cyclic.ring import Ring
 from drivers.cyclic.samples import StreamResult
 from drivers.motion.following import Follower
+from drivers.motion.homing import home
 
 
 class Loop:
@@ -48,7 +49,10 @@ class Loop:
         self._follower.warm_up()
         cycle.pace.restart()
         if first_answers(cycle) and enable(cycle):
-            self._move()
+            if cycle.job.homing is None:
+                self._move()
+            else:
+                self._home(cycle.job.homing)
         if cycle.watch.halting and cycle.commanded:
             quick_stop(cycle, record=False)
         disable(cycle)
@@ -64,6 +68,13 @@ class Loop:
             recorded = self._follower.stream()
         if watch.halting:
             quick_stop(self.cycle, recorded)
+        else:
+            self._follower.come_to_rest()
+
+    def _home(self, homing: HomingJob) -> None:
+        home(self.cycle, homing)
+        if self.cycle.watch.halting:
+            quick_stop(self.cycle, record=False)
         else:
             self._follower.come_to_rest()
 

@@ -68,6 +68,8 @@ class Watch:
         self._motion = MotionChecks(job)
         self._unanswered = [0] * n
         self._answered = [False] * n
+        self._homing = job.homing.axis if job.homing is not None else None
+        """Whose statusword bits 12 and 13 speak of its home, and which follows no set-points."""
         self._follows = [link.interpolated for link in job.links]
         self._astray = [0] * n
         self._warned = [0] * n
@@ -196,6 +198,8 @@ class Watch:
                 goals[axis] = Goal.SWITCH_ON_DISABLED
                 drive = self._job.drives[axis]
                 self.fault(axis, f"{drive} left operation enabled: it is in state {state.value!r}")
+        elif axis == self._homing:
+            self._astray[axis] = 0
         elif word & FOLLOWING_ERROR_BIT:
             self.fault(axis, f"{self._job.drives[axis]} reports a following error (statusword 0x{word:04X})")
         else:

@@ -28,6 +28,7 @@ class MotionChecks:
         self._frozen_cycles = job.budgets.frozen_cycles
         self._torque_cycles = job.budgets.torque_cycles
         self._torque_limits = job.torque_limits
+        self._homing = job.homing.axis if job.homing is not None else None
         self._reading: list[int | None] = [None] * n
         self._set_point_then = [0] * n
         self._still = [0] * n
@@ -47,7 +48,8 @@ class MotionChecks:
         """
         reason = None
         for axis, complete in enumerate(seen.complete):
-            if complete:
+            # A drive that searches its home follows no set-point, and its position jumps once it is found.
+            if complete and axis != self._homing:
                 reason = reason or self._follow(axis, set_points[axis], seen.position[axis])
         return reason or self._torque(seen.control_signal)
 

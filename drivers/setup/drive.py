@@ -25,7 +25,11 @@ READY_TIMEOUT = 3.0
 MODE_TIMEOUT = 1.0
 """s that a drive may take to show a mode that it accepted."""
 
-_MODE_NAMES = {objects.CYCLIC_SYNCHRONOUS_POSITION: "csp", objects.INTERPOLATED_POSITION: "ip"}
+_MODE_NAMES = {
+    objects.HOMING: "homing",
+    objects.INTERPOLATED_POSITION: "ip",
+    objects.CYCLIC_SYNCHRONOUS_POSITION: "csp",
+}
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     control_signal = _control_signal(sdo, drive)
     mode = _choose_mode(sdo, modes, findings)
     map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION)
-    _set_mode(sdo, mode)
+    set_mode(sdo, mode)
     _set_period(sdo, robot.bus.cycle_time)
     heartbeat = _set_heartbeat(sdo, findings)
     findings += set_abort_option(sdo)
@@ -254,7 +258,12 @@ def _control_signal(sdo: SdoAccess, drive: Drive) -> MappedObject:
     return MappedObject(signal.index, signal.subindex, 8 * len(sdo.read(signal.index, signal.subindex)))
 
 
-def _set_mode(sdo: SdoAccess, mode: int) -> None:
+def set_mode(sdo: SdoAccess, mode: int) -> None:
+    """Set 6060h, and wait until 6061h shows the same: a drive may stay in its old mode without a word.
+
+    Raises:
+        DriveError: the drive refuses the mode, or does not show it in time.
+    """
     if mode == objects.INTERPOLATED_POSITION and sdo.read_optional(objects.INTERPOLATION_SUBMODE) is not None:
         sdo.write_checked(objects.INTERPOLATION_SUBMODE, 0, 0, 2)  # linear
     sdo.write(objects.MODE, 0, mode, 1)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from drivers.bus.channel import Channel
 from drivers.bus.error_frames import ERROR_FLAG
 from drivers.cia402 import objects
-from drivers.cyclic.job import Budgets, Job, following_error_window, torque_limits
+from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
 from drivers.cyclic.layout import DriveLink
 from drivers.cyclic.loop import Loop
 from drivers.cyclic.requests import Request
@@ -148,6 +148,8 @@ def stream_in_process(
     measure_from: int | None = None,
     period_ends: tuple[int, ...] = (),
     patience: float = 5.0,
+    homing: HomingJob | None = None,
+    setup: Callable[[InProcessBus], None] = lambda bus: None,
 ) -> InProcessRun:
     """Stream a reference to simulated drives, in this process and as fast as it goes.
 
@@ -162,12 +164,16 @@ def stream_in_process(
         measure_from: cycle from which the time to rest is measured.
         period_ends: rows at which periods end.
         patience: s that the drives have to come to rest after the master has gone.
+        homing: a search in place of the reference.
+        setup: what else the drives are told before they become operational.
     """
     bus = InProcessBus(robot, truth, faults)
     ring = Ring.create(robot.n, _RING_ROWS)
     job = replace(
         _job(robot, reference, budgets or Budgets()), period_ends=period_ends, ring_capacity=_RING_ROWS
     )
+    job = replace(job, homing=homing)
+    setup(bus)
     bus.start(job.master_node, job.budgets.watch_seconds)
     asked = dict(requests or {})
     marked: list[float] = []

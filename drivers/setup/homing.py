@@ -1,0 +1,94 @@
+"""Homing mode (CiA 402-2): what one drive is told before it searches its home, and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.cia402 import objects
+from drivers.errors import DriveError
+from drivers.setup.drive import set_mode
+from drivers.setup.sdo import SdoAccess
+from robots.description import Robot
+
+HOMING_SHARE = 0.05
+"""Largest share of a joint's velocity and acceleration limits in a search."""
+LARGEST_METHOD = 37
+
+
+@dataclass(frozen=True)
+class Homing:
+    """One search.
+
+    Attributes:
+        joint: name of the joint whose drive searches.
+        method: 6098h; which ones there are stands in the drive's manual.
+        position: what the drive's output reads at its home, rad or m.
+        travel: how far the output may move until home is found, rad or m.
+        share: of the joint's velocity and acceleration limits, above 0, at most HOMING_SHARE.
+        seconds: how long the search may take.
+    """
+
+    joint: str
+    method: int
+    position: float
+    travel: float
+    share: float = HOMING_SHARE
+    seconds: float = 60.0
+
+    def axis(self, robot: Robot) -> int:
+        """Index of its drive, after a look at all values.
+
+        Raises:
+            DriveError: names the value and what is allowed.
+        """
+        names = [joint.name for joint in robot.joint]
+        if self.joint not in names:
+            raise DriveError(f"no joint {self.joint!r} to home; allowed: {', '.join(names)}")
+        if not -128 <= self.method <= LARGEST_METHOD or self.method == 0:
+            raise DriveError(
+                f"homing method {self.method}; allowed: 1 to {LARGEST_METHOD}, or a maker's own below 0"
+            )
+        if not 0 < self.share <= HOMING_SHARE:
+            raise DriveError(
+                f"homing at {self.share:g} of the limits; allowed: above 0, at most {HOMING_SHARE:g}"
+            )
+        for name in ("travel", "seconds"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise DriveError(f"homing: {name} is {getattr(self, name):g}; allowed: above 0")
+        if not np.isfinite(self.position):
+            raise DriveError(f"homing: position is {self.position:g}; allowed: a finite number")
+        return names.index(self.joint)
+
+
+def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing) -> None:
+    """Method, speeds, acceleration and home offset, each read back; then homing mode. Torque stays off.
+
+    Raises:
+        DriveError: the drive has no homing mode, refuses a value or changes it.
+    """
+    modes = sdo.read_optional(objects.SUPPORTED_MODES)
+    if modes is not None and not modes >> (objects.HOMING - 1) & 1:
+        raise DriveError(f"{sdo.drive}: 6502 = 0x{modes:08X} has no homing mode (bit 5)")
+    axis = homing.axis(robot)
+    size = abs(float(robot.counts_per_output_unit[axis]))
+    across = np.abs(robot.transmission_matrix)
+    speed = homing.share * float((across @ robot.velocity_limits)[axis]) * size
+    acceleration = homing.share * float((across @ robot.acceleration_limits)[axis]) * size
+    offset = round(homing.position * float(robot.counts_per_output_unit[axis]))
+    sdo.write_checked(objects.HOMING_METHOD, 0, homing.method, 1)
+    for subindex in (1, 2):
+        sdo.write_checked(objects.HOMING_SPEEDS, subindex, max(1, round(speed)), 4)
+    sdo.write_checked(objects.HOMING_ACCELERATION, 0, max(1, round(acceleration)), 4)
+    sdo.write_checked(objects.HOME_OFFSET, 0, offset, 4)
+    set_mode(sdo, objects.HOMING)
+
+
+def end_homing(sdo: SdoAccess, mode: int) -> None:
+    """Back to the mode of set-points.
+
+    Raises:
+        DriveError: the drive does not show it.
+    """
+    set_mode(sdo, mode)
