@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ident.base import BaseParameters, base_parameters
-from ident.errors import IdentificationError
+from ident.errors import IdentificationError, MassMatrixError, SimulationDivergedError, SimulationError
 from ident.identification import Fitted, identify
 from ident.options import Options
 from ident.recording import Recording
@@ -17,11 +17,14 @@ __all__ = [
     "Gate",
     "Identification",
     "IdentificationError",
+    "MassMatrixError",
     "Options",
     "Parameter",
     "Recording",
     "RegressorModel",
     "RevisedTest",
+    "SimulationDivergedError",
+    "SimulationError",
     "TorqueTrace",
     "base_parameters",
     "drive_parameters",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,21 +9,21 @@ import numpy as np
 from ident.alignment import LagEstimate, estimate_lag
 from ident.base import BaseParameters, base_parameters
 from ident.checks import check_recordings
-from ident.covariance import instrumental_covariance
-from ident.covariances import covariance_named, covariance_of, estimated_rows
 from ident.cutoff import CutoffProposal, propose_cutoff
 from ident.errors import IdentificationError
-from ident.estimators import LinearFit, Stacked, huber_least_squares, stack, weighted_least_squares
+from ident.estimators import LinearFit, stack
+from ident.estimators.consistent import ConsistentFit, consistent_fit, require_solver
 from ident.excitation import rank_of, require_enough_rows
 from ident.exogeneity import (
     GateSettings,
     TestedRows,
+    no_such_arm,
     not_testable,
     revised_test,
     simulation_agreement,
     textbook_test,
 )
-from ident.instruments import Instruments, iterate_instruments
+from ident.fits import Fits, Prepared, Progress, all_fits
 from ident.noise import noise_estimate
 from ident.observation import Rows, observe
 from ident.options import Options
@@ -40,13 +39,9 @@ from ident.summary import (
     poorly_seen,
     refuse_negative_friction,
     trace_of,
+    with_consistent,
 )
-from ident.whitening import Whitening
-from robots.arrays import FloatArray
 from robots.description import Robot
-
-Progress = Callable[[str, float], None]
-"""Called with a step in words and the share of the whole that is done, 0 to 1."""
 
 _LEVEL = 0.05
 _DEFAULTS = Options()
@@ -64,6 +59,7 @@ class Fitted:
     least_squares: LinearFit
     instrumental: LinearFit | None
     result: Identification
+    consistent: ConsistentFit | None = None
 
 
 def _silent(step: str, share: float) -> None:
@@ -86,8 +82,11 @@ def identify(
 
     Raises:
         IdentificationError: the recordings do not fit the arm, cannot be what they are said to be, are too
-            short, or excite too little; or IV was asked for and cannot be had.
+            short, or excite too little; or IV was asked for and cannot be had, or the consistent fit without
+            the solver that it needs.
     """
+    if options.method == "consistent":
+        require_solver()
     progress("base parameters", 0.0)
     warnings = check_recordings(robot, (*recordings, *options.validation))
     spectrum = position_spectrum(recordings)
@@ -98,7 +97,7 @@ def identify(
     prepared = _prepare(base, recordings, spectrum, progress)
     base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
     settings = base.model.robot.identification
-    fits = _fit(prepared, recordings, options, progress)
+    fits = all_fits(prepared, recordings, options, progress)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(prepared, recordings, fits)
     least_squares = estimate_of("ls", base, stacked, fits.least_squares)
@@ -126,26 +125,27 @@ def identify(
         signals=signals,
         essential=essential_of(base, rows) if options.essential else None,
     )
+    consistent = None
+    if options.method == "consistent":
+        progress("physically consistent fit", 0.95)
+        consistent = _nearest_arm(prepared, fits, result)
+        result = with_consistent(result, base, stacked, consistent)
     result = replace(result, held_out=held_out(base, result.estimates, options.validation))
     progress("done", 1.0)
-    return Fitted(base, rows, fits.least_squares, fits.instrumental, result)
+    return Fitted(base, rows, fits.least_squares, fits.instrumental, result, consistent)
 
 
-@dataclass(frozen=True)
-class _Prepared:
-    """Rows with what was found out about them."""
-
-    base: BaseParameters
-    rows: Rows
-    stacked: Stacked
-    rank: Rank
-    errors: Whitening
-    lag: LagEstimate
+def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> ConsistentFit:
+    """The arm that can exist nearest to the estimate that the verdict tells to use."""
+    iv = result.of_verdict.method == "iv" and fits.instrumental is not None
+    fit = fits.instrumental if iv else fits.least_squares
+    assert fit is not None
+    return consistent_fit(prepared.base, fit, prepared.stacked)
 
 
 def _prepare(
     base: BaseParameters, recordings: tuple[Recording, ...], spectrum: PositionSpectrum, progress: Progress
-) -> _Prepared:
+) -> Prepared:
     """Rows under the arm's settings; made again where their lag is to be found in the data."""
     progress("observation matrix", 0.1)
     robot = base.model.robot
@@ -167,7 +167,7 @@ def _prepare(
         rows = observe(base, recordings, robot.identification)
         stacked = stack(rows)
         errors = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
-    return _Prepared(base, rows, stacked, rank, errors, lag)
+    return Prepared(base, rows, stacked, rank, errors, lag)
 
 
 def _with_settings(robot: Robot, **changes: object) -> Robot:
@@ -175,83 +175,13 @@ def _with_settings(robot: Robot, **changes: object) -> Robot:
     return robot.model_copy(update={"identification": settings})
 
 
-@dataclass(frozen=True)
-class _Fits:
-    least_squares: LinearFit
-    instrumental: LinearFit | None
-    instruments: Instruments | None
-    robust: LinearFit | None
-    reason: str
-
-
-def _fit(
-    prepared: _Prepared, recordings: tuple[Recording, ...], options: Options, progress: Progress
-) -> _Fits:
-    """Every estimate that the method asks for."""
-    base, stacked = prepared.base, prepared.stacked
-    settings = base.model.robot.identification
-    progress("least squares", 0.35)
-    plain = weighted_least_squares(stacked, base.names, settings.error_deviation)
-    least_squares = _with_covariance(prepared, plain, None)
-    robust = None
-    if options.method == "robust":
-        robust = huber_least_squares(stacked, base.names, settings.error_deviation)
-    instruments, instrumental, reason = _instrumental(prepared, recordings, plain, options, progress)
-    if instruments is not None and instrumental is not None:
-        instrumental = _with_covariance(prepared, instrumental, instruments.columns)
-    return _Fits(least_squares, instrumental, instruments, robust, reason)
-
-
-def _with_covariance(prepared: _Prepared, fit: LinearFit, instruments: FloatArray | None) -> LinearFit:
-    """The same estimate with the covariance of the arm's settings; LS (no instruments) has X as its own."""
-    rows, name = prepared.rows, prepared.base.model.robot.identification.covariance
-    if name == "block":  # the estimators' own
-        return fit
-    z = rows.regressor if instruments is None else instruments
-    residual = rows.torque - rows.regressor @ fit.beta
-    if name == "ar":
-        errors = prepared.errors
-        if instruments is not None:
-            errors = regression_whitening(residual, instruments, rows.segment, rows.used)
-        used = rows.used[:, :, np.newaxis]
-        covariance = instrumental_covariance(z * used, rows.regressor * used, fit.sigma, errors, rows.segment)
-        return replace(fit, covariance=covariance, covariance_kind=errors.describe())
-    kind = covariance_named(name)
-    estimated = estimated_rows(rows.regressor, z, residual, fit.sigma, rows.segment, rows.used)
-    return replace(fit, covariance=covariance_of(estimated, kind), covariance_kind=kind.describe(estimated))
-
-
-def _instrumental(
-    prepared: _Prepared,
-    recordings: tuple[Recording, ...],
-    start: LinearFit,
-    options: Options,
-    progress: Progress,
-) -> tuple[Instruments | None, LinearFit | None, str]:
-    """Instruments and IDIM-IV fit, or the reason why there are none."""
-    if options.method == "ls":
-        return None, None, "least squares alone was asked for"
-
-    def step(iteration: int) -> None:
-        progress(f"closed-loop simulation {iteration}", 0.4 + 0.5 * min(1.0, iteration / 4))
-
-    try:
-        if any(recording.reference is None for recording in recordings):
-            raise IdentificationError("no position reference was recorded, so the loop cannot be simulated")
-        found = iterate_instruments(prepared.base, recordings, prepared.rows, prepared.stacked, start, step)
-    except IdentificationError as error:
-        if options.method == "iv":
-            raise IdentificationError(f"no estimate by instrumental variables: {error}") from error
-        return None, None, str(error)
-    return (*found, "")
-
-
 def _test(
-    prepared: _Prepared, recordings: tuple[Recording, ...], fits: _Fits
+    prepared: Prepared, recordings: tuple[Recording, ...], fits: Fits
 ) -> tuple[RevisedTest, Gate | None]:
     base, rows = prepared.base, prepared.rows
     if fits.instruments is None or fits.instrumental is None:
-        return not_testable(fits.reason, prepared.errors.describe()), None
+        verdict = no_such_arm if fits.impossible else not_testable
+        return verdict(fits.reason, prepared.errors.describe()), None
     robot = base.model.robot
     margins = robot.identification
     settings = GateSettings(
@@ -268,7 +198,7 @@ def _test(
 
 
 def _signals(
-    prepared: _Prepared,
+    prepared: Prepared,
     recordings: tuple[Recording, ...],
     spectrum: PositionSpectrum,
     proposal: CutoffProposal,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun, simulate
-from ident.errors import IdentificationError
+from ident.errors import IdentificationError, SimulationError
 from ident.estimators import LinearFit, Stacked, instrumental_variables
 from ident.estimators.fit import stack_columns
 from ident.observation import Rows, observed_columns
@@ -36,6 +36,7 @@ def iterate_instruments(
     stacked: Stacked,
     start: LinearFit,
     progress: Callable[[int], None],
+    standard: Callable[[LinearFit], FloatArray] | None = None,
 ) -> tuple[Instruments, LinearFit]:
     """Simulate with β̂, rebuild Z, solve, until β̂ and the residual norm stand still.
 
@@ -46,15 +47,19 @@ def iterate_instruments(
         stacked: the same, stacked joint by joint.
         start: the estimate of the first simulation.
         progress: called with the number of each iteration, from 1.
+        standard: the standard vector (p,) to simulate an estimate with; the nearest to the prior of those
+            with its base parameters where None.
 
     Raises:
         IdentificationError: the loop cannot be simulated with the estimate, or excites too little.
+        SimulationError: the loop with the estimate is unstable, or its mass matrix is none of an arm.
     """
     prior = base.model.prior()
+    standard = standard or (lambda fit: base.standard_from(fit.beta, prior))
     fit, norm = start, _residual_norm(stacked, start)
     for iteration in range(1, _ITERATIONS + 1):
         progress(iteration)
-        instruments = _simulated(base, base.standard_from(fit.beta, prior), recordings)
+        instruments = _simulated(base, standard(fit), recordings)
         try:
             fresh = instrumental_variables(stacked, stack_columns(instruments.columns, rows.used), fit.sigma)
         except np.linalg.LinAlgError as error:
@@ -71,9 +76,23 @@ def iterate_instruments(
 
 def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]) -> Instruments:
     settings = base.model.robot.identification
-    runs = tuple(simulate(base.model, standard, recording) for recording in recordings)
+    runs = _runs(base, standard, recordings)
     parts = [observed_columns(base, run.time, run.position, settings) for run in runs]
     return Instruments(np.concatenate(parts), runs)
+
+
+def _runs(
+    base: BaseParameters, standard: FloatArray, recordings: Sequence[Recording]
+) -> tuple[SimulatedRun, ...]:
+    found = []
+    for recording in recordings:
+        try:
+            found.append(simulate(base.model, standard, recording))
+        except SimulationError as error:
+            if len(recordings) == 1:
+                raise
+            raise type(error)(f"{recording.name}: {error}") from error
+    return tuple(found)
 
 
 def _residual_norm(stacked: Stacked, fit: LinearFit) -> float:

@@ -14,7 +14,8 @@ class Options:
 
     Attributes:
         method: ``auto`` computes least squares and, where references allow, IV, and the revised test chooses;
-            ``ls`` computes least squares alone; ``iv`` insists on IV; ``robust`` adds Huber's least squares.
+            ``ls`` computes least squares alone; ``iv`` insists on IV; ``robust`` adds Huber's least squares;
+            ``consistent`` simulates arms that can exist and adds the one nearest to the verdict's estimate.
         validation: recordings that are not fitted to; every estimate predicts them.
         propose_cutoff: take the cut-off from the spectrum of the positions instead of the settings.
         essential: look for the essential parameters by F-test.

@@ -14,8 +14,8 @@ import numpy as np
 from robots.arrays import FloatArray
 
 Verdict = Literal["exogenous", "endogenous", "instruments_invalid", "not_testable"]
-Estimator = Literal["ls", "iv", "robust"]
-Method = Literal["auto", "ls", "iv", "robust"]
+Estimator = Literal["ls", "iv", "robust", "consistent"]
+Method = Literal["auto", "ls", "iv", "robust", "consistent"]
 """``auto`` computes least squares and IV and lets the revised test choose."""
 GateName = Literal["instruments", "rank", "exogeneity"]
 
@@ -201,6 +201,55 @@ class Essential:
 
 
 @dataclass(frozen=True)
+class Link:
+    """One link of the physically consistent model, in the link's frame.
+
+    Attributes:
+        name: in the URDF.
+        mass: kg.
+        center: (3,) centre of mass, m.
+        margin: smallest eigenvalue of the pseudo-inertia relative to the prior's: 1 for the prior itself, 0
+            at the edge of what a body can be.
+        at_limit: whether it lies at that edge.
+        impossible_before: whether the unconstrained estimate makes a body of it that cannot exist.
+    """
+
+    name: str
+    mass: float
+    center: FloatArray
+    margin: float
+    at_limit: bool
+    impossible_before: bool
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """How far the nearest arm that can exist lies from the unconstrained estimate.
+
+    Attributes:
+        nearest_to: the estimate that it is nearest to, that of the verdict.
+        distance: (β − β̂)ᵀ XᵀΩ⁻¹X (β − β̂).
+        expected_distance: what errors alone make of it where the true arm is consistent, at most.
+        p_value: probability of at least this distance then; a small one speaks against the model.
+        residual_change_percent: by how much the whitened torque residual grows, in norm.
+        limits: links and drive parameters that hold the fit back.
+        links: from base to tip.
+        standard: (p,) standard parameters by name, SI.
+        sentence: all that in words.
+    """
+
+    nearest_to: Estimator
+    distance: float
+    expected_distance: float
+    p_value: float
+    residual_change_percent: float
+    limits: tuple[str, ...]
+    links: tuple[Link, ...]
+    standard: dict[str, float]
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Identification:
     """Everything ``armhil identify`` reports of one arm on some captures."""
 
@@ -216,6 +265,8 @@ class Identification:
     warnings: tuple[str, ...] = ()
     method: Method = "auto"
     robust: Estimate | None = None
+    consistent: Estimate | None = None
+    consistency: Consistency | None = None
     rank: Rank | None = None
     signals: Signals | None = None
     held_out: tuple[HeldOut, ...] = ()
@@ -224,7 +275,10 @@ class Identification:
     @property
     def estimates(self) -> tuple[Estimate, ...]:
         """All that were computed, least squares first."""
-        return tuple(e for e in (self.least_squares, self.instrumental, self.robust) if e is not None)
+        return tuple(e for e in self._all() if e is not None)
+
+    def _all(self) -> tuple[Estimate | None, ...]:
+        return self.least_squares, self.instrumental, self.robust, self.consistent
 
     @property
     def recommended(self) -> Estimate:
@@ -235,6 +289,11 @@ class Identification:
         for estimate in self.estimates:
             if estimate.method == self.method:
                 return estimate
+        return self.of_verdict
+
+    @property
+    def of_verdict(self) -> Estimate:
+        """The estimate that the verdict tells to use, least squares where it tells to use none."""
         if self.test.verdict == "endogenous" and self.instrumental is not None:
             return self.instrumental
         return self.least_squares

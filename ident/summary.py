@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ident.base import BaseParameters
 from ident.errors import IdentificationError
 from ident.estimators import Dropped, EssentialFit, LinearFit, Stacked, essential_parameters, stack
+from ident.estimators.consistent import ConsistentFit
 from ident.observation import Rows, observe
 from ident.recording import Recording
 from ident.results import (
+    Consistency,
     DroppedParameter,
     Essential,
     Estimate,
     Estimator,
     HeldOut,
+    Identification,
+    Link,
     Parameter,
     TorqueTrace,
 )
@@ -24,6 +29,7 @@ from ident.whitening import lag1_autocorrelation
 from robots.arrays import FloatArray
 
 _POORLY_SEEN = 0.3
+_LEVEL = 0.05
 _IMPOSSIBLE = 5.0
 """Deviations below zero from which on a friction is taken for negative."""
 
@@ -69,6 +75,35 @@ def held_out(
             error, per_joint, rms = _errors(stacked, residuals)
             found.append(HeldOut(recording.name, estimate.method, stacked.y.size, error, per_joint, rms))
     return tuple(found)
+
+
+def with_consistent(
+    result: Identification, base: BaseParameters, stacked: Stacked, fit: ConsistentFit
+) -> Identification:
+    """A result with the nearest arm that can exist; a warning where the data speak against every such arm."""
+    links = tuple(
+        Link(b.name, b.mass, b.center, b.margin, b.at_limit, b.impossible_before) for b in fit.bodies
+    )
+    change = fit.residual_change_percent
+    assert change is not None  # the rows were given
+    consistency = Consistency(
+        nearest_to=result.of_verdict.method,
+        distance=fit.distance,
+        expected_distance=fit.expected_distance,
+        p_value=fit.p_value,
+        residual_change_percent=change,
+        limits=fit.limits,
+        links=links,
+        standard=dict(zip(base.model.names, fit.standard.tolist(), strict=True)),
+        sentence=fit.sentence(),
+    )
+    doubts = (f"no arm that can exist fits as well: {fit.sentence()}",) if fit.p_value < _LEVEL else ()
+    return replace(
+        result,
+        consistent=estimate_of("consistent", base, stacked, fit),
+        consistency=consistency,
+        warnings=(*result.warnings, *doubts),
+    )
 
 
 def _errors(stacked: Stacked, residuals: list[FloatArray]) -> tuple[float, FloatArray, FloatArray]:

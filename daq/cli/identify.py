@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, code_of, console_of, print_json
+from daq.cli.common import Json, NoCatalogue, catalogue_of, code_of, console_of, print_json
 
 
 @app.command()
@@ -26,7 +26,7 @@ def identify(
     validate: Annotated[
         list[Path] | None, typer.Option(help="A recording to predict and not to fit to; may be repeated.")
     ] = None,
-    method: Annotated[str, typer.Option(help="auto, ls, iv or robust.")] = "auto",
+    method: Annotated[str, typer.Option(help="auto, ls, iv, robust or consistent.")] = "auto",
     covariance: Annotated[
         str | None,
         typer.Option(help="iid, block, ar, hc, hac, cluster or bootstrap.", show_default="settings"),
@@ -45,12 +45,17 @@ def identify(
         float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
+    urdf: Annotated[
+        Path | None, typer.Option("--urdf", help="Write the arm's URDF with the identified inertias here.")
+    ] = None,
+    no_catalogue: NoCatalogue = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
 
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
     """
+    from daq.catalogue.keep import keep_request
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
@@ -69,11 +74,17 @@ def identify(
         friction=friction,
         validate=tuple(validate or ()),
         essential=essential,
+        urdf=urdf,
     )
+    catalogue = catalogue_of(no_catalogue or out is None)
     result = run_identify(request, TerminalSteps(console))
+    if catalogue is not None:
+        keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
     print_identification(console, result.fitted.result)
     if result.report is not None:
         console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    if result.urdf is not None:
+        console.print(f"URDF: [bold]{result.urdf}[/]", soft_wrap=True, highlight=False)
     return code_of(result.fitted.result.test.verdict)

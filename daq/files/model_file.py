@@ -55,7 +55,7 @@ class ModelSource(_Frozen):
 class ModelEstimate(_Frozen):
     """Which estimator made the parameters, and how far they can be trusted."""
 
-    estimator: Literal["ls", "iv", "robust"]
+    estimator: Literal["ls", "iv", "robust", "consistent"]
     verdict: Verdict
     recommendation: str
     covariance: Annotated[str, Field(min_length=1)] = Field(description="what the standard deviations assume")

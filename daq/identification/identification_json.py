@@ -8,6 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from ident.results import (
+    Consistency,
     DroppedParameter,
     Essential,
     Estimate,
@@ -44,6 +45,7 @@ def identification_json(
             "ls": _estimate(result.least_squares),
             "iv": None if result.instrumental is None else _estimate(result.instrumental),
             "robust": None if result.robust is None else _estimate(result.robust),
+            "consistent": None if result.consistent is None else _estimate(result.consistent),
         },
         "method": result.method,
         "recommended": result.recommended.method,
@@ -53,6 +55,7 @@ def identification_json(
         "rank": None if result.rank is None else _rank(result.rank),
         "signals": None if result.signals is None else _signals(result.signals),
         "held_out": [_held_out(entry) for entry in result.held_out],
+        "consistency": None if result.consistency is None else _consistency(result.consistency),
         "essential": None if result.essential is None else _essential(result.essential),
         "truth": None if truth is None else {name: _number(value) for name, value in truth.items()},
         "warnings": list(result.warnings),
@@ -83,6 +86,29 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "percent_sigma": _number(parameter.percent_sigma),
         "t_value": _number(parameter.t_value),
         "unit": parameter.unit,
+    }
+
+
+def _consistency(consistency: Consistency) -> dict[str, Any]:
+    return {
+        "nearest_to": consistency.nearest_to,
+        "distance": _number(consistency.distance),
+        "expected_distance": _number(consistency.expected_distance),
+        "p_value": _number(consistency.p_value),
+        "residual_change_percent": _number(consistency.residual_change_percent),
+        "limits": list(consistency.limits),
+        "links": [
+            {
+                "name": link.name,
+                "mass": _number(link.mass),
+                "center": _numbers(link.center),
+                "margin": _number(link.margin),
+                "at_limit": bool(link.at_limit),
+                "impossible_before": bool(link.impossible_before),
+            }
+            for link in consistency.links
+        ],
+        "standard": {name: _number(value) for name, value in consistency.standard.items()},
     }
 
 

@@ -11,6 +11,7 @@ from daq.identification.described import described
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
+from daq.identification.urdf_file import check_urdf_path, write_urdf
 from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
 from daq.progress import Steps
 from daq.recording.capture import Capture
@@ -36,6 +37,7 @@ class IdentifyRequest:
         friction: ``symmetric`` or ``asymmetric``; the settings' where None.
         validate: captures or logs that are predicted and not fitted to.
         essential: look for the essential parameters too.
+        urdf: file for the arm's URDF with the identified inertias; not written where None.
     """
 
     paths: tuple[Path, ...]
@@ -49,14 +51,16 @@ class IdentifyRequest:
     friction: str | None = None
     validate: tuple[Path, ...] = ()
     essential: bool = False
+    urdf: Path | None = None
 
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """What came out; ``report`` is None where no folder was asked for."""
+    """What came out; ``report`` and ``urdf`` are None where they were not asked for."""
 
     fitted: Fitted
     report: Path | None
+    urdf: Path | None = None
 
 
 def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
@@ -67,6 +71,8 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
     with described(request.robot, request.paths[0]) as (robot, first):
+        if request.urdf is not None:
+            check_urdf_path(request.urdf, robot)
         with steps.step("Read recordings"):
             loaded = [_load(path, robot, request.columns, first) for path in request.paths]
             held_out = [_load(path, robot, request.columns, first) for path in request.validate]
@@ -91,7 +97,9 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         sentences = [sentence for part in (*loaded, *held_out) for sentence in part.warnings]
         fitted = _with_warnings(fitted, sentences)
         report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
-    return IdentifyResult(fitted, report)
+        if request.urdf is not None:
+            write_urdf(request.urdf, fitted, [part.path for part in loaded])
+    return IdentifyResult(fitted, report, request.urdf)
 
 
 def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:

@@ -22,7 +22,7 @@ from daq.identification.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, 
 from daq.progress import Update
 from daq.report.numbers import percent, probability, setting, significant, with_sigma
 from ident import Estimate, Identification
-from ident.results import Essential, HeldOut, Rank, Signals
+from ident.results import Consistency, Essential, HeldOut, Rank, Signals
 
 _COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "yellow", "bad": "red", "unknown": "yellow"}
 
@@ -67,6 +67,9 @@ def print_identification(
     console.print(_parameter_table(trusted, truth))
     if result.essential is not None:
         console.print(_essential(result.essential), highlight=False)
+    if result.consistency is not None:
+        console.print(_links_table(result.consistency))
+        console.print(f"Arm that can exist: {result.consistency.sentence}.", highlight=False)
     if result.held_out:
         console.print(_held_out_table(result.held_out))
     if result.signals is not None:
@@ -152,6 +155,24 @@ def _held_out_table(held_out: tuple[HeldOut, ...]) -> Table:
             percent(entry.relative_error_percent),
             "  ".join(percent(float(error)) for error in entry.relative_error_percent_per_joint),
             "  ".join(significant(float(rms)) for rms in entry.torque_rms),
+        )
+    return table
+
+
+def _links_table(consistency: Consistency) -> Table:
+    table = Table(
+        title="Links of the nearest arm that can exist", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1)
+    )
+    table.add_column("link", no_wrap=True)
+    for heading in ("mass, kg", "centre of mass, m", "margin"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("")
+    for link in consistency.links:
+        words = ["at the limit of what a body can be"] if link.at_limit else []
+        words += ["no body before"] if link.impossible_before else []
+        center = "  ".join(significant(float(x)) for x in link.center)
+        table.add_row(
+            link.name, significant(link.mass), center, significant(link.margin, 2), "; ".join(words)
         )
     return table
 

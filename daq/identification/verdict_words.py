@@ -38,6 +38,7 @@ ESTIMATORS: dict[Estimator, str] = {
     "ls": "least squares",
     "iv": "instrumental variables",
     "robust": "robust least squares",
+    "consistent": "physically consistent fit",
 }
 
 

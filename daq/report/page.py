@@ -9,9 +9,10 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from daq.identification.verdict_words import ESTIMATORS
+from daq.report.consistency import consistency_view
 from daq.report.gates import gate_views, statistic_text, verdict_view
 from daq.report.numbers import NOTHING, correlation, count, percent, probability, setting, significant
-from daq.report.parameters import joint_heading, parameter_groups, truth_summaries
+from daq.report.parameters import joint_heading, parameter_groups, third_estimate, truth_summaries
 from daq.report.signals import essential_view, held_out_rows, signals_view
 from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
 from ident.results import Estimate, Identification
@@ -86,6 +87,7 @@ def render(content: ReportContent) -> str:
     truth = dict(content.truth) if content.truth is not None else None
     textbook = identification.textbook
     has_iv = identification.instrumental is not None
+    third = third_estimate(identification)
     groups = parameter_groups(identification, truth, content.joint_names)
     return environment.get_template("report.html.j2").render(
         title=content.title,
@@ -102,7 +104,8 @@ def render(content: ReportContent) -> str:
         joint_units=[_torque_unit(content.robot, j) for j in range(len(content.joint_names))],
         estimators=_estimators(identification),
         groups=groups,
-        has_picture=has_iv or truth is not None,
+        has_picture=has_iv or truth is not None or third is not None,
+        third="" if third is None else _label(third),
         has_expression=any(row.expression for group in groups for row in group.rows),
         has_iv=has_iv,
         iv_reason=identification.instrumental_reason,
@@ -111,6 +114,7 @@ def render(content: ReportContent) -> str:
         warnings=identification.warnings,
         signals=signals_view(identification, content.robot, content.joint_names),
         held_out=held_out_rows(identification.held_out),
+        consistency=consistency_view(identification.consistency),
         essential=essential_view(identification.essential),
         settings=_settings(content.robot),
         facts=content.facts,
@@ -173,10 +177,6 @@ def _estimators(identification: Identification) -> list[EstimatorColumn]:
 
 
 def _estimator(estimate: Estimate, trusted: bool) -> EstimatorColumn:
-    name = ESTIMATORS[estimate.method]
-    label = f"{name[0].upper()}{name[1:]}"
-    if estimate.method != "robust":
-        label += f" ({estimate.method.upper()})"
     per_joint = tuple(
         (percent(float(error)), significant(float(rms)), correlation(float(lag)))
         for error, rms, lag in zip(
@@ -193,7 +193,13 @@ def _estimator(estimate: Estimate, trusted: bool) -> EstimatorColumn:
         ("Iterations", iterations),
         ("Shown in the banner", "yes" if trusted else "no"),
     )
-    return EstimatorColumn(label, percent(estimate.relative_error_percent), per_joint, settings)
+    return EstimatorColumn(_label(estimate), percent(estimate.relative_error_percent), per_joint, settings)
+
+
+def _label(estimate: Estimate) -> str:
+    name = ESTIMATORS[estimate.method]
+    label = f"{name[0].upper()}{name[1:]}"
+    return f"{label} ({estimate.method.upper()})" if estimate.method in {"ls", "iv"} else label
 
 
 def _settings(robot: Robot) -> list[tuple[str, str]]:

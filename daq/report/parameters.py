@@ -11,10 +11,11 @@ from markupsafe import Markup
 from daq.report.gates import POORLY_SEEN_PERCENT
 from daq.report.numbers import percent, significant, with_sigma
 from daq.report.pictures import forest_row
-from ident.results import Identification, Parameter
+from ident.results import Estimate, Estimator, Identification, Parameter
 
 _JOINT_NUMBER = re.compile(r"\d+")
 _FAR_SIGMAS = 3.0
+_SHORT: dict[Estimator, str] = {"ls": "LS", "iv": "IV", "robust": "Robust", "consistent": "Consistent"}
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class ParameterRow:
     far: bool
     iv_error: str
     iv_far: bool
+    third_value: str
+    third_shift: str
     picture: Markup
     exact: str
 
@@ -69,14 +72,21 @@ def parameter_groups(
 ) -> tuple[ParameterGroup, ...]:
     """Rows in the order of the estimate, gathered by joint; parameters of no one joint come last."""
     iv = _by_name(identification.instrumental.parameters if identification.instrumental else ())
+    other = third_estimate(identification)
+    third = _by_name(other.parameters if other else ())
     gathered: dict[int, list[ParameterRow]] = {}
     for parameter in identification.least_squares.parameters:
         joint = joint_of(parameter.name, len(joint_names))
         known = truth.get(parameter.name) if truth is not None else None
-        row = _row(parameter, iv.get(parameter.name), known)
+        row = _row(parameter, iv.get(parameter.name), third.get(parameter.name), known)
         gathered.setdefault(len(joint_names) if joint is None else joint, []).append(row)
     headings = [joint_heading(j, name) for j, name in enumerate(joint_names)] + ["Arm"]
     return tuple(ParameterGroup(headings[j], tuple(gathered[j])) for j in sorted(gathered))
+
+
+def third_estimate(identification: Identification) -> Estimate | None:
+    """The estimate that was asked for besides least squares and IV; None where there is none."""
+    return identification.consistent if identification.robust is None else identification.robust
 
 
 def joint_heading(joint: int, name: str) -> str:
@@ -93,9 +103,7 @@ def truth_summaries(
     if truth is None:
         return ()
     found = []
-    for estimate in (identification.least_squares, identification.instrumental):
-        if estimate is None:
-            continue
+    for estimate in identification.estimates:
         errors = [
             (abs((p.value - truth[p.name]) / p.sigma), p.name)
             for p in estimate.parameters
@@ -106,7 +114,7 @@ def truth_summaries(
         largest, name = max(errors)
         found.append(
             TruthSummary(
-                "LS" if estimate.method == "ls" else "IV",
+                _SHORT[estimate.method],
                 len(errors),
                 sum(error <= 2.0 for error, _ in errors),
                 sum(error <= _FAR_SIGMAS for error, _ in errors),
@@ -126,6 +134,13 @@ def _in_sigmas(parameter: Parameter | None, truth: float | None) -> float | None
     return (parameter.value - truth) / parameter.sigma
 
 
+def _in_sigmas_of(parameter: Parameter, other: Parameter | None) -> float | None:
+    """How far another estimate lies from this one, in this one's σ."""
+    if other is None or not parameter.sigma > 0 or math.isinf(parameter.sigma):
+        return None
+    return (other.value - parameter.value) / parameter.sigma
+
+
 def _sigmas_text(error: float | None) -> str:
     if error is None or not math.isfinite(error):
         return significant(error)
@@ -135,7 +150,9 @@ def _sigmas_text(error: float | None) -> str:
     return "0.0" if float(text) == 0.0 else text.replace("-", "−")
 
 
-def _row(parameter: Parameter, iv: Parameter | None, truth: float | None) -> ParameterRow:
+def _row(
+    parameter: Parameter, iv: Parameter | None, third: Parameter | None, truth: float | None
+) -> ParameterRow:
     value, sigma, truth_text = with_sigma(parameter.value, parameter.sigma, truth)
     iv_value, iv_sigma = with_sigma(iv.value, iv.sigma) if iv is not None else ("", "")
     error, iv_error = _in_sigmas(parameter, truth), _in_sigmas(iv, truth)
@@ -155,7 +172,9 @@ def _row(parameter: Parameter, iv: Parameter | None, truth: float | None) -> Par
         far=error is not None and abs(error) > _FAR_SIGMAS,
         iv_error=_sigmas_text(iv_error) if iv is not None else "",
         iv_far=iv_error is not None and abs(iv_error) > _FAR_SIGMAS,
-        picture=_picture(parameter, iv, truth),
+        third_value=with_sigma(third.value, parameter.sigma)[0] if third is not None else "",
+        third_shift=_sigmas_text(_in_sigmas_of(parameter, third)) if third is not None else "",
+        picture=_picture(parameter, iv, third, truth),
         exact=repr(float(parameter.value)),
     )
 
@@ -166,11 +185,13 @@ def _remark(parameter: Parameter) -> str:
     return "" if parameter.percent_sigma <= POORLY_SEEN_PERCENT else "poorly seen"
 
 
-def _picture(parameter: Parameter, iv: Parameter | None, truth: float | None) -> Markup:
+def _picture(
+    parameter: Parameter, iv: Parameter | None, third: Parameter | None, truth: float | None
+) -> Markup:
     sigma = parameter.sigma
     if not (sigma > 0 and math.isfinite(sigma) and math.isfinite(parameter.value)):
         return Markup("")
     iv_offset = (iv.value - parameter.value) / sigma if iv is not None else None
     iv_half = 2.0 * iv.sigma / sigma if iv is not None else 0.0
     truth_offset = (truth - parameter.value) / sigma if truth is not None else None
-    return forest_row(iv_offset, iv_half, truth_offset)
+    return forest_row(iv_offset, iv_half, truth_offset, _in_sigmas_of(parameter, third))

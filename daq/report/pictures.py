@@ -186,17 +186,24 @@ def _held(offset: float, shape: Shape, reach: float, style: str, y: int) -> str:
 
 
 def forest_row(
-    iv_offset: float | None, iv_half: float, truth_offset: float | None, reach: float = 6.0
+    iv_offset: float | None,
+    iv_half: float,
+    truth_offset: float | None,
+    third_offset: float | None = None,
+    reach: float = 6.0,
 ) -> Markup:
     """One parameter's estimates about the LS estimate, in units of the LS standard deviation.
 
     The LS estimate is the circle in the middle of a band of ±2 σ; the IV estimate is a square with its own
-    ±2 σ; the truth is an upright tick. What lies beyond ±``reach`` is an arrow at the edge.
+    ±2 σ; a third estimate is a diamond; the truth is an upright tick. What lies beyond ±``reach`` is an
+    arrow at the edge.
 
     Args:
         iv_offset: (IV − LS)/σ_LS, or None.
         iv_half: 2 σ_IV/σ_LS.
         truth_offset: (truth − LS)/σ_LS, or None.
+        third_offset: of the robust or the consistent estimate from LS, in σ_LS, or None.
+        reach: half the width, in σ_LS.
     """
     band = scaled(-2.0, (-reach, reach))
     parts = [f'<rect class="band" x="{band:.1f}%" width="{100 - 2 * band:.1f}%" y="0" height="18"/>']
@@ -209,6 +216,8 @@ def forest_row(
         if abs(iv_offset) <= reach:
             parts.append(f'<line class="iv" x1="{ends[0]:.1f}%" x2="{ends[1]:.1f}%" y1="14" y2="14"/>')
         parts.append(_held(iv_offset, "square", reach, "iv", 14))
+    if third_offset is not None and math.isfinite(third_offset):
+        parts.append(_held(third_offset, "diamond", reach, "third", 9))
     return _drawn(_ROW, *parts, "</svg>")
 
 

@@ -11,7 +11,7 @@ import pinocchio
 
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.effects import State
-from ident.errors import IdentificationError
+from ident.errors import IdentificationError, MassMatrixError
 from robots.arrays import FloatArray
 
 _NEWTON_STEPS = 50
@@ -44,7 +44,7 @@ class DirectDynamics:
         """M(q) with the drives' inertia, n × n.
 
         Raises:
-            IdentificationError: not positive definite; says at which posture and for which joint.
+            MassMatrixError: not positive definite; says at which posture and for which joint.
         """
         upper: FloatArray = pinocchio.crba(self._pin, self._data, position)
         mass = np.asarray(np.triu(upper) + np.triu(upper, 1).T + self._parts.inertia)
@@ -127,14 +127,15 @@ def check_mass_matrix(mass: FloatArray, position: FloatArray) -> None:
     """Refuse a mass matrix (n, n) that no arm can have.
 
     Raises:
-        IdentificationError: not positive definite; says at which posture and for which joint.
+        MassMatrixError: not positive definite; says at which posture and for which joint.
     """
     values, directions = np.linalg.eigh(mass)
     if values[0] > 0.0:
         return
     joint = int(np.argmax(np.abs(directions[:, 0]))) + 1
     posture = ", ".join(f"{q:.3f}" for q in position)
-    raise IdentificationError(
+    raise MassMatrixError(
         f"the identified mass matrix is not positive definite at q = ({posture}): eigenvalue {values[0]:.4g}"
-        f" along joint {joint}; the model of that joint's link is not physical, so it cannot be simulated"
+        f" along joint {joint}; no arm has that. Either an effect is missing, or the motion shows that link"
+        " too little; --method consistent tells which: it simulates the nearest arm that can exist"
     )

@@ -16,7 +16,7 @@ from ident.closed_loop.direct_dynamics import DirectDynamics
 from ident.closed_loop.set_points import set_point_accelerations, set_points
 from ident.closed_loop.start import start_velocity
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
-from ident.errors import IdentificationError
+from ident.errors import IdentificationError, SimulationDivergedError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
@@ -76,7 +76,9 @@ def simulate(
 
     Raises:
         IdentificationError: no reference was recorded, the sampling is not a multiple of the
-            controller's, the mass matrix is not positive definite, or the loop is unstable.
+            controller's, or an effect cannot be simulated.
+        MassMatrixError: the mass matrix is not positive definite.
+        SimulationDivergedError: the loop is unstable.
     """
     return simulate_many(model, np.asarray(standard)[np.newaxis], recording, substeps, threads=1)[0]
 
@@ -202,12 +204,12 @@ def check_stable(velocity: FloatArray, limit: FloatArray, time: float) -> None:
     """Refuse a run whose joint speeds (n,) are beyond all limits, or no numbers.
 
     Raises:
-        IdentificationError: names the joint and the time.
+        SimulationDivergedError: names the joint and the time.
     """
     fast = ~(np.abs(velocity) <= limit)
     if fast.any():
         joint = int(np.argmax(fast)) + 1
-        raise IdentificationError(
+        raise SimulationDivergedError(
             f"the simulated loop is unstable: joint {joint} runs away at {time:.3f} s;"
             " controller and model do not belong together"
         )

@@ -24,12 +24,14 @@ from scipy.stats import chi2
 
 from ident.base import BaseParameters
 from ident.errors import IdentificationError
-from ident.estimators.consistent_program import Program, link_root, solve
+from ident.estimators.consistent_program import Program, link_root, require_solver, solve
 from ident.estimators.consistent_scales import Scalars
 from ident.estimators.fit import LinearFit, Stacked
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.pseudo_inertia import LINK_SIZE, impossible_links
+
+__all__ = ["Body", "ConsistentFit", "consistent_fit", "consistent_standard", "require_solver"]
 
 PRIOR_DEVIATION = 1.0
 """ρ: relative standard deviation that the prior is believed to have."""

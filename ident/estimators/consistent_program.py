@@ -92,6 +92,15 @@ def solve(program: Program) -> tuple[FloatArray, FloatArray] | None:
     return np.concatenate(found), margins
 
 
+def require_solver() -> None:
+    """Refuse before the work instead of after it.
+
+    Raises:
+        IdentificationError: cvxpy or Clarabel is not installed.
+    """
+    _cvxpy()
+
+
 def _limits(cp: Any, scalars: Scalars, steps: Any) -> list[Any]:
     low, high = np.isfinite(scalars.lower), np.isfinite(scalars.upper)
     lower = (scalars.lower[low] - scalars.prior[low]) / scalars.scale[low]

@@ -15,7 +15,7 @@ from ident.exogeneity.relevance import (
     kleibergen_paap,
     partial_f,
 )
-from ident.exogeneity.revised import not_testable, revised_test
+from ident.exogeneity.revised import no_such_arm, not_testable, revised_test
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows, textbook_test
 from ident.exogeneity.wooldridge import wooldridge_regression, wooldridge_score
@@ -35,6 +35,7 @@ __all__ = [
     "cragg_donald_f",
     "hansen_j",
     "kleibergen_paap",
+    "no_such_arm",
     "not_testable",
     "partial_f",
     "revised_test",

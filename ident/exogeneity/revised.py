@@ -64,6 +64,22 @@ def not_testable(reason: str, covariance: str) -> RevisedTest:
     return RevisedTest("not_testable", f"Least squares was used untested: {reason}.", covariance, gates)
 
 
+def no_such_arm(reason: str, covariance: str) -> RevisedTest:
+    """The verdict where the estimated arm cannot be simulated: gate 1 closes before there are instruments.
+
+    Args:
+        reason: which joint ran away when, or where the mass matrix is none of an arm.
+        covariance: of the errors, in words.
+    """
+    closed = Gate("instruments", INSTRUMENTS_NULL, False, None, "", None, None, reason)
+    gates = (closed, _not_reached("rank", RANK_NULL), _not_reached("exogeneity", _EXOGENEITY))
+    advice = (
+        f"Do not trust this model yet: the arm as it was estimated cannot be simulated: {reason}. Instruments"
+        " are invalid; search for the missing effect, and check the controller's figures."
+    )
+    return RevisedTest("instruments_invalid", advice, covariance, gates)
+
+
 def exogeneity_gate(
     rows: WhiteRows, names: tuple[str, ...], kept: IntArray, level: float, errors: str
 ) -> Gate:

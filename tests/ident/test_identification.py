@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import robots
+from benchmarks.closed_loop_runs import motion
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
-from ident import IdentificationError, Options, Recording, identify
+from ident import IdentificationError, Options, Recording, RegressorModel, identify
+from ident.effects import CoulombFriction, Effect, ViscousFriction
 from ident.results import Identification
 from robots import Robot
+from robots.pseudo_inertia import impossible_links
+from robots.standard import link_parameter_names
 
 
 @pytest.fixture(scope="module")
@@ -129,3 +134,66 @@ def test_t_values_and_rank(emps: Robot, fitted: Recording) -> None:
     assert found.rank is not None
     assert (found.rank.data, found.rank.structural) == (4, 4)
     assert found.rank.smallest > found.rank.noise_level
+
+
+# An estimated arm that cannot be simulated is not the arm that was recorded.
+
+
+def test_a_simulation_that_runs_away_closes_the_first_gate(emps: Robot, fitted: Recording) -> None:
+    late = {
+        "velocity_gain": (10 * emps.controller.velocity_gain[0],),
+        "delay_samples": 10,
+        "saturation": (1000.0,),
+    }
+    unstable = emps.model_copy(update={"controller": emps.controller.model_copy(update=late)})
+    found = result(unstable, fitted)
+    assert found.test.verdict == "instruments_invalid"
+    assert found.instrumental is None
+    assert re.search(r"joint 1 runs away at \d\.\d+ s", found.test.recommendation)
+    assert [gate.passed for gate in found.test.gates] == [False, None, None]
+    assert "runs away" in found.test.gates[0].detail
+    two = identify(unstable, (fitted, replace(fitted, name="second"))).result
+    assert "phase 1: the simulated loop is unstable" in two.test.recommendation
+
+
+@pytest.fixture(scope="module")
+def six_axes() -> tuple[Robot, Recording]:
+    robot = robots.load("tx40")
+    truth = draw_truth(robot, 1)
+    run = simulate_offline(robot, truth, motion(robot, 8.0, 3))
+    return robot, Recording("bench", run.time, run.reference, run.position, run.control_signal)
+
+
+def without(effect: type[Effect], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Models lack a kind of effect from here on."""
+    whole = RegressorModel.of
+
+    def lacking(robot: Robot) -> RegressorModel:
+        model = whole(robot)
+        return RegressorModel(robot, tuple(part for part in model.effects if not isinstance(part, effect)))
+
+    monkeypatch.setattr(RegressorModel, "of", staticmethod(lacking))
+
+
+@pytest.mark.parametrize("effect", [ViscousFriction, CoulombFriction])
+def test_six_axes_without_a_kind_of_friction(
+    effect: type[Effect], six_axes: tuple[Robot, Recording], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, recording = six_axes
+    without(effect, monkeypatch)
+    found = identify(robot, (recording,)).result
+    assert found.test.verdict == "instruments_invalid"
+    assert found.test.gates[0].passed is False
+    if found.instrumental is None:  # the inertias that take the friction's place are those of no arm
+        said = found.test.recommendation
+        assert re.search(
+            r"joint \d runs away at \d\.\d+ s|not positive definite at q = \(.*along joint \d", said
+        )
+    # The nearest arm that can exist is simulated, and gate 1 says what it lacks.
+    nearest = identify(robot, (recording,), options=Options(method="consistent")).result
+    assert nearest.test.verdict == "instruments_invalid"
+    assert nearest.instrumental is not None
+    assert "an effect is missing" in nearest.test.recommendation
+    assert nearest.consistency is not None and nearest.recommended is nearest.consistent
+    links = np.array([nearest.consistency.standard[name] for name in link_parameter_names(6)]).reshape(6, 10)
+    assert not impossible_links(links)

@@ -17,11 +17,13 @@ from daq.identification.identification_json import identification_json
 from ident import Fitted
 from ident.results import (
     ColumnCheck,
+    Consistency,
     DroppedParameter,
     Essential,
     Gate,
     HeldOut,
     Identification,
+    Link,
     Rank,
     RevisedTest,
     Signals,
@@ -114,7 +116,7 @@ SIGNALS = closed(
         "lag_sigma": NUMBER,
     }
 )
-METHOD = {"enum": ["ls", "iv", "robust"]}
+METHOD = {"enum": ["ls", "iv", "robust", "consistent"]}
 HELD_OUT = closed(
     {
         "recording": TEXT,
@@ -135,6 +137,28 @@ ESSENTIAL = closed(
         "covariance": TEXT,
     }
 )
+LINK = closed(
+    {
+        "name": TEXT,
+        "mass": NUMBER,
+        "center": NUMBERS,
+        "margin": NUMBER,
+        "at_limit": {"type": "boolean"},
+        "impossible_before": {"type": "boolean"},
+    }
+)
+CONSISTENCY = closed(
+    {
+        "nearest_to": METHOD,
+        "distance": NUMBER,
+        "expected_distance": NUMBER,
+        "p_value": NUMBER,
+        "residual_change_percent": NUMBER,
+        "limits": TEXTS,
+        "links": {"type": "array", "items": LINK},
+        "standard": {"type": "object", "additionalProperties": NUMBER},
+    }
+)
 BY_NAME = {"type": "object", "additionalProperties": TEXT}
 SCHEMA = closed(
     {
@@ -143,8 +167,16 @@ SCHEMA = closed(
         "captures": TEXTS,
         "rows": {"type": "integer", "minimum": 1},
         "base_parameters": TEXTS,
-        "estimates": closed({"ls": ESTIMATE, "iv": OPTIONAL_ESTIMATE, "robust": OPTIONAL_ESTIMATE}),
-        "method": {"enum": ["auto", "ls", "iv", "robust"]},
+        "estimates": closed(
+            {
+                "ls": ESTIMATE,
+                "iv": OPTIONAL_ESTIMATE,
+                "robust": OPTIONAL_ESTIMATE,
+                "consistent": OPTIONAL_ESTIMATE,
+            }
+        ),
+        "method": {"enum": ["auto", "ls", "iv", "robust", "consistent"]},
+        "consistency": {"anyOf": [CONSISTENCY, {"type": "null"}]},
         "recommended": METHOD,
         "rank": {"anyOf": [RANK, {"type": "null"}]},
         "signals": {"anyOf": [SIGNALS, {"type": "null"}]},
@@ -276,8 +308,28 @@ def test_what_the_data_say_beside_the_estimates(result: Identification) -> None:
     assert content["essential"]["dropped"][0]["df"] == [1.0, 500.0]
 
 
+def test_the_nearest_arm_that_can_exist(result: Identification) -> None:
+    link = Link("carriage", 95.1, np.array([0.0, 0.1, 0.0]), 0.7, np.bool_(False), True)  # type: ignore[arg-type]
+    consistency = Consistency(
+        "ls", 1.7, 4.0, 0.8, 0.02, ("carriage",), (link,), {"M1": 95.1, "Ia1": float("nan")}, "words"
+    )
+    content = printed(
+        replace(
+            result,
+            method="consistent",
+            consistent=replace(result.least_squares, method="consistent"),
+            consistency=consistency,
+        )
+    )
+    assert content["recommended"] == "consistent"
+    assert content["estimates"]["consistent"]["parameters"] == content["estimates"]["ls"]["parameters"]
+    assert content["consistency"]["links"][0]["center"] == [0.0, 0.1, 0.0]
+    assert content["consistency"]["links"][0]["impossible_before"] is True
+    assert content["consistency"]["standard"] == {"M1": 95.1, "Ia1": None}
+
+
 def test_every_key_is_documented() -> None:
     page = (Path(__file__).parents[3] / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
     objects = (SCHEMA, PARAMETER, ESTIMATE, COLUMN, GATE, TEST, RANK, SIGNALS, HELD_OUT, DROPPED, ESSENTIAL)
-    for key in {key for schema in objects for key in schema["properties"]}:
+    for key in {key for schema in (*objects, LINK, CONSISTENCY) for key in schema["properties"]}:
         assert re.search(rf'`{key}`|"{key}"', page), key

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio
 import pytest
 
 from daq.cli import entry as cli
@@ -19,7 +21,10 @@ from daq.recording.recorder import Recorder
 from drivers import Samples
 from drivers.simulated.offline import SimulatedRun, simulate_offline
 from drivers.simulated.truth import draw_truth
+from ident import RegressorModel, base_parameters
+from ident.base import random_states
 from robots import Robot
+from robots.standard import link_parameter_names
 from tests.daq.captures import facts, outcome
 
 SECONDS = 4.0
@@ -198,6 +203,63 @@ def test_methods_covariances_and_friction_by_name(identify: Identify, capture: P
     ]
 
 
+def test_an_arm_that_can_exist_as_urdf(
+    identify: Identify, capture: Path, emps: Robot, tmp_path: Path
+) -> None:
+    out, urdf = tmp_path / "out", tmp_path / "identified.urdf"
+    result = identify(capture, "--method", "consistent", "--urdf", urdf, "--out", out)
+    assert result["recommended"] == "consistent"
+    near = result["consistency"]["nearest_to"]
+    assert near == ("iv" if result["test"]["verdict"] == "endogenous" else "ls")
+    assert result["consistency"]["links"][0]["mass"] == result["consistency"]["standard"]["M1"] > 0
+    assert read_model(out / "emps.model.toml").estimate.estimator == "consistent"
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "The nearest arm that can exist" in page and "Physically consistent fit" in page
+    assert str(urdf) in result["stderr"]
+    found = values(result, "consistent")
+    sigma = values(result, key="sigma")
+    assert all(abs(found[name] - value) < sigma[name] for name, value in values(result, near).items())
+    # pin's torque with the URDF, and what a URDF does not hold, are the torque of the estimate.
+    assert_same_torques(urdf, emps, result["consistency"]["standard"], found)
+
+
+def test_a_urdf_of_the_least_squares_estimate(
+    identify: Identify, capture: Path, emps: Robot, tmp_path: Path
+) -> None:
+    urdf = tmp_path / "plain.urdf"
+    result = identify(capture, "--method", "ls", "--urdf", urdf)
+    model = pinocchio.buildModelFromUrdf(str(urdf))
+    mass = model.inertias[1].mass
+    # M1 and Ia1 are one base parameter here; the prior says how much of it is the carriage.
+    prior = RegressorModel.of(emps)
+    named = dict(zip(prior.names, prior.prior(), strict=True))
+    assert 0.0 < mass < values(result)["M1R"]
+    share = mass / values(result)["M1R"]
+    assert share == pytest.approx(named["M1"] / (named["M1"] + named["Ia1"]), rel=0.1)
+    assert "least squares" in urdf.read_text(encoding="utf-8")
+
+
+def assert_same_torques(
+    urdf: Path, robot: Robot, standard: dict[str, float], base_values: dict[str, float]
+) -> None:
+    base = base_parameters(RegressorModel.of(robot))
+    state = random_states(robot, 3, 40)
+    wanted = base.columns(state) @ np.array([base_values[name] for name in base.names])
+    links = {name: standard[name] for name in link_parameter_names(robot.n)}
+    rest = base.model.columns(state) @ base.model.standard_parameters(
+        {name: value for name, value in standard.items() if name not in links}
+    )
+    model = pinocchio.buildModelFromUrdf(str(urdf))
+    data = model.createData()
+    rigid = np.array(
+        [
+            pinocchio.rnea(model, data, *now)
+            for now in zip(state.position, state.velocity, state.acceleration, strict=True)
+        ]
+    )
+    assert np.abs(rigid + rest - wanted).max() < 1e-9 * np.abs(wanted).max()
+
+
 def test_the_proposed_cutoff(identify: Identify, capture: Path) -> None:
     plain, proposed = identify(capture), identify(capture, "--cutoff", "auto")
     assert plain["signals"]["cutoff_hz"] == 100.0
@@ -214,7 +276,11 @@ def test_essential_parameters(identify: Identify, capture: Path) -> None:
 @pytest.mark.parametrize(
     ("option", "said"),
     [
-        (("--method", "best"), "--method best; allowed: auto, ls, iv, robust"),
+        (("--method", "best"), "--method best; allowed: auto, ls, iv, robust, consistent"),
+        (
+            ("--urdf", "nowhere/arm.urdf"),
+            "--urdf nowhere/arm.urdf: no folder nowhere; allowed: a file in a folder that exists",
+        ),
         (("--covariance", "big"), "--covariance big; allowed: iid, block, ar, hc, hac, cluster, bootstrap"),
         (("--friction", "none"), "--friction none; allowed: symmetric, asymmetric"),
         (("--cutoff", "abc"), "--cutoff abc; allowed: auto, or a number of Hz above 0"),
@@ -233,6 +299,44 @@ def test_an_option_that_cannot_be_is_refused(
         cli.main()
     assert leaving.value.code == 2
     assert capsys.readouterr().err.splitlines()[-1] == f"armhil: {said}"
+
+
+@pytest.mark.parametrize("option", [("--method", "consistent"), ("--urdf", "arm.urdf")])
+def test_without_its_solver_the_consistent_fit_is_refused_at_once(
+    option: tuple[str, str],
+    capture: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, "cvxpy", None)
+    monkeypatch.setattr(sys, "argv", ["armhil", "identify", str(capture), *option])
+    with pytest.raises(SystemExit) as leaving:
+        cli.main()
+    assert leaving.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        "armhil: the physically consistent fit needs cvxpy; install it with: pip install 'armhil[consistent]'"
+    )
+
+
+def test_the_arms_own_urdf_is_never_overwritten(
+    capture: Path,
+    tmp_path: Path,
+    emps: Robot,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arm = tmp_path / "arm"
+    shutil.copytree(emps.folder, arm)
+    before = (arm / emps.urdf).read_bytes()
+    urdf = str(arm / emps.urdf)
+    monkeypatch.setattr(
+        sys, "argv", ["armhil", "identify", str(capture), "--robot", str(arm), "--urdf", urdf]
+    )
+    with pytest.raises(SystemExit) as leaving:
+        cli.main()
+    assert leaving.value.code == 2
+    assert "is the arm's own description; allowed: another file" in capsys.readouterr().err
+    assert (arm / emps.urdf).read_bytes() == before
 
 
 # Published recordings

@@ -367,6 +367,18 @@ def test_one_prismatic_axis_without_truth_gates_or_columns(tmp_path: Path) -> No
     assert figure is not None and "in N," in str(figure.get("aria-label"))
 
 
+def test_a_third_estimate_has_its_columns_and_its_mark(tmp_path: Path) -> None:
+    plain = content("exogenous")
+    estimate = plain.identification.least_squares
+    first = estimate.parameters[0]
+    moved = replace(first, value=first.value + 2.0 * first.sigma)
+    third = replace(estimate, method="robust", parameters=(moved, *estimate.parameters[1:]))
+    found = write(tmp_path, replace(plain, identification=replace(plain.identification, robust=third)))
+    assert "Robust least squares" in found and 'class="third"' in found
+    assert "<td>+2.0</td>" in found
+    assert 'class="third"' not in write(tmp_path, plain)
+
+
 def test_closed_loop_pictures_are_added_where_given(tmp_path: Path) -> None:
     shown = content(samples=20_000)
     time = shown.identification.trace.time
