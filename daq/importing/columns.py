@@ -1,9 +1,8 @@
-"""Named columns of numbers from .mat and .csv files, and one-line errors where they are not there."""
+"""Named columns of numbers from files of many kinds, and one-line errors where they are not there."""
 
 from __future__ import annotations
 
 import csv
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -11,21 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.importing.table_process import TableProcess
+from daq.importing.table_readers import READERS
 from daq.recording.capture import CaptureError
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
-# What SciPy raises on a damaged file, besides its own MatReadError.
-_MAT_ERRORS = (
-    ValueError,
-    TypeError,
-    LookupError,
-    NotImplementedError,
-    UnboundLocalError,
-    OverflowError,
-    MemoryError,
-    zlib.error,
-)
+ALLOWED = ".csv, .mat, .parquet, .mcap, .db3, a folder of .csv or with a ROS 2 bag"
 
 
 @dataclass(frozen=True)
@@ -53,47 +44,22 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read a .mat or .csv file.
+    """Read a .csv, .mat, .parquet, .mcap or .db3 file, or a folder with a ROS 2 bag.
 
     Raises:
         CaptureError: it is not there, not readable, or not what its name says.
     """
-    readers = {".mat": _read_mat, ".csv": _read_csv}
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise CaptureError(f"{path}: cannot be imported; allowed: .mat, .csv, a folder of .csv, .mcap")
+    if path.is_dir() or path.suffix.lower() in READERS:
+        with TableProcess() as process:
+            return Table(path, process.read(path))
+    if path.suffix.lower() != ".csv":
+        raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
     try:
-        return Table(path, reader(path))
+        return Table(path, _read_csv(path))
     except FileNotFoundError:
         raise CaptureError(f"{path}: no such file") from None
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
-def _read_mat(path: Path) -> dict[str, FloatArray]:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path)
-    except (*_MAT_ERRORS, MatReadError) as error:
-        reason = "MATLAB 7.3 files are not supported: save with -v7"
-        if not isinstance(error, NotImplementedError):
-            reason = "is not a MATLAB file of version 4 to 7"
-        raise CaptureError(f"{path}: {reason}") from error
-    numeric = {
-        name: np.asarray(value, dtype=np.float64)
-        for name, value in content.items()
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
-    }
-    # A vector may lie or stand; a matrix has one column per joint, named name:1, name:2 …
-    columns: dict[str, FloatArray] = {}
-    for name, value in numeric.items():
-        if value.ndim == 2 and min(value.shape) > 1:
-            columns |= {f"{name}:{k + 1}": value[:, k] for k in range(value.shape[1])}
-        else:
-            columns[name] = value.ravel()
-    return columns
 
 
 def _read_csv(path: Path) -> dict[str, FloatArray]:

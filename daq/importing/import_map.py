@@ -6,12 +6,13 @@ drives), its unit, and where it was measured: at the motor, at the drive output,
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from daq.files.toml_file import read_toml, validation_line
+from daq.files.toml_file import read_toml, validation_line, with_tuples
 from daq.recording.capture import CaptureError
 from robots import Robot
 from robots.description import Identification
@@ -125,7 +126,16 @@ def settings_of(columns: ImportMap, robot: Robot, path: Path) -> Identification:
     Raises:
         CaptureError: one line with the file, the key and what is allowed.
     """
-    merged = robot.identification.model_dump() | columns.identification
+    return merged_settings(columns.identification, robot, path)
+
+
+def merged_settings(overrides: Mapping[str, Any], robot: Robot, path: Path) -> Identification:
+    """The robot's identification settings with others in their place.
+
+    Raises:
+        CaptureError: one line with the file, the key and what is allowed.
+    """
+    merged = robot.identification.model_dump() | with_tuples(dict(overrides))
     try:
         return Identification.model_validate(merged)
     except ValidationError as error:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from daq.importing.columns import Table, read_table
-from daq.importing.import_map import ImportMap, Position, Torque, load_import_map, settings_of
-from daq.recording.capture import Capture, CaptureError
+from daq.importing.columns import ALLOWED, Table, read_table
+from daq.importing.import_map import (
+    ImportMap,
+    Position,
+    Torque,
+    load_import_map,
+    merged_settings,
+    settings_of,
+)
+from daq.importing.joint_states import is_bag_folder
+from daq.recording.capture import IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from ident import Recording
 from ident.resampling import uniform_recording
@@ -89,9 +98,26 @@ def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
         )
     recordings, dropped = _pieces(capture)
     warnings = [f"{path}: {sentence}" for sentence in capture.damage.sentences(capture.period)]
-    return LoadedRecordings(
-        path, recordings, robot.identification, capture, tuple(warnings + [dropped] * bool(dropped))
-    )
+    settings = imported_settings(capture, robot)
+    return LoadedRecordings(path, recordings, settings, capture, tuple(warnings + [dropped] * bool(dropped)))
+
+
+def imported_settings(capture: Capture, robot: Robot) -> Identification:
+    """The robot's settings; in a capture that was made of a log, with those of its column map in place.
+
+    Raises:
+        CaptureError: what the capture holds of the map makes no sense.
+    """
+    kept = capture.records.get(IMPORT, {}).get("identification")
+    if kept is None:
+        return robot.identification
+    try:
+        overrides = json.loads(kept)
+    except ValueError:
+        raise CaptureError(f"{capture.path}: {IMPORT}: identification is not JSON") from None
+    if not isinstance(overrides, dict):
+        raise CaptureError(f"{capture.path}: {IMPORT}: identification is no table")
+    return merged_settings(overrides, robot, capture.path)
 
 
 def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
@@ -123,7 +149,7 @@ def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
         Recording(
             name=capture.path.name if len(long) == 1 else f"{capture.path.name}, piece {number}",
             time=segment.time,
-            reference=segment.reference,
+            reference=segment.reference if capture.has_reference else None,
             position=segment.position,
             control_signal=segment.control_signal,
         )
@@ -142,7 +168,8 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     """Read a recording that armhil did not make.
 
     Args:
-        path: a .mat file, a .csv file, or a folder with one .csv file per quantity.
+        path: a file of one of the kinds that ``read_table`` reads, a folder with one .csv file per quantity,
+            or a folder with a ROS 2 bag.
         robot: the arm; its transmission, gains and joint kinds complete the conversion.
         columns: the column map; ``import.toml`` beside the robot's description where None.
 
@@ -151,15 +178,16 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
         ident.IdentificationError: the time is too far from uniform.
     """
     if not path.exists():
-        raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), .mat, .csv, a folder of .csv")
+        raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), {ALLOWED}")
     map_path = columns if columns is not None else robot.folder / MAP_NAME
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
-    recording, warnings = _log_recording(path, robot, meaning)
+    recording, warnings = log_recording(path, robot, meaning)
     return LoadedRecordings(path, (recording,), settings, None, warnings)
 
 
-def _log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recording, tuple[str, ...]]:
+def log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recording, tuple[str, ...]]:
+    """What a column map makes of a log, and sentences of warning; for the errors see :func:`load_log`."""
     source = _Source(path)
     position = _position(source, columns.position, robot)
     reference = None if columns.reference is None else _position(source, columns.reference, robot)
@@ -183,7 +211,7 @@ class _Source:
 
     def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
         path = self.path
-        if path.is_dir():
+        if path.is_dir() and not is_bag_folder(path):
             if file is None:
                 raise CaptureError(f"{path}: is a folder, but the column map names no file in it")
             path = path / file

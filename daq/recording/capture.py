@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.recording.errors import CaptureError as CaptureError
 from daq.recording.events import DriveEvent
 from daq.recording.temperatures import Temperature
 from drivers.cyclic.samples import Samples
@@ -29,10 +30,6 @@ FAULT = "armhil.fault"
 CHECKSUM_KEY = "sha256"
 
 Facts = Mapping[str, str]
-
-
-class CaptureError(ValueError):
-    """A capture or a recording that cannot be read or written; the text is one line for the user."""
 
 
 def facts_checksum(facts: Facts) -> str:

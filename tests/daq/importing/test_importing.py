@@ -262,7 +262,7 @@ def test_a_wrong_mat_file_is_one_line(content: bytes, tmp_path: Path, emps: Robo
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("none.csv", "no such file"), ("log.xlsx", "cannot be imported; allowed: .mat, .csv")],
+    [("none.csv", "no such file"), ("log.xlsx", "cannot be imported; allowed: .csv, .mat")],
 )
 def test_other_files_are_one_line(name: str, reason: str, tmp_path: Path, emps: Robot) -> None:
     (tmp_path / "log.xlsx").write_bytes(b"PK")

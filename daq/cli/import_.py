@@ -1,0 +1,61 @@
+"""`armhil import`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import OK, WARNING, Json, console_of, print_json
+
+
+@app.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(help="A log: .csv, .mat, .parquet, .mcap, .db3, or a folder.")],
+    robot: Annotated[str, typer.Option("--robot", help="A shipped arm or a robot.toml.")],
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of the log.", show_default="the robot's")
+    ] = None,
+    save_map: Annotated[
+        Path | None, typer.Option("--save-map", help="Guess the column map, save it here, and use it.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="The new capture.", show_default="<file>.capture.mcap")
+    ] = None,
+    note: Annotated[str, typer.Option(help="What to remember of this log.", show_default="none")] = "",
+    as_json: Json = False,
+) -> int:
+    """Make a capture of a log that armhil did not record; a column map says what its columns are.
+
+    Example: [bold]armhil import DATA_EMPS.mat --robot emps --out emps.mcap[/]
+    """
+    import robots
+    from daq.files.toml_text import toml_text
+    from daq.importing.guess import guess_map, write_map
+    from daq.importing.load import MAP_NAME
+    from daq.importing.log_import import SUFFIX, import_json, import_log
+    from daq.recording.capture import CaptureError
+
+    if columns is not None and save_map is not None:
+        raise CaptureError("--columns names a map that exists and --save-map makes one; allowed: one of both")
+    arm = robots.load(robot)
+    console = console_of(as_json)
+    map_path = columns or save_map or arm.folder / MAP_NAME
+    if save_map is not None:
+        guessed = guess_map(file, arm)
+        write_map(save_map, guessed, file)
+        console.print(f"Guessed, in {save_map}:", markup=False, highlight=False)
+        console.print(toml_text(guessed), markup=False, highlight=False, soft_wrap=True)
+    target = out if out is not None else file.with_name(file.stem + SUFFIX)
+    imported = import_log(file, arm, map_path, target, note)
+    if as_json:
+        print_json(import_json(imported))
+    capture = imported.capture
+    for line in (
+        f"{capture.path}: {len(capture.samples)} samples of {arm.name}, {1e3 * capture.period:g} ms apart",
+        *(f"warning: {sentence}" for sentence in imported.warnings),
+    ):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    return WARNING if imported.warnings else OK

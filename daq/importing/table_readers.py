@@ -1,0 +1,109 @@
+"""Readers of other people's binary files. They run in a process of their own: see ``table_process``.
+
+A damaged file may crash the libraries that read it, interpreter and all, or make them ask for any amount of
+memory.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.importing.joint_states import BAG_SUFFIXES, read_bag
+from daq.recording.errors import CaptureError
+
+# What SciPy raises on a damaged file, besides its own MatReadError.
+_MAT_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    NotImplementedError,
+    UnboundLocalError,
+    OverflowError,
+    MemoryError,
+    zlib.error,
+)
+
+Columns = dict[str, NDArray[np.float64]]
+
+
+def read_mat(path: Path) -> Columns:
+    """Numeric variables of a MATLAB file. A vector may lie or stand; a matrix has one column per joint,
+    named name:1, name:2 …
+
+    Raises:
+        CaptureError: not a MATLAB file that can be read.
+        OSError: it cannot be opened.
+    """
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path)
+    except (*_MAT_ERRORS, MatReadError) as error:
+        reason = "MATLAB 7.3 files are not supported: save with -v7"
+        if not isinstance(error, NotImplementedError):
+            reason = "is not a MATLAB file of version 4 to 7"
+        raise CaptureError(f"{path}: {reason}") from error
+    columns: Columns = {}
+    for name, value in content.items():
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iufb":
+            _add(columns, name, np.asarray(value, dtype=np.float64))
+    return columns
+
+
+def read_parquet(path: Path) -> Columns:
+    """Numeric columns of a Parquet file; a list of fixed length has columns name:1, name:2 …
+
+    Raises:
+        CaptureError: not a Parquet file, or pyarrow is not installed.
+        OSError: it cannot be opened.
+    """
+    try:
+        from pyarrow import ArrowException, types
+        from pyarrow.parquet import ParquetFile
+    except ImportError:
+        raise CaptureError(f"{path}: Parquet needs pyarrow; install armhil[parquet]") from None
+    columns: Columns = {}
+    try:
+        with ParquetFile(path) as file:
+            table: Any = file.read()
+            for column, field in zip(table.columns, table.schema, strict=True):
+                if types.is_fixed_size_list(field.type):
+                    rows = np.asarray(column.combine_chunks().flatten(), dtype=np.float64)
+                    _add(columns, field.name, rows.reshape(-1, field.type.list_size))
+                elif types.is_timestamp(field.type):
+                    nanoseconds = column.cast("timestamp[ns]").cast("int64")
+                    columns[field.name] = np.asarray(nanoseconds, dtype=np.float64)
+                elif _is_number(types, field.type):
+                    columns[field.name] = np.asarray(column.cast("float64"), dtype=np.float64)
+    except (ArrowException, ValueError, TypeError, NotImplementedError, MemoryError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise CaptureError(f"{path}: is not a Parquet file that can be read: {reason}") from error
+    return columns
+
+
+def _is_number(types: Any, kind: Any) -> bool:
+    tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
+    return any(test(kind) for test in tests)
+
+
+def _add(columns: Columns, name: str, value: NDArray[np.float64]) -> None:
+    if value.ndim == 2 and min(value.shape) > 1:
+        columns |= {f"{name}:{k + 1}": value[:, k].copy() for k in range(value.shape[1])}
+    else:
+        columns[name] = value.ravel()
+
+
+READERS: dict[str, Callable[[Path], Columns]] = {
+    ".mat": read_mat,
+    ".parquet": read_parquet,
+    ".pq": read_parquet,
+    **dict.fromkeys(BAG_SUFFIXES, read_bag),
+}
+"""By the end of the file's name."""
