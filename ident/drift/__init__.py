@@ -1,0 +1,44 @@
+"""Whether an arm is still what its baseline says: which parameter moved, on which joint, since when."""
+
+from __future__ import annotations
+
+from ident.drift.charts import cusum, run_length, trend_threshold
+from ident.drift.comparison import compare
+from ident.drift.geometry import Geometry, geometry_of
+from ident.drift.patterns import Pattern, patterns_of
+from ident.drift.values import (
+    Alarm,
+    ChangePoint,
+    Comparison,
+    DriftSettings,
+    DriftTest,
+    MovedParameter,
+    NamedChange,
+    Night,
+)
+from ident.drift.wald import CommonBase, common_base, holm, wald_test
+from ident.drift.words import change_words
+
+__all__ = [
+    "Alarm",
+    "ChangePoint",
+    "CommonBase",
+    "Comparison",
+    "DriftSettings",
+    "DriftTest",
+    "Geometry",
+    "MovedParameter",
+    "NamedChange",
+    "Night",
+    "Pattern",
+    "change_words",
+    "common_base",
+    "compare",
+    "cusum",
+    "geometry_of",
+    "holm",
+    "patterns_of",
+    "run_length",
+    "trend_threshold",
+    "wald_test",
+]

@@ -1,0 +1,106 @@
+"""How an effect shows in the base parameters: the directions in which it moves them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.drift.geometry import Geometry
+from robots.arrays import FloatArray
+
+_LINK = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
+_WORDS = {
+    "Fc": ("coulomb_friction", "Coulomb friction"),
+    "Fv": ("viscous_friction", "viscous friction"),
+    "off": ("current_offset", "torque offset"),
+    "Ia": ("rotor_inertia", "rotor inertia"),
+}
+_NAME = re.compile(r"([A-Za-z]+?)(p|n|m)?(\d+)")
+_SIDES = {"p": " in the positive direction", "n": " in the negative direction", "m": " (coupled shaft)"}
+_SEEN = 1e-9
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """One effect at one place.
+
+    Attributes:
+        effect: name as in the vocabulary of effects.
+        joint: from 1; None for the tool.
+        words: for an operator.
+        directions: (b, m) change of the base parameters per unit of each of the m amounts.
+        units: m of them; ``1`` for a share.
+        scale: value of the first amount in the baseline; None where a share of it has no meaning.
+    """
+
+    effect: str
+    joint: int | None
+    words: str
+    directions: FloatArray
+    units: tuple[str, ...]
+    scale: float | None = None
+
+
+def patterns_of(geometry: Geometry) -> tuple[Pattern, ...]:
+    """All effects that one look at the base parameters can tell apart on this arm.
+
+    Friction, offset and rotor inertia of each joint, the gain of each drive (every parameter of the joint
+    scaled together), and a body on the tool by its mass and first moments.
+    """
+    found = [*_per_joint(geometry), *_gains(geometry), *_payload(geometry)]
+    return tuple(pattern for pattern in found if _is_seen(pattern, geometry))
+
+
+def payload_inertia(geometry: Geometry) -> FloatArray:
+    """Directions (b, 6) of a tool's moments of inertia: what a payload may move besides."""
+    last = geometry.joints
+    return np.column_stack([_direction(geometry, f"{symbol}{last}") for symbol in _LINK[4:]])
+
+
+def _per_joint(geometry: Geometry) -> list[Pattern]:
+    names, units = geometry.base.model.names, geometry.base.model.units
+    found = []
+    for name, unit in zip(names, units, strict=True):
+        match = _NAME.fullmatch(name)
+        if match is None or match[1] not in _WORDS:
+            continue
+        effect, words = _WORDS[match[1]]
+        joint = int(match[3])
+        said = f"{words} of joint {joint}{_SIDES.get(match[2] or '', '')}"
+        direction = _direction(geometry, name)
+        leading = int(np.argmax(np.abs(direction)))
+        scale = None if effect == "current_offset" else float(geometry.beta[leading] / direction[leading])
+        found.append(Pattern(effect, joint, said, direction[:, np.newaxis], (unit,), scale))
+    return found
+
+
+def _gains(geometry: Geometry) -> list[Pattern]:
+    return [
+        Pattern(
+            "drive_gain_error",
+            drive + 1,
+            f"drive gain of joint {drive + 1}",
+            geometry.gain_direction(drive)[:, np.newaxis],
+            ("1",),
+        )
+        for drive in range(geometry.joints)
+    ]
+
+
+def _payload(geometry: Geometry) -> list[Pattern]:
+    last = geometry.joints
+    directions = np.column_stack([_direction(geometry, f"{symbol}{last}") for symbol in _LINK[:4]])
+    return [Pattern("payload", None, "payload on the tool", directions, ("kg", "kg·m", "kg·m", "kg·m"))]
+
+
+def _direction(geometry: Geometry, standard: str) -> FloatArray:
+    names = geometry.base.model.names
+    if standard not in names:
+        return np.zeros(geometry.base.relation.shape[0])
+    return np.asarray(geometry.base.relation[:, names.index(standard)])
+
+
+def _is_seen(pattern: Pattern, geometry: Geometry) -> bool:
+    return bool(np.abs(pattern.directions).max() > _SEEN)

@@ -1,0 +1,178 @@
+"""What a comparison takes in and gives back: small frozen values, nothing that computes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from robots.arrays import FloatArray
+
+Shape = Literal["step", "ramp"]
+State = Literal["unchanged", "changed"]
+Stage = Literal["learning", "watching"]
+"""While it learns how much the arm differs from night to night, only large changes are told."""
+Detector = Literal["one night", "trend", "anything else", "wald"]
+
+
+@dataclass(frozen=True)
+class Night:
+    """One identification of the arm on its accepted trajectory.
+
+    Attributes:
+        day: when, in days from any origin.
+        values: (b,) base parameters, SI.
+        covariance: (b, b) of them within the run.
+        celsius: (n,) temperature of each joint during the run, °C; None where none was recorded.
+        clean: whether it may teach what is usual; False for a night on which something was found.
+        label: what a reader knows it by, e.g. the number of the run.
+    """
+
+    day: float
+    values: FloatArray
+    covariance: FloatArray
+    celsius: FloatArray | None = None
+    clean: bool = True
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class DriftSettings:
+    """How often a false alarm is allowed, and what counts as large.
+
+    Attributes:
+        false_alarms_per_year: expected number per arm, over all charts together.
+        nights_per_year: how often the arm is checked.
+        learning_nights: clean nights before the charts speak.
+        tolerance: change of the torque on a joint, as a share of that joint's rms torque on the trajectory,
+            up to which a change is only a warning.
+        negligible: the same share, below which a change is not worth a word however sure it is: what a
+            smooth temperature model leaves over a year is of that size.
+        thermometer_sigma: by how much the gears' temperature may differ from what was recorded, K.
+        level: of the tests that name what has moved, after correction for how many were tried.
+    """
+
+    false_alarms_per_year: float = 0.5
+    nights_per_year: float = 365.0
+    learning_nights: int = 30
+    tolerance: float = 0.05
+    negligible: float = 0.002
+    thermometer_sigma: float = 3.0
+    level: float = 0.01
+
+
+@dataclass(frozen=True)
+class DriftTest:
+    """One test: what it takes for granted, what came out, and how likely that is under it."""
+
+    name: str
+    null: str
+    statistic: float
+    distribution: str
+    df: tuple[float, ...]
+    p_value: float
+
+
+@dataclass(frozen=True)
+class MovedParameter:
+    """One base parameter beside its baseline, corrected for temperature where there is one.
+
+    Attributes:
+        change: in the parameter's unit.
+        sigma: of the change, run-to-run variation included.
+        p_value: two-sided, of this parameter alone.
+        corrected: the same after Holm's correction over all parameters.
+        torque_rms: of the change on the trajectory, over the joints, N·m (or N).
+    """
+
+    name: str
+    change: float
+    sigma: float
+    unit: str
+    p_value: float
+    corrected: float
+    torque_rms: float
+
+
+@dataclass(frozen=True)
+class NamedChange:
+    """An effect that explains what has moved.
+
+    Attributes:
+        effect: name as in the vocabulary of effects.
+        joint: from 1; None for the tool.
+        words: for an operator, e.g. ``Coulomb friction of joint 2``.
+        size, sigma: of the change, in ``unit``.
+        unit: of them.
+        relative: change as a share of the baseline's value; None where that has no meaning.
+        explained: drop of the statistic by it.
+        p_value: of that drop, corrected for the number of effects tried.
+        torque_rms: (n,) of the change on the trajectory per joint, N·m (or N).
+        alternatives: words of effects that explain it nearly as well.
+    """
+
+    effect: str
+    joint: int | None
+    words: str
+    size: float
+    sigma: float
+    unit: str
+    relative: float | None
+    explained: float
+    p_value: float
+    torque_rms: FloatArray
+    alternatives: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ChangePoint:
+    """Since when, and how: a step or a ramp that begins at ``day``; ``index`` is the first night of it."""
+
+    index: int
+    day: float
+    shape: Shape
+    label: str
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """One chart beyond its threshold."""
+
+    chart: str
+    detector: Detector
+    statistic: float
+    threshold: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Tonight beside the baseline.
+
+    Attributes:
+        state: whether anything has moved.
+        stage: learning or watching.
+        sentence: for an operator.
+        wald: all parameters at once, with both covariances and nothing else: what one run can say.
+        between_runs: the same with the run-to-run variation of this arm; None while it is not known.
+        parameters: those that moved, the surest first.
+        changes: effects that explain it; empty where nothing moved, or nothing explains it.
+        since: None where nothing moved or one night is all there is.
+        alarms: charts beyond their threshold.
+        torque_change: (n,) rms change of the torque on the trajectory per joint, N·m (or N).
+        torque_rms: (n,) of the torque itself there.
+        large: whether that is beyond the tolerance on some joint.
+        unexplained: test of what the named changes leave; None where nothing was named.
+    """
+
+    state: State
+    stage: Stage
+    sentence: str
+    wald: DriftTest
+    between_runs: DriftTest | None
+    parameters: tuple[MovedParameter, ...]
+    changes: tuple[NamedChange, ...]
+    since: ChangePoint | None
+    alarms: tuple[Alarm, ...]
+    torque_change: FloatArray
+    torque_rms: FloatArray
+    large: bool
+    unexplained: DriftTest | None = None

@@ -1,0 +1,70 @@
+"""The sentence that an operator reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ident.drift.values import Alarm, Comparison, DriftSettings, NamedChange
+
+
+def sentence_of(found: Comparison, learned: int, settings: DriftSettings) -> Comparison:
+    """The comparison with its sentence.
+
+    Args:
+        found: without.
+        learned: clean nights so far.
+        settings: of the comparison.
+    """
+    return replace(found, sentence=_words(found, learned, settings))
+
+
+def strongest(alarms: Sequence[Alarm]) -> Alarm:
+    """The alarm that is furthest beyond its threshold."""
+    return max(alarms, key=lambda alarm: alarm.statistic / alarm.threshold)
+
+
+def change_words(change: NamedChange) -> str:
+    """A named change, e.g. ``Coulomb friction of joint 2 +3.1 % (±0.4 %), +0.25 N·m``."""
+    if change.effect == "drive_gain_error":
+        text = f"{change.words} {100 * change.size:+.1f} % (±{100 * change.sigma:.1g} %)"
+    elif change.relative is not None and change.size != 0.0:
+        share = abs(change.relative / change.size) * change.sigma
+        percent = f"{100 * change.relative:+.1f} % (±{100 * share:.1g} %)"
+        text = f"{change.words} {percent}, {change.size:+.3g} {change.unit}"
+    else:
+        text = f"{change.words} {change.size:+.3g} ± {change.sigma:.1g} {change.unit}"
+    return f"{text}; or {' or '.join(change.alternatives)}" if change.alternatives else text
+
+
+def _words(found: Comparison, learned: int, settings: DriftSettings) -> str:
+    if found.state == "unchanged":
+        if found.stage == "learning":
+            return (
+                "no large change; the arm's usual variation is still being learned"
+                f" ({learned} of {settings.learning_nights} nights)"
+            )
+        return "nothing has moved beyond what this arm varies by from night to night"
+    since = ""
+    if found.since is not None:
+        how = "growing since" if found.since.shape == "ramp" else "since"
+        since = f", {how} {found.since.label}"
+    what = "; ".join(change_words(change) for change in found.changes)
+    if not what and found.alarms and found.alarms[0].detector != "anything else":
+        what = f"{strongest(found.alarms).chart} has moved, too little so far to say by how much"
+    if not what:
+        names = ", ".join(parameter.name for parameter in found.parameters[:3])
+        what = (
+            f"changed and no known effect explains it (most of all {names})"
+            if names
+            else ("changed, and neither a parameter nor an effect stands out")
+        )
+    worst = int(np.argmax(found.torque_change / np.maximum(found.torque_rms, 1e-12)))
+    share = 100 * found.torque_change[worst] / found.torque_rms[worst]
+    limit = "beyond" if found.large else "within"
+    return (
+        f"{what}{since}: {found.torque_change[worst]:.2g} N·m rms on joint {worst + 1},"
+        f" {share:.2g} % of its torque, {limit} the tolerance of {100 * settings.tolerance:g} %"
+    )
