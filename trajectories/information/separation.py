@@ -11,7 +11,7 @@ W (Hotelling 1936) say the same without units: 1 where no size of effect could b
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,21 +93,38 @@ class CandidateColumns:
 
 @dataclass(frozen=True, eq=False)
 class SeparationObjective:
-    """The score of the worst pair of candidates, from the information matrix of all columns (K × K)."""
+    """The score of the worst pair of candidates, from the information matrix of all columns (K × K).
+
+    Columns of two candidates have no common unit, so each pair is compared with itself: ``reference`` has,
+    per ordered pair, the score of the motion that is to be bettered. Below 0 every pair is told apart better.
+    """
 
     candidates: CandidateColumns
+    reference: tuple[float, ...] = ()
+
+    def against(self, matrix: FloatArray) -> SeparationObjective:
+        """The same, compared with a motion's information matrix; a pair that it does not show counts as 0."""
+        scores = self._scores(matrix)
+        return replace(self, reference=tuple(score if score < NONE else 0.0 for score in scores))
 
     def score(self, matrix: FloatArray, unless_above: float = NONE) -> float:
         """The mean log variance of what the worst pair is told apart by; smaller is better."""
+        scores = self._scores(matrix)
+        if max(scores) >= NONE:
+            return NONE
+        compared = np.subtract(scores, self.reference) if self.reference else np.array(scores)
+        return float(compared.max() + _MEAN_SHARE * compared.mean())
+
+    def _scores(self, matrix: FloatArray) -> list[float]:
+        """Per ordered pair with columns of its own."""
         scale = self.candidates.scale
         rest = self.candidates.after_model(matrix / np.outer(scale, scale))
-        scores = [
+        return [
             self._one_way(rest, one, other)
             for pair in self.candidates.pairs
             for one, other in (pair, pair[::-1])
             if self.candidates.own[one, other].size
         ]
-        return max(scores) + _MEAN_SHARE * float(np.mean(scores)) if max(scores) < NONE else NONE
 
     def _one_way(self, rest: FloatArray, first: int, second: int) -> float:
         own = self.candidates.beside(rest, first, second)

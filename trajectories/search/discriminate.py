@@ -82,8 +82,18 @@ def discriminate(
 ) -> Discrimination:
     """Plan the motion on which candidates that explain the same misfit differ most.
 
-    Segments may also last longer than they need, so slow passes are within reach: slow motion tells a lag
-    from a delay. Effects that look along time (drift, lags, hysteresis) are judged on whole motions.
+    Every pair is compared with itself on ``before``, and the pair that gains least is worked on. Segments may
+    also last longer than they need, so slow passes are within reach: slow motion tells a lag from a delay.
+    Effects that look along time (drift, lags, hysteresis) are judged on whole motions.
+
+    With the families of :mod:`ident.effects.vocabulary`, whose effects the discrepancy search has at hand::
+
+        payload, spring = family_named("payload"), family_named("gravity_spring")
+        candidates = [
+            [payload.effect(robot, Place("tool", ()), (), present)],
+            [spring.effect(robot, Place("joint", (1,)), (), present)],
+        ]
+        discriminate(robot, base, candidates, cycle_time=0.004, duration=12.0, seed=0, known=known)
 
     Args:
         robot: the arm.
@@ -120,10 +130,13 @@ def discriminate(
             usual,
             regressor=regressor,
             prior=np.concatenate([usual.prior, np.zeros(len(columns.scale) - columns.model)]),
-            objective=SeparationObjective(columns),
             counted=None if every_row else usual.counted,
             whole=not all(looks_at_instants(effect, probe) for effect in effects),
         )
+        old = probe if before is None else before
+        rate = 1.0 / (cycle_time * robot.identification.decimation)
+        objective = SeparationObjective(columns).against(_matrix(old, problem, rate))
+        problem = replace(problem, objective=objective)
         seeds = [int(s) for s in np.random.SeedSequence(seed).generate_state(searches)]
         running = [WaypointSearch(problem, s, evaluations) for s in seeds]
         best, done = best_of(running, workers, progress, stop)
@@ -136,11 +149,10 @@ def discriminate(
         motion, repeat = put_together(lead, best, periods, speed)
         origin = Origin("ruckig", seed, done, repeat, speed)
         plain = finished(robot, base, motion, cycle_time, conditions, Objective(), origin, posture)
-        rate = 1.0 / (cycle_time * robot.identification.decimation)
         return Discrimination(
             replace(plain, score=best.best_score),
-            _on_motion(probe if before is None else before, problem, rate, columns),
-            _on_motion(motion, problem, rate, columns),
+            separations(_matrix(old, problem, rate), columns),
+            separations(_matrix(motion, problem, rate), columns),
         )
     except PlanError:
         raise
@@ -261,11 +273,9 @@ def _independent(unit: FloatArray, block: IntArray, others: FloatArray) -> IntAr
     return np.array(kept, dtype=np.int64)
 
 
-def _on_motion(
-    motion: Motion, problem: ExcitationProblem, rate: float, columns: CandidateColumns
-) -> tuple[Separation, ...]:
-    """Separations on the rows of a motion that count, ``rate`` of them per second."""
+def _matrix(motion: Motion, problem: ExcitationProblem, rate: float) -> FloatArray:
+    """The information of the rows of a motion that count, ``rate`` of them per second."""
     fine = replace(problem, search_rate=max(rate, PROBE_RATE), prior=np.zeros_like(problem.prior))
     matrices = fine.matrices([motion])
     assert matrices is not None, "without a prior torque no motion is refused"
-    return separations(matrices[0] * (rate / PROBE_RATE), columns)
+    return np.asarray(matrices[0] * (rate / PROBE_RATE))
