@@ -29,6 +29,7 @@ from drivers import Channel
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from robots import Robot
+from tests.daq.payload_captures import write_payload_captures
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -90,6 +91,8 @@ def bring(folder: Path, words: list[str], shared_data: Callable[[], Path]) -> No
         (folder / "my-map.toml").write_text(COLUMN_MAP)
     if "runs/second/capture.mcap" in words and not (folder / "runs/second").exists():
         shutil.copytree(folder / "runs/first", folder / "runs/second")
+    if "loaded.mcap" in words:
+        write_payload_captures(robots.load("emps"), folder)
     if "my-log.csv" in words:
         write_log(folder / "my-log.csv", robots.load("tx40"))
 

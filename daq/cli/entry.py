@@ -13,10 +13,12 @@ from typer.exceptions import TyperException
 
 from daq.cli import (
     compare,
+    controller,
     demo,
     diagnose,
     doctor,
     export,
+    gain,
     identify,
     import_,
     note,
@@ -40,6 +42,8 @@ __all__ = ["app", "main"]
 COMMANDS = (
     demo,
     identify,
+    gain,
+    controller,
     plan,
     diagnose,
     runs,

@@ -17,6 +17,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     from daq.diagnosis.live import MotionRefused
     from daq.files.cell_file import CellFileError
     from daq.files.model_file import ModelFileError
+    from daq.files.payload_file import PayloadFileError
     from daq.files.run_folder import OutputError
     from daq.files.trajectory_file import TrajectoryFileError
     from daq.recording.capture import CaptureError
@@ -25,6 +26,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     from drivers import BusError, DriveError
     from ident import IdentificationError
     from robots import RobotFileError
+    from robots.payload import PayloadError
     from trajectories import PlanError, TrajectoryError
 
     return (
@@ -39,6 +41,8 @@ def user_errors() -> tuple[type[Exception], ...]:
         NoTests,
         OSError,
         OutputError,
+        PayloadError,
+        PayloadFileError,
         PlanError,
         ReportError,
         RobotFileError,

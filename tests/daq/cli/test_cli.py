@@ -24,10 +24,12 @@ from tests.daq.captures import record_cycles
 
 COMMANDS = (
     "compare",
+    "controller",
     "demo",
     "diagnose",
     "doctor",
     "export",
+    "gain",
     "identify",
     "import",
     "note",

@@ -1,0 +1,38 @@
+"""`armhil controller`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import OK, WARNING, Json, console_of, print_json
+
+
+@app.command()
+def controller(
+    paths: Annotated[list[Path], typer.Argument(help="Captures or logs with position references.")],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Identify the drives' control law from set-points, positions and control signals.
+
+    Example: [bold]armhil controller runs/first/capture.mcap[/]
+    """
+    from daq.identification.controller import controller_json, print_controller, run_controller
+    from daq.identification.terminal import TerminalSteps
+
+    console = console_of(as_json)
+    result = run_controller(tuple(paths), robot, columns, TerminalSteps(console))
+    if as_json:
+        print_json(controller_json(result, [str(path) for path in paths]))
+    print_controller(console, result)
+    return OK if result.found.trusted else WARNING

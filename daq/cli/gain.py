@@ -1,0 +1,45 @@
+"""`armhil gain`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import OK, Json, console_of, print_json
+
+
+@app.command()
+def gain(
+    paths: Annotated[list[Path], typer.Argument(help="Captures or logs without the payload.")],
+    loaded: Annotated[
+        list[Path], typer.Option("--loaded", help="A capture or log with the payload on; may be repeated.")
+    ],
+    payload: Annotated[
+        Path, typer.Option("--payload", help="payload.toml: mass, centre and inertia of the payload.")
+    ],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Identify the drive gains from recordings without and with a known payload.
+
+    Example: [bold]armhil gain runs/a/capture.mcap --loaded runs/b/capture.mcap --payload payload.toml[/]
+    """
+    from daq.identification.drive_gains import GainRequest, gains_json, print_gains, run_gain
+    from daq.identification.terminal import TerminalSteps
+
+    console = console_of(as_json)
+    request = GainRequest(tuple(paths), tuple(loaded), payload, robot, columns)
+    result = run_gain(request, TerminalSteps(console))
+    if as_json:
+        print_json(gains_json(result, request))
+    print_gains(console, result)
+    return OK

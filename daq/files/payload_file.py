@@ -1,0 +1,46 @@
+"""``payload.toml``: a body of known mass that is screwed to the arm (docs/reference/payload-toml.md)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from daq.files.toml_file import read_toml
+from robots.payload import Payload
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
+
+
+class PayloadFileError(ValueError):
+    """A payload file that cannot be read; the text is one line for the user."""
+
+
+class PayloadFile(BaseModel):
+    """A rigid body in a frame of the arm."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    format: Literal[1]
+    mass: Positive = Field(description="kg")
+    center: tuple[Finite, Finite, Finite] = Field(description="centre of mass in the frame, m")
+    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = Field(
+        description="ixx ixy iyy ixz iyz izz about the centre of mass, along the frame's axes, kg·m²"
+    )
+    frame: str | None = Field(default=None, min_length=1, description="link of the URDF; the last one")
+    relative_uncertainty: Share = Field(default=0.0, description="standard uncertainty of the mass / mass")
+
+    def payload(self) -> Payload:
+        return Payload(self.mass, self.center, self.inertia, self.frame or "", self.relative_uncertainty)
+
+
+def read_payload(path: Path) -> Payload:
+    """Read a payload.
+
+    Raises:
+        PayloadFileError: one line with file, line, key and what is allowed.
+    """
+    return read_toml(path, PayloadFile, PayloadFileError, kind="a payload file (payload.toml)").payload()
