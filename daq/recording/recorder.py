@@ -196,7 +196,8 @@ class Recorder:
                 with self._lock:
                     if self._failure is not None:
                         return
-                    self._flush()
+                    if time.monotonic() - self._last_flush >= FLUSH_INTERVAL:
+                        self._flush()
                 os.fdatasync(self._file.fileno())
             except OSError as error:
                 with self._lock:
