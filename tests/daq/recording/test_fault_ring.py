@@ -140,14 +140,14 @@ def test_an_emergency_while_jogging_the_simulated_arm(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
     node = tx40.drive[1].node_id
-    faults = Faults(emergencies=(EmergencyAt(node, 60, 0x8611),))
+    faults = Faults(emergencies=(EmergencyAt(node, 150, 0x8611),))
     with (
         SimulatedArm("tx40", channel, 1, faults=faults),
         ArmSession(tx40, channel, allow_jog=True) as session,
         FrameListener(channel) as listener,
         FaultRing(tmp_path, tx40, facts(tx40, tx40.bus.cycle_time), listener, after=0.5) as ring,
     ):
-        result = session.jog("joint_2", 0.03, ring.write)
+        result = session.jog("joint_2", 0.05, ring.write)
         ring.ended(result)
     assert result.outcome == "fault"
     (path,) = ring.captures
