@@ -1,0 +1,190 @@
+"""The blind test over CAN frames: a sealed scenario in the drives' process, captures over the bus, one name.
+
+Each step is a process of its own. *hide* draws an effect from a seed and writes the scenario file. *record*
+starts the simulated drives, whose process alone reads that file and seals what it simulates, and records over
+the bus: a run of the same arm with nothing hidden, one to fit and one to validate. *diagnose* reads captures,
+nothing else. The seal is opened last.
+
+With vcan-run the bus is SocketCAN in a user-mode kernel, and its time is virtual: every run is the same bit
+for bit, however busy the machine is.
+
+    python -m benchmarks.naming_over_can --effects payload base_tilt --seeds 2 --vcan-run .../vcan-run
+    python -m benchmarks.naming_over_can --effects payload --interface socketcan --channel vcan0
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import robots
+from daq.diagnosis.bench import stream_and_record
+from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
+from daq.files.toml_text import toml_text
+from daq.files.trajectory_file import read_motion, write_trajectory
+from daq.identification.identify import IdentifyRequest, run_identify
+from daq.progress import Silent
+from drivers import Channel
+from drivers.simulated import SimulatedArm
+from drivers.simulated.drawing import draw_scenario
+from drivers.simulated.seal import open_seal, truth_of, was_opened
+from trajectories import Conditions, Trajectory, plan
+
+ARM = "tx40"
+ROOT = Path(__file__).resolve().parents[1]
+CAPTURES = ("accepted", "fit", "validation")
+
+
+@dataclass(frozen=True)
+class Bus:
+    """Where the frames go: a channel, and the command in front of what uses it."""
+
+    channel: Channel
+    before: tuple[str, ...] = ()
+
+
+def virtual_time(vcan_run: Path, patience: float = 400.0) -> Bus:
+    """SocketCAN in a user-mode kernel in virtual time."""
+    return Bus(Channel("socketcan", "vcan0"), (str(vcan_run), "-v", "-t", f"{patience:g}", "--"))
+
+
+def main() -> None:
+    """Run one step, or all of them for some effects and seeds."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--step", choices=["hide", "record"], help="one step, in --folder")
+    parser.add_argument("--folder", type=Path)
+    parser.add_argument("--effects", nargs="+", default=["payload"])
+    parser.add_argument("--seed", type=int, default=900, help="of the first arm")
+    parser.add_argument("--seeds", type=int, default=1, help="arms per effect")
+    parser.add_argument("--size", type=float, default=6.0, help="gap of what is hidden, in noise floors")
+    parser.add_argument("--duration", type=float, default=8.0, help="of one period of the motions, s")
+    parser.add_argument("--vcan-run", type=Path, help="runs a command in virtual time")
+    parser.add_argument("--interface", default="socketcan")
+    parser.add_argument("--channel", default="vcan0")
+    given = parser.parse_args()
+    channel = Channel(given.interface, given.channel)
+    if given.step == "hide":
+        hide(given.folder, given.effects[0], given.seed, given.size)
+    elif given.step == "record":
+        record(given.folder, channel, given.seed)
+    else:
+        bus = Bus(channel) if given.vcan_run is None else virtual_time(given.vcan_run)
+        for effect in given.effects:
+            for seed in range(given.seed, given.seed + given.seeds):
+                with tempfile.TemporaryDirectory() as folder:
+                    print(json.dumps(blind(Path(folder), effect, seed, given.size, given.duration, bus)))
+
+
+def blind(folder: Path, effect: str, seed: int, size: float, duration: float, bus: Bus) -> dict[str, Any]:
+    """All steps for one effect and one arm; what was hidden beside what was found."""
+    motions(folder, duration)
+    _step("hide", folder, seed, ("--effects", effect, "--size", str(size)))
+    _step("record", folder, seed, ("--interface", bus.channel.interface, "--channel", bus.channel.name), bus)
+    found = diagnose(folder)
+    seal = folder / "seal.json"
+    early = was_opened(seal)
+    _, scenario = truth_of(open_seal(seal, by="naming over CAN, after the diagnosis"))
+    return {
+        "hidden": [[name, list(axes)] for name, axes in scenario.effects()],
+        "seed": seed,
+        "verdict": found.diagnosis.verdict,
+        "findings": [
+            {
+                "effect": finding.effect,
+                "joints": list(finding.joints),
+                "alike": [
+                    [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
+                ],
+            }
+            for finding in found.diagnosis.findings
+        ],
+        "gap": found.content["gap"]["torque"],
+        "opened_before_the_diagnosis": list(early),
+    }
+
+
+def motions(folder: Path, duration: float) -> None:
+    """Two exciting motions: one for the accepted model and to fit, one to validate."""
+    robot = robots.load(ARM)
+    for name, seed in (("fit", 0), ("validation", 1)):
+        planned = plan(
+            robot,
+            cycle_time=robot.bus.cycle_time,
+            duration=duration,
+            seed=seed,
+            evaluations=100,
+            periods=2,
+        )
+        write_trajectory(folder / f"{name}.trajectory.json", planned, robot)
+
+
+def hide(folder: Path, effect: str, seed: int, size: float) -> None:
+    """Draw an effect for the arm of a seed; the file is for the drives alone."""
+    drawn = draw_scenario(robots.load(ARM), effect, seed, size)
+    (folder / "scenario.toml").write_text(toml_text({"format": 1, **drawn.scenario.as_dict()}))
+
+
+def record(folder: Path, channel: Channel, seed: int) -> None:
+    """Three captures over the bus: nothing hidden, then twice with what the scenario says."""
+    robot = robots.load(ARM)
+    for names, hidden in ((CAPTURES[:1], {}), (CAPTURES[1:], _hidden(folder))):
+        with SimulatedArm(ARM, channel, seed, **hidden):
+            for name in names:
+                path = folder / f"{name}.mcap"
+                stream_and_record(robot, channel, _motion(folder, name), Conditions(), path, Silent())
+
+
+def _hidden(folder: Path) -> dict[str, Any]:
+    return {"scenario": folder / "scenario.toml", "seal": folder / "seal.json"}
+
+
+def _motion(folder: Path, name: str) -> Trajectory:
+    robot = robots.load(ARM)
+    file = "validation" if name == "validation" else "fit"
+    found = read_motion(folder / f"{file}.trajectory.json", robot)
+    return Trajectory.sampled(
+        found.motion,
+        found.cycle_time,
+        family="ruckig",
+        seed=found.seed,
+        score=found.score,
+        repeat=found.repeat,
+    )
+
+
+def diagnose(folder: Path) -> DiagnoseResult:
+    """As a user does: the accepted run's model is the prior of the search."""
+    accepted = folder / "identified"
+    run_identify(IdentifyRequest((folder / "accepted.mcap",), out=accepted), Silent())
+    request = DiagnoseRequest(
+        (folder / "fit.mcap",),
+        (folder / "validation.mcap",),
+        prior=str(accepted / f"{ARM}.model.toml"),
+        out=folder / "diagnosis",
+        evaluations=0,
+    )
+    return run_diagnose(request, Silent())
+
+
+def _step(name: str, folder: Path, seed: int, more: Sequence[str], bus: Bus | None = None) -> None:
+    """A step in a process of its own."""
+    command = [sys.executable, "-m", "benchmarks.naming_over_can", "--step", name]
+    subprocess.run(
+        [*(bus.before if bus else ()), *command, "--folder", str(folder), "--seed", str(seed), *more],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+        check=True,
+        timeout=900,
+    )
+
+
+if __name__ == "__main__":
+    main()

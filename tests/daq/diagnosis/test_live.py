@@ -1,0 +1,125 @@
+"""With the arm in the loop: nothing moves without leave; what is ambiguous is moved for and asked again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robots
+from daq.diagnosis import live
+from daq.diagnosis.diagnose import DiagnoseRequest
+from daq.diagnosis.live import LiveRequest, MotionRefused, motion_words, run_live
+from daq.progress import Silent
+from daq.recording.reader import read_capture
+from drivers.simulated import draw_truth
+from drivers.simulated.scenario import Scenario
+from robots import Robot
+from tests.daq.diagnosis.offline_bench import OfflineBench
+from trajectories import Trajectory, plan
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return robots.load("tx40")
+
+
+@pytest.fixture(scope="module")
+def motion(arm: Robot) -> Trajectory:
+    return plan(arm, cycle_time=arm.bus.cycle_time, duration=3.0, seed=4, evaluations=100, periods=1)
+
+
+@dataclass
+class Searches:
+    """Stands for the search: ambiguous so many times, then named; remembers what it was asked."""
+
+    motion: Trajectory
+    ambiguous: int
+    asked: list[DiagnoseRequest] = field(default_factory=list)
+
+    def __call__(self, request: DiagnoseRequest, steps: Any) -> Any:
+        self.asked.append(request)
+        apart = SimpleNamespace(
+            trajectory=self.motion, candidates=("payload (the arm)", "base tilt (the arm)")
+        )
+        still = len(self.asked) <= self.ambiguous
+        verdict = SimpleNamespace(verdict="ambiguous" if still else "named")
+        return SimpleNamespace(apart=(apart,) if still else (), diagnosis=verdict, content={})
+
+
+def request(arm: Robot, folder: Path, *, rounds: int = 2) -> LiveRequest:
+    start = DiagnoseRequest((folder / "a.mcap",), (folder / "b.mcap",), robot="tx40")
+    return LiveRequest(start, arm, folder, rounds=rounds)
+
+
+def test_a_no_leaves_the_arm_at_rest_and_the_finding_ambiguous(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live, "run_diagnose", Searches(motion, ambiguous=9))
+    bench, questions = OfflineBench(arm, draw_truth(arm, 1)), []
+
+    def no(question: str) -> bool:
+        questions.append(question)
+        return False
+
+    found = run_live(request(arm, tmp_path), bench.stream, no, Silent())
+    assert bench.runs == 0
+    assert found.refused == "to tell payload (the arm) from base tilt (the arm)"
+    assert found.last.diagnosis.verdict == "ambiguous"
+    assert questions == [motion_words(arm, motion, found.refused)]
+    assert questions[0].startswith("tx40 will move for 3 s to tell payload")
+
+
+def test_a_yes_records_the_motion_and_asks_the_search_again_with_it(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = Searches(motion, ambiguous=1)
+    monkeypatch.setattr(live, "run_diagnose", searches)
+    hidden = Scenario.from_dict({"format": 1, "payload": {"mass": 0.5, "centre": [0.0, 0.0, 0.05]}})
+    bench = OfflineBench(arm, draw_truth(arm, 1), hidden)
+    found = run_live(request(arm, tmp_path), bench.stream, lambda question: True, Silent())
+    assert (found.last.diagnosis.verdict, found.refused, bench.runs) == ("named", "", 1)
+    assert found.recorded == (tmp_path / "tell-apart-1.mcap",)
+    assert [asked.fit for asked in searches.asked] == [
+        (tmp_path / "a.mcap",),
+        (tmp_path / "a.mcap", tmp_path / "tell-apart-1.mcap"),
+    ]
+    assert {asked.validation for asked in searches.asked} == {(tmp_path / "b.mcap",)}
+    assert len({asked.out for asked in searches.asked}) == 2
+    assert found.request.fit == searches.asked[-1].fit
+    recorded = read_capture(found.recorded[0]).samples
+    half_count = np.abs(1.0 / arm.counts_per_output_unit).max()
+    assert np.abs(recorded.reference - motion.position).max() < 2 * half_count
+
+
+def test_the_rounds_end_it(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live, "run_diagnose", Searches(motion, ambiguous=9))
+    bench = OfflineBench(arm, draw_truth(arm, 1))
+    found = run_live(request(arm, tmp_path, rounds=1), bench.stream, lambda question: True, Silent())
+    assert bench.runs == 1
+    assert (len(found.results), found.last.diagnosis.verdict, found.refused) == (2, "ambiguous", "")
+
+
+def test_without_captures_two_are_recorded_or_nothing_happens(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = Searches(motion, ambiguous=0)
+    monkeypatch.setattr(live, "run_diagnose", searches)
+    nothing = replace(request(arm, tmp_path), duration=3.0, periods=1, evaluations=100)
+    nothing = replace(nothing, diagnose=DiagnoseRequest((), robot="tx40"))
+    bench = OfflineBench(arm, draw_truth(arm, 1))
+    with pytest.raises(
+        MotionRefused, match=r"nothing was recorded: tx40 will move for 3 s to record fit\.mcap"
+    ):
+        run_live(nothing, bench.stream, lambda question: False, Silent())
+    assert (bench.runs, searches.asked) == (0, [])
+    run_live(nothing, bench.stream, lambda question: True, Silent())
+    assert bench.runs == 2
+    assert searches.asked[0].fit == (tmp_path / "fit.mcap",)
+    assert searches.asked[0].validation == (tmp_path / "validation.mcap",)
