@@ -70,7 +70,7 @@ class _Series:
         for night in every:
             if night.values.shape != baseline.values.shape:
                 raise IdentificationError(
-                    f"night {night.label or night.day:g}: {night.values.size} parameters; allowed: the"
+                    f"{_label(night)}: {night.values.size} parameters; allowed: the"
                     f" {baseline.values.size} of the baseline"
                 )
         warm = [night.celsius for night in every if night.celsius is not None]
