@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pytest
@@ -91,3 +93,19 @@ def record_cycles(path: Path, robot: Robot, cycles: int, monkeypatch: pytest.Mon
     """Record cycles 0 to ``cycles`` − 1 in chunks of ``BATCH``."""
     batches = [samples(at, min(BATCH, cycles - at), robot.n) for at in range(0, cycles, BATCH)]
     return record(path, robot, batches, monkeypatch)
+
+
+class FailingFile:
+    """A file whose disk fails, with an error of the system, after so many bytes more."""
+
+    def __init__(self, file: BinaryIO, room: int, number: int) -> None:
+        self._file, self._room, self._number = file, room, number
+
+    def write(self, data: bytes) -> int:
+        self._room -= len(data)
+        if self._room < 0:
+            raise OSError(self._number, os.strerror(self._number))
+        return self._file.write(data)
+
+    def flush(self) -> None:
+        self._file.flush()

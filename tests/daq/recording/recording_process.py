@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[3]))
 import robots
 from daq.recording.capture import CaptureError
 from daq.recording.recorder import Recorder
-from tests.daq.captures import BATCH, PERIOD, facts, samples
+from tests.daq.captures import BATCH, PERIOD, facts, samples, traffic
 
 
 def main() -> None:
@@ -29,6 +29,7 @@ def main() -> None:
         with Recorder(Path(sys.argv[1]), robot, facts(robot)) as recorder:
             while True:
                 recorder.write(samples(cycle, BATCH))
+                recorder.write_frames(traffic(robot, BATCH, time.time_ns()))
                 cycle += BATCH
                 say(str(cycle))
                 time.sleep(BATCH * PERIOD)

@@ -217,7 +217,7 @@ def test_a_killed_recorder_loses_little(seed: int, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_keeps_what_was_recorded(tmp_path: Path) -> None:
-    path, limit = tmp_path / "run.mcap", 400_000
+    path, limit = tmp_path / "run.mcap", 500_000
     with recording(path, str(limit)) as process:
         output, _ = process.communicate(timeout=60)
     *counts, refusal = output.splitlines()
