@@ -92,16 +92,18 @@ def moments(samples: Samples, period: float) -> np.ndarray[tuple[int], np.dtype[
     return (samples.cycle + np.cumsum(skipped(samples, period))) * period
 
 
-def own_misses(samples: Samples, period: float, began: float, stalls: list[Stall]) -> int:
-    """Missed deadlines outside the machine's own stalls."""
+def own_failures(samples: Samples, period: float, began: float, stalls: list[Stall]) -> tuple[int, int]:
+    """Missed deadlines and late SYNCs outside the machine's own stalls."""
     missed = skipped(samples, period)
+    late = samples.lateness - missed * period > 0.5 * period
     when = began + moments(samples, period)
     # The moments are known to a few milliseconds; the deadlines of a row lie before it.
-    return sum(
-        int(missed[k])
-        for k in np.flatnonzero(missed)
+    own = [
+        k
+        for k in np.flatnonzero((missed > 0) | late)
         if not covered(when[k] - 0.5 * missed[k] * period, stalls, 0.5 * missed[k] * period + 0.005)
-    )
+    ]
+    return int(missed[own].sum()), int(late[own].sum())
 
 
 def raw_loop(period: float, seconds: float, nodes: tuple[int, ...]) -> Raw:
@@ -179,10 +181,10 @@ def main() -> int:
         )
         period = arm.bus.cycle_time
         longest = max((end - begin for begin, end in stalls), default=0.0)
-        own = own_misses(samples, period, began, stalls)
+        own = own_failures(samples, period, began, stalls)
         print(
             f"  stalls of the machine above {1e3 * SHORTEST:g} ms: {len(stalls)}, longest "
-            f"{1e3 * longest:.1f} ms; deadlines missed outside of them: {own}"
+            f"{1e3 * longest:.1f} ms; outside of them {own[0]} deadlines missed, {own[1]} late"
         )
         print("  lateness 50 / 99 / 99.9 / 100 %: " + " / ".join(f"{value:.3f}" for value in late) + " ms")
         print(
