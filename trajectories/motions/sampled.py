@@ -128,10 +128,22 @@ def sampled_motion(
 
 
 def _resolution(values: FloatArray) -> float:
-    """The decimal step to which the largest of the values are written."""
-    leading = int(np.floor(np.log10(max(float(np.abs(values).max()), 1e-6))))
-    large = values[np.abs(values) >= 10.0**leading]
-    for decimals in range(min(0, -leading), _MOST_DIGITS - leading):
-        if large.size and np.abs(large - np.round(large, decimals)).max() < 1e-14 * 10.0**leading:
+    """The coarsest decimal step to which values of some size are written."""
+    distinct = np.unique(np.abs(values))
+    distinct = distinct[distinct > 0.0]
+    decades = np.floor(np.log10(distinct)).astype(np.int64)
+    # Writers that keep so many digits round large values more; a few round numbers are a coincidence.
+    groups = [distinct[decades == k] for k in np.unique(decades)]
+    steps = [_decimal_step(group) for group in groups if group.size >= FEWEST]
+    return max(steps) if steps else _decimal_step(distinct)
+
+
+def _decimal_step(values: FloatArray) -> float:
+    """The largest power of ten that values (N,) above 0 are multiples of; that of their last bit else."""
+    if not values.size:
+        return 0.0
+    leading = int(np.floor(np.log10(values.max())))
+    for decimals in range(-leading, _MOST_DIGITS - leading):
+        if np.abs(values - np.round(values, decimals)).max() < 1e-14 * 10.0**leading:
             return float(10.0**-decimals)
     return float(10.0 ** (leading + 1 - _MOST_DIGITS))
