@@ -1,0 +1,80 @@
+"""``armhil check``: one arm from preflight to verdict, or a fleet on buses of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from daq.catalogue import arms, baselines, models
+from daq.check.analysis import AnalysisOrder, analyse_all
+from daq.check.judged import judge_check
+from daq.check.recorded import Recorded, record_check
+from daq.check.request import CheckRequest, CheckResult
+from daq.progress import Silent, Steps
+from daq.session.recorded_runs import Conducting, unconducted
+from daq.session.streaming import Nobody, Watcher
+
+
+def run_check(
+    request: CheckRequest,
+    steps: Steps,
+    watcher: Watcher | None = None,
+    conducting: Conducting = unconducted,
+) -> CheckResult:
+    """Preflight, drive, record, identify, test, compare, verdict.
+
+    Raises:
+        ArmMismatch, LeaseHeld: the arm is another one, or somebody else drives it.
+        CheckError, BusError, DriveError, CaptureError, PlanError, SessionError, IdentificationError,
+        CatalogueError: one line each.
+        RunInterrupted, RunFailed: the run did not come to its end.
+    """
+    recorded = record_check(request, steps, watcher or Nobody(), conducting)
+    with steps.step("Identify and test"):
+        (fitted,) = analyse_all([_order(request, recorded)], "sequential", 1)
+    return judge_check(request, recorded, fitted, steps)
+
+
+def run_fleet(
+    requests: Sequence[CheckRequest], *, at_once: int = 1, backend: str = "loky", jobs: int = 2
+) -> list[CheckResult | Exception]:
+    """Check several arms; what goes wrong with one does not stop the others.
+
+    Args:
+        requests: of arms on separate buses.
+        at_once: streams that run at the same time.
+        backend, jobs: of joblib, for the identifications.
+
+    Returns:
+        for each request its result, or the error that a user can understand.
+    """
+    with ThreadPoolExecutor(max_workers=at_once) as pool:
+        recorded = list(pool.map(_tried, requests))
+    good = [
+        (request, found)
+        for request, found in zip(requests, recorded, strict=True)
+        if isinstance(found, Recorded)
+    ]
+    fitted = iter(analyse_all([_order(*pair) for pair in good], backend, jobs))
+    results: list[CheckResult | Exception] = []
+    for request, found in zip(requests, recorded, strict=True):
+        if isinstance(found, Recorded):
+            results.append(judge_check(request, found, next(fitted), Silent()))
+        else:
+            results.append(found)
+    return results
+
+
+def _tried(request: CheckRequest) -> Recorded | Exception:
+    from daq.cli.errors import interruptions, user_errors
+
+    try:
+        return record_check(request, Silent(), Nobody(), unconducted)
+    except (*user_errors(), *interruptions()) as error:
+        return error
+
+
+def _order(request: CheckRequest, recorded: Recorded) -> AnalysisOrder:
+    baseline = baselines.current(request.catalogue, arms.get(request.catalogue, recorded.arm.id).id)
+    method = None if baseline is None else models.get(request.catalogue, baseline.model_id).method
+    return AnalysisOrder(request.arm.source, recorded.capture, method)

@@ -1,0 +1,65 @@
+"""What ``armhil check --json`` and ``armhil baseline --json`` print (docs/reference/json.md)."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+from daq.catalogue.values import Baseline
+from daq.check.judged import comparison_json
+from daq.check.request import CheckResult
+
+
+def check_json(result: CheckResult) -> dict[str, Any]:
+    """One check."""
+    return {
+        "armhil": version("armhil"),
+        "arm": result.arm,
+        "verdict": result.verdict.value,
+        "exit_code": result.verdict.exit_code,
+        "previous_verdict": result.previous or None,
+        "sentence": result.sentence,
+        "warnings": list(result.warnings),
+        "run": result.run,
+        "model": result.model,
+        "check": result.check,
+        "baseline": None if result.baseline is None else baseline_json(result.baseline),
+        "test": result.fitted.result.test.verdict,
+        "comparison": None if result.comparison is None else comparison_json(result.comparison),
+        "findings": list(result.findings),
+        "capture": str(result.capture),
+        "report": str(result.report),
+    }
+
+
+def baseline_json(baseline: Baseline) -> dict[str, Any]:
+    """One baseline with everything that was said of it."""
+    return {
+        "id": baseline.id,
+        "run": baseline.run_id,
+        "model": baseline.model_id,
+        "state": baseline.state,
+        "accepted": baseline.accepted.isoformat(),
+        "description_sha256": baseline.description_sha256,
+        "events": [
+            {
+                "state": event.state,
+                "author": event.author,
+                "reason": event.reason,
+                "report": event.report,
+                "at": event.at.isoformat(),
+            }
+            for event in baseline.events
+        ],
+    }
+
+
+def performance_data(result: CheckResult) -> str:
+    """Nagios performance data: change of the torque per joint in N·m, and the p-value of tonight."""
+    compared = result.comparison
+    if compared is None:
+        return ""
+    parts = [f"'torque_change_{j}'={value:.4g}" for j, value in enumerate(compared.torque_change, start=1)]
+    if compared.between_runs is not None:
+        parts.append(f"'p_value'={compared.between_runs.p_value:.3g};;;0;1")
+    return " ".join(parts)

@@ -1,0 +1,97 @@
+"""A check of every arm of a fleet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from daq.catalogue.database import Catalogue
+from daq.check.check import run_fleet
+from daq.check.check_json import check_json
+from daq.check.fleet import Fleet
+from daq.check.request import CheckRequest, CheckResult
+from daq.files.run_folder import make_run_folder
+from ident.drift import DriftSettings
+
+REFUSED = 2
+
+
+@dataclass(frozen=True)
+class FleetChecked:
+    """What became of each arm, in the order of the fleet."""
+
+    names: tuple[str, ...]
+    outcomes: tuple[CheckResult | Exception, ...]
+
+    @property
+    def results(self) -> tuple[CheckResult, ...]:
+        """Those that were checked to the end."""
+        return tuple(one for one in self.outcomes if isinstance(one, CheckResult))
+
+    @property
+    def exit_code(self) -> int:
+        """The worst: failed before unknown before warning before fine."""
+        codes = [one.verdict.exit_code if isinstance(one, CheckResult) else REFUSED for one in self.outcomes]
+        return max(codes, key=lambda code: {0: 0, 1: 1, 3: 2, 2: 3}[code])
+
+    def as_json(self) -> dict[str, Any]:
+        """What ``check --all --json`` prints."""
+        return {
+            "armhil": version("armhil"),
+            "exit_code": self.exit_code,
+            "arms": [
+                check_json(one)
+                if isinstance(one, CheckResult)
+                else {
+                    "arm": name,
+                    "verdict": "failed",
+                    "exit_code": REFUSED,
+                    "error": " ".join(str(one).split()),
+                }
+                for name, one in zip(self.names, self.outcomes, strict=True)
+            ],
+        }
+
+
+def check_fleet(
+    fleet: Fleet,
+    catalogue: Catalogue,
+    out: Path | None,
+    settings: DriftSettings,
+    celsius: float | None,
+    *,
+    at_once: int,
+    jobs: int,
+    backend: str,
+    duration: float = 12.0,
+    evaluations: int = 6000,
+) -> FleetChecked:
+    """Check every arm; each has a folder of its own under ``out``.
+
+    Raises:
+        RobotFileError: a description cannot be read.
+        OutputError: a folder cannot be written.
+    """
+    stamp = datetime.now(tz=UTC).strftime("%Y%m%d-%H%M%S")
+    parent = out or Path("runs") / f"{stamp}-check-all"
+    requests, names = [], []
+    for number, arm in enumerate(fleet.arm, start=1):
+        order = arm.order()
+        names.append(f"{order.robot.name} on {order.channel}")
+        requests.append(
+            CheckRequest(
+                order,
+                make_run_folder(parent / f"{number:02d}-{order.robot.name}", order.robot.name),
+                catalogue,
+                None if arm.trajectory is None else Path(arm.trajectory),
+                duration,
+                evaluations,
+                celsius,
+                settings=settings,
+            )
+        )
+    outcomes = run_fleet(requests, at_once=at_once, backend=backend, jobs=jobs)
+    return FleetChecked(tuple(names), tuple(outcomes))

@@ -1,0 +1,212 @@
+"""The first half of a check: preflight, the accepted trajectory, the stream, the recording."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from daq.catalogue import arms, baselines, leases, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.identity import sha256_of
+from daq.catalogue.values import Arm, Baseline, CatalogueError
+from daq.catalogue.who import is_gone
+from daq.check.request import CheckError, CheckRequest
+from daq.files.trajectory_file import SUFFIX, write_trajectory
+from daq.progress import Steps
+from daq.recording.reader import read_capture
+from daq.session.bench import OpenArm, opened
+from daq.session.estimates import estimate, require_room
+from daq.session.motions import move_to, read_trajectory, refuse_undrivable
+from daq.session.recorded_runs import Conducting, Recording, require_completed
+from daq.session.streaming import Watcher
+from robots import Robot
+from trajectories import Trajectory, plan
+
+log = logging.getLogger(__name__)
+
+TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = "trajectory_file", "trajectory_sha256", "celsius"
+"""Facts of a run in the catalogue by which the next check finds its motion and its temperature."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recorded check on its way to be judged.
+
+    Attributes:
+        arm: in the catalogue.
+        run: its number.
+        capture: the recording.
+        celsius: (n,) temperature of the joints, or None.
+        warnings: what was noticed so far.
+    """
+
+    arm: Arm
+    run: int
+    capture: Path
+    celsius: tuple[float, ...] | None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is driven. ``sha256`` is that of the file: nights are compared on one and the same motion."""
+
+    trajectory: Trajectory
+    file: Path
+    sha256: str
+
+
+def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducting: Conducting) -> Recorded:
+    """Take the arm, drive its trajectory once, record it.
+
+    Raises:
+        BusError, DriveError, ArmMismatch, LeaseHeld: the arm cannot be had, or is another one.
+        CheckError, PlanError, TrajectoryFileError, SessionError: there is no motion that may be driven.
+        CaptureError: the recording cannot be written.
+        RunInterrupted, RunFailed: it did not come to its end.
+    """
+    catalogue, robot = request.catalogue, request.arm.robot
+    runs.settle_abandoned(catalogue)
+    free_dead_leases(catalogue, robot.name)
+    with opened(request.arm, catalogue, steps) as arm:
+        known = arms.register(catalogue, arm.identity)
+        baseline = baselines.current(catalogue, known.id)
+        if baseline is not None:
+            require_own_baseline(known, baseline, sha256_of(robot.source_text))
+        with steps.step("Preflight"):
+            motion, warnings = _motion(request, arm, known, baseline)
+        if motion is None:
+            motion = _planned(request, arm, steps)
+        refuse_undrivable(robot, motion.trajectory, motion.file)
+        require_room(request.folder, estimate(robot, motion.trajectory.duration))
+        return _stream(request, arm, known, motion, warnings, watcher, conducting, steps)
+
+
+def free_dead_leases(catalogue: Catalogue, name: str) -> tuple[str, ...]:
+    """Give back the leases of arms of a name whose holder on this host is gone; labels of those arms.
+
+    The lease of a holder on another host runs out by itself.
+    """
+    freed = []
+    for arm in arms.every(catalogue, name=name):
+        lease = leases.holder_of(catalogue, arm.id)
+        if lease is not None and is_gone(lease.holder) and leases.release(catalogue, lease):
+            log.warning("arm %s: the process that held it is gone; its lease was given back", arm.label)
+            freed.append(arm.label)
+    return tuple(freed)
+
+
+def require_own_baseline(arm: Arm, baseline: Baseline, description_sha256: str) -> None:
+    """Is the baseline of this arm, under the description that is used now?
+
+    Raises:
+        ArmMismatch: one line that names both sides.
+    """
+    arms.require_same_description(
+        arm, baseline.description_sha256, description_sha256, f"baseline of run {baseline.run_id}"
+    )
+
+
+def _motion(
+    request: CheckRequest, arm: OpenArm, known: Arm, baseline: Baseline | None
+) -> tuple[Motion | None, tuple[str, ...]]:
+    """The motion that was asked for, or the accepted one; None where one has to be planned."""
+    robot = arm.session.robot
+    accepted = None if baseline is None else _accepted_file(request.catalogue, baseline)
+    if request.trajectory is not None:
+        motion = _read(request.trajectory, robot)
+        if accepted is not None and accepted[1] != motion.sha256:
+            return motion, (
+                f"{request.trajectory} is not the accepted trajectory: arm and motion differ together",
+            )
+        return motion, ()
+    if accepted is None:
+        return None, ()
+    file, sha256 = accepted
+    whose = f"arm {known.label}'s baseline"
+    if not file.exists():
+        raise CheckError(
+            f"{file}: the trajectory of {whose} is gone; give --trajectory or accept another baseline"
+        )
+    motion = _read(file, robot)
+    if motion.sha256 != sha256:
+        raise CheckError(f"{file}: is not the trajectory any more that {whose} was accepted with")
+    return motion, ()
+
+
+def _accepted_file(catalogue: Catalogue, baseline: Baseline) -> tuple[Path, str] | None:
+    """File and checksum of the trajectory of a baseline; None where it was not made by a check."""
+    try:
+        facts = runs.get(catalogue, baseline.run_id).facts
+    except CatalogueError:
+        return None
+    if TRAJECTORY not in facts:
+        return None
+    return Path(str(facts[TRAJECTORY])), str(facts[TRAJECTORY_SHA256])
+
+
+def _read(file: Path, robot: Robot) -> Motion:
+    trajectory = read_trajectory(file, robot)
+    return Motion(trajectory, file, sha256_of(file.read_bytes().hex()))
+
+
+def _planned(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:
+    robot = arm.session.robot
+    with steps.step("Plan exciting trajectory") as update:
+        trajectory = plan(
+            robot,
+            cycle_time=robot.bus.cycle_time,
+            duration=request.duration,
+            seed=request.arm.seed,
+            start=np.array(robot.home),
+            evaluations=request.evaluations,
+            progress=lambda share, score: update(share, f"score {score:.2f}" if score < 1e3 else ""),
+        )
+    file = (request.folder / f"{robot.name}{SUFFIX}").absolute()
+    write_trajectory(file, trajectory, robot)
+    return _read(file, robot)
+
+
+def _stream(
+    request: CheckRequest,
+    arm: OpenArm,
+    known: Arm,
+    motion: Motion,
+    warnings: tuple[str, ...],
+    watcher: Watcher,
+    conducting: Conducting,
+    steps: Steps,
+) -> Recorded:
+    recording = Recording(arm, request.arm, request.catalogue, watcher, conducting)
+    way = move_to(arm, np.asarray(motion.trajectory.position[0]))
+    if way is not None:
+        with steps.step("Approach"):
+            path = request.folder / "approach.mcap"
+            _, result = recording.record("check", "Approach", way, path, stage="approach")
+            require_completed(result, path)
+    facts = {TRAJECTORY: str(motion.file.absolute()), TRAJECTORY_SHA256: motion.sha256}
+    if request.celsius is not None:
+        facts[CELSIUS] = f"{request.celsius:g}"
+    path = request.folder / "capture.mcap"
+    with steps.step("Stream and record"):
+        kept, result = recording.record("check", "Check", motion.trajectory, path, facts=facts)
+    require_completed(result, path)
+    assert kept.number is not None
+    if result.missed_cycles:
+        warnings = (*warnings, f"{result.missed_cycles} SYNC cycles were missed")
+    return Recorded(known, kept.number, path, _celsius(request, path), warnings)
+
+
+def _celsius(request: CheckRequest, path: Path) -> tuple[float, ...] | None:
+    """(n,) mean of what each joint's drive reported during the run, else what was given of the hall."""
+    joints = [joint.name for joint in request.arm.robot.joint]
+    readings: dict[str, list[float]] = {name: [] for name in joints}
+    for reading in read_capture(path).temperatures:
+        if reading.joint in readings:
+            readings[reading.joint].append(reading.celsius)
+    if all(readings.values()):
+        return tuple(float(np.mean(readings[name])) for name in joints)
+    return None if request.celsius is None else (request.celsius,) * len(joints)

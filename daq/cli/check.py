@@ -1,0 +1,138 @@
+"""`armhil check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import (
+    ChannelName,
+    Interface,
+    Json,
+    NewArm,
+    Quiet,
+    Simulated,
+    StandsAt,
+    arm_order_of,
+    console_of,
+    print_json,
+    say,
+    steps_of,
+    watcher_of,
+)
+
+
+@app.command()
+def check(
+    robot: Annotated[
+        str | None,
+        typer.Argument(
+            help="A shipped arm (see `armhil robots`) or a robot.toml.", show_default="with --all"
+        ),
+    ] = None,
+    everyone: Annotated[bool, typer.Option("--all", help="Every arm of the fleet.")] = False,
+    fleet: Annotated[
+        Path | None, typer.Option(help="fleet.toml of --all.", show_default="the user's")
+    ] = None,
+    interface: Interface = None,
+    channel: ChannelName = None,
+    simulated: Simulated = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    trajectory: Annotated[
+        Path | None, typer.Option(help="What to drive.", show_default="the accepted one, else a new plan")
+    ] = None,
+    duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="Of a new plan, s.")] = 12.0,
+    evaluations: Annotated[int, typer.Option(min=100, help="Trials of a new plan's search.")] = 6000,
+    celsius: Annotated[
+        float | None, typer.Option(min=-40, max=80, help="Of the hall.", show_default="what drives report")
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(min=0.001, max=1.0, help="Share of a joint's torque that may change.")
+    ] = 0.05,
+    false_alarms: Annotated[float, typer.Option(min=0.01, max=50.0, help="Allowed per arm and year.")] = 0.5,
+    per_year: Annotated[float, typer.Option(min=1.0, max=9000.0, help="Checks in a year.")] = 365.0,
+    search: Annotated[
+        bool, typer.Option("--search", help="Look for a new effect where nothing known explains a change.")
+    ] = False,
+    stands_at: StandsAt = None,
+    new_arm: NewArm = False,
+    at_once: Annotated[int, typer.Option(min=1, help="Streams at the same time, with --all.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that identify, with --all.")] = 2,
+    backend: Annotated[str, typer.Option(help="Of joblib, with --all: loky, sequential.")] = "loky",
+    notify: Annotated[
+        Path | None,
+        typer.Option(help="notify.toml: who is told of a new verdict.", show_default="the user's"),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-check-<robot>")
+    ] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> int:
+    """Identify an arm again, compare it with its baseline, and say what has moved. Nagios exit codes.
+
+    Example: [bold]armhil check tx40 --simulated[/]
+    """
+    from daq.catalogue.database import Catalogue
+    from daq.check.check import run_check
+    from daq.check.check_json import check_json
+    from daq.check.fleet import read_fleet
+    from daq.check.fleet_run import check_fleet
+    from daq.check.request import CheckError, CheckRequest
+    from daq.check.terminal import print_check, print_fleet
+    from daq.files.run_folder import make_run_folder
+    from daq.notify.notify import notify_of
+    from daq.session.recorded_runs import unconducted
+    from ident.drift import DriftSettings
+
+    settings = DriftSettings(
+        false_alarms_per_year=false_alarms, nights_per_year=per_year, tolerance=tolerance
+    )
+    console = console_of(as_json)
+    if everyone == (robot is not None):
+        raise CheckError("give one ROBOT, or --all for the fleet")
+    with Catalogue() as catalogue:
+        if everyone:
+            done = check_fleet(
+                read_fleet(fleet),
+                catalogue,
+                out,
+                settings,
+                celsius,
+                at_once=at_once,
+                jobs=jobs,
+                backend=backend,
+            )
+            for result in done.results:
+                notify_of(result, catalogue, notify)
+            if as_json:
+                print_json(done.as_json())
+            print_fleet(console, done)
+            return done.exit_code
+        assert robot is not None
+        order = arm_order_of(
+            robot, interface, channel, simulated=simulated, seed=seed, new_arm=new_arm, stands_at=stands_at
+        )
+        request = CheckRequest(
+            order,
+            make_run_folder(out, f"check-{order.robot.name}"),
+            catalogue,
+            trajectory,
+            duration,
+            evaluations,
+            celsius,
+            search,
+            settings,
+        )
+        watcher = watcher_of(console, order.robot, quiet)
+        result = run_check(request, steps_of(console, quiet), watcher, unconducted)
+        for warning in result.warnings:
+            say(f"WARNING: {warning}")
+        notify_of(result, catalogue, notify)
+    if as_json:
+        print_json(check_json(result))
+    print_check(console, result)
+    return result.verdict.exit_code

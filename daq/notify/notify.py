@@ -1,0 +1,105 @@
+"""Tell somebody that the verdict on an arm has changed: webhook, mail, apprise; never in the check's way."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from daq.check.request import CheckResult
+from daq.notify.settings import NotifyError, notify_path, read_notify
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Message:
+    """What is told."""
+
+    arm: str
+    verdict: str
+    previous: str
+    sentence: str
+    link: str
+
+    @property
+    def subject(self) -> str:
+        """One line."""
+        before = f" (was {self.previous})" if self.previous else ""
+        return f"armhil: {self.arm} is {self.verdict}{before}"
+
+    @property
+    def text(self) -> str:
+        """The sentence and where to read on."""
+        return f"{self.sentence}\n\n{self.link}\n"
+
+    def as_dict(self) -> dict[str, str]:
+        """What a webhook gets."""
+        return {
+            "arm": self.arm,
+            "verdict": self.verdict,
+            "previous": self.previous,
+            "sentence": self.sentence,
+            "link": self.link,
+        }
+
+
+def message_of(result: CheckResult, base_url: str) -> Message | None:
+    """What is to be told of a check; None where its verdict is that of the check before."""
+    if result.verdict.value == result.previous or (not result.previous and result.verdict.value == "ok"):
+        return None
+    link = f"{base_url.rstrip('/')}/runs/{result.run}" if base_url else str(result.report)
+    return Message(result.arm, result.verdict.value, result.previous, result.sentence, link)
+
+
+def notify_of(result: CheckResult, catalogue: Any, path: Path | None = None) -> int | None:
+    """Tell of a new verdict; a process of its own does it and tries again, so that the check never waits.
+
+    Args:
+        result: of the check.
+        catalogue: unused by the message; kept open by the caller.
+        path: notify.toml; the user's where None, and nobody is told where there is none.
+
+    Returns:
+        the process id of the sender, or None where there is nothing to tell or nobody to tell it to.
+
+    Raises:
+        NotifyError: the file that was given cannot be read.
+    """
+    del catalogue
+    file = path or notify_path()
+    if path is None and not file.exists():
+        return None
+    try:
+        settings = read_notify(file)
+    except NotifyError as error:
+        if path is not None:
+            raise
+        log.error("%s", error)  # the verdict stands, whatever the file says
+        return None
+    message = message_of(result, settings.base_url)
+    if message is None:
+        return None
+    return start_sender(file, message).pid
+
+
+def start_sender(file: Path, message: Message) -> subprocess.Popen[bytes]:
+    """A process of its own session that tells one message; its log is beside the settings."""
+    order = json.dumps({"settings": str(file.absolute()), "message": message.as_dict()})
+    process = subprocess.Popen(
+        [sys.executable, "-m", "daq.notify"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env=dict(os.environ),
+    )
+    assert process.stdin is not None
+    process.stdin.write(order.encode())
+    process.stdin.close()
+    return process
