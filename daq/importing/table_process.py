@@ -162,7 +162,8 @@ def serve(source: IO[bytes], answers: IO[bytes]) -> None:
             columns = _read(path)
             answer: dict[str, Any] = {"columns": [(name, len(values)) for name, values in columns.items()]}
         except CaptureError as error:
-            columns, answer = {}, {"error": str(error)}
+            # Libraries break their lines.
+            columns, answer = {}, {"error": " ".join(str(error).split())}
         text = json.dumps({**answer, "warnings": warnings.lines})
         answers.write(text.encode() + b"\n")
         for values in columns.values():
