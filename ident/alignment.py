@@ -15,7 +15,7 @@ import numpy as np
 from ident.covariance import weighted_score_covariance
 from ident.estimators import Stacked
 from ident.estimators.fit import stack_columns
-from ident.observation import Rows, observed_torque, observed_torque_rate
+from ident.observation import ObservedTorque, Rows
 from ident.recording import Recording
 from ident.restricted import regression_whitening
 from ident.whitening import Whitening
@@ -92,14 +92,14 @@ def estimate_lag(
     row = sample_time * settings.decimation
     lag, step, sigma, rate_at = given, np.inf, np.inf, np.inf
     torque, rate = stacked.y, stacked.y
+    observed = [ObservedTorque.of(robot, recording, settings) for recording in recordings]
     for _ in range(_ITERATIONS):
-        here = settings.model_copy(update={"control_signal_lag": lag})
         if abs(lag - rate_at) > _SAME_RATE * row:
-            rates = np.concatenate([observed_torque_rate(robot, r, here) for r in recordings])
+            rates = np.concatenate([torques.rate_at(lag) for torques in observed])
             rate = _stack(rows, rates) * weights
             rate -= basis @ (basis.T @ rate)
             sigma, rate_at = _deviation(rows, rate, weights, whitening), lag
-        torque = np.concatenate([observed_torque(robot, r, here) for r in recordings])
+        torque = np.concatenate([torques.at(lag) for torques in observed])
         step = float(rate @ (_stack(rows, torque) * weights) / (rate @ rate))
         lag += step
         if abs(step) < _STILL * sigma or abs(lag - given) > _FARTHEST:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ident.base import BaseParameters
+from ident.base import BaseParameters, random_states
 from ident.between_samples import with_mean_control_signal
 from ident.effects import (
     AsymmetricFriction,
@@ -22,8 +22,8 @@ from ident.effects import (
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.signals import (
+    AlignedControlSignal,
     Motion,
-    aligned_control_signal,
     decimate,
     decimate_index,
     decimation_reach,
@@ -49,8 +49,12 @@ _WITHOUT_HISTORY = (
 )
 """Effects that look at each sample alone."""
 
-_SAMPLES_AT_ONCE = 200
+_SAMPLES_AT_ONCE = 400
 """Samples at which the regressor is evaluated together: a piece of it stays in the cache."""
+
+
+_STATES = 64
+"""Random states that show which columns are zero by structure."""
 
 
 @dataclass(frozen=True)
@@ -126,56 +130,82 @@ def observed_torque(robot: Robot, recording: Recording, settings: Identification
     Returns:
         rows × joints.
     """
-    torque = _sampled_torque(robot, recording, settings)
-    keep = kept_samples(recording.time.shape[0], settings)
-    return decimate(torque[keep], settings.decimation, settings.decimation_filter)
+    return ObservedTorque.of(robot, recording, settings).at(settings.control_signal_lag)
 
 
-def observed_torque_rate(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:
-    """dτ/dt of the rows, N·m/s (or N/s), rows × joints: what a shift in time adds to the torque."""
-    torque = _sampled_torque(robot, recording, settings)
-    smooth = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
-    rate = differentiate(smooth, recording.sample_time, settings.derivative_accuracy)
-    keep = kept_samples(recording.time.shape[0], settings)
-    return decimate(rate[keep], settings.decimation, settings.decimation_filter)
+@dataclass(frozen=True)
+class ObservedTorque:
+    """The joint torques of a recording's rows at any lag of the control signal, rows × joints.
 
+    Attributes:
+        robot: gains and transmission.
+        signal: of the recording.
+        settings: filters and decimation; not their lag.
+    """
 
-def _sampled_torque(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:
-    if settings.control_signal_reading == "sampled":
-        recording = with_mean_control_signal(robot, recording)
-    return robot.joint_torque(aligned_control_signal(recording, settings.control_signal_lag))
+    robot: Robot
+    signal: AlignedControlSignal
+    settings: Identification
+
+    @classmethod
+    def of(cls, robot: Robot, recording: Recording, settings: Identification) -> ObservedTorque:
+        if settings.control_signal_reading == "sampled":
+            recording = with_mean_control_signal(robot, recording)
+        return cls(robot, AlignedControlSignal(recording), settings)
+
+    def at(self, lag: float) -> FloatArray:
+        """Torque, N·m (or N), with the control signal ``lag`` seconds late."""
+        return self._rows(self.robot.joint_torque(self.signal.at(lag)))
+
+    def rate_at(self, lag: float) -> FloatArray:
+        """dτ/dt, N·m/s (or N/s): what a shift in time adds to the torque."""
+        settings, recording = self.settings, self.signal.recording
+        torque = self.robot.joint_torque(self.signal.at(lag))
+        smooth = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
+        return self._rows(differentiate(smooth, recording.sample_time, settings.derivative_accuracy))
+
+    def _rows(self, values: FloatArray) -> FloatArray:
+        keep = kept_samples(values.shape[0], self.settings)
+        return decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
 
 
 def _columns(base: BaseParameters, moved: Motion, settings: Identification) -> FloatArray:
-    """The base regressor of a motion through the decimation filter.
-
-    Filtered without the columns that are zero by structure, which saves half of the work.
-    """
-    full = _evaluated(base, State(moved.position, moved.velocity, moved.acceleration))
+    """The base regressor of a motion through the decimation filter."""
+    state = State(moved.position, moved.velocity, moved.acceleration)
+    samples, joints = moved.position.shape
+    count = len(base.names)
     if settings.decimation == 1:
-        return full
-    samples = full.shape[0]
-    series = full.reshape(samples, -1)
-    present = np.flatnonzero(series.any(axis=0))
-    thin = np.zeros((decimate_index(samples, settings.decimation).size, series.shape[1]))
-    for start in range(0, present.size, _COLUMNS_AT_ONCE):
-        chosen = present[start : start + _COLUMNS_AT_ONCE]
-        thin[:, chosen] = decimate(series[:, chosen], settings.decimation, settings.decimation_filter)
-    return thin.reshape(-1, *full.shape[1:])
-
-
-def _evaluated(base: BaseParameters, state: State) -> FloatArray:
-    """Base columns at the states, samples × joints × b; piece by piece, so that a piece stays in the cache.
-
-    An effect with a history sees the whole motion at once.
-    """
-    if not all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
         return base.columns(state)
-    full = np.empty((*state.position.shape, len(base.names)))
-    for start in range(0, full.shape[0], _SAMPLES_AT_ONCE):
+    present, series = _series(base, state)
+    thin = np.zeros((decimate_index(samples, settings.decimation).size, joints * count))
+    for start in range(0, present.size, _COLUMNS_AT_ONCE):
+        part = slice(start, start + _COLUMNS_AT_ONCE)
+        rows = decimate(series[part], settings.decimation, settings.decimation_filter, axis=1)
+        thin[:, present[part]] = rows.T
+    return thin.reshape(-1, joints, count)
+
+
+def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:
+    """Which of the joints × b columns are not zero by structure, and these as rows, so that each is a run of
+    memory for the filter. Evaluated piece by piece, since a piece stays in the cache; an effect with a
+    history sees the whole motion at once.
+    """
+    samples = state.position.shape[0]
+    if not all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
+        full = base.columns(state).reshape(samples, -1)
+        present = np.flatnonzero(full.any(axis=0))
+        return present, np.ascontiguousarray(full[:, present].T)
+    sight = base.columns(random_states(base.model.robot, 0, _STATES)).reshape(_STATES, -1)
+    present = np.flatnonzero(sight.any(axis=0))
+    joint, column = np.divmod(present, len(base.names))
+    standard = joint * len(base.model.names) + base.independent[column]
+    series = np.empty((present.size, samples))
+    for start in range(0, samples, _SAMPLES_AT_ONCE):
         part = slice(start, start + _SAMPLES_AT_ONCE)
-        full[part] = base.columns(State(state.position[part], state.velocity[part], state.acceleration[part]))
-    return full
+        piece = State(state.position[part], state.velocity[part], state.acceleration[part])
+        columns = base.model.columns(piece)
+        series[:, part] = columns.reshape(columns.shape[0], -1)[:, standard].T
+    return present, series
 
 
 def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:

@@ -7,6 +7,7 @@ MATLAB's ``filtfilt`` and ``decimate`` for padding and phase, so that published 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Literal
 
 import numpy as np
@@ -133,20 +134,31 @@ def kept_samples(samples: int, settings: Identification) -> slice:
     return slice(start, samples - end)
 
 
-def aligned_control_signal(recording: Recording, lag: float) -> FloatArray:
-    """The control signal at the instants of the positions: v_τ(t − lag), samples × drives.
+@dataclass(frozen=True)
+class AlignedControlSignal:
+    """The control signal at the instants of the positions: v_τ(t − lag), samples × drives, for any lag.
 
     A sampled controller holds its output, so the torque at an instant is on average the control signal
     of half a controller period (plus its computing delay) before. Uncorrected it reads as jerk and
     biases the inertias.
     """
-    if lag == 0:
-        return recording.control_signal
-    spline = CubicSpline(recording.time, recording.control_signal, axis=0)
-    return np.asarray(spline(np.maximum(recording.time - lag, recording.time[0])))
+
+    recording: Recording
+
+    def at(self, lag: float) -> FloatArray:
+        if lag == 0:
+            return self.recording.control_signal
+        time = self.recording.time
+        return np.asarray(self._spline(np.maximum(time - lag, time[0])))
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self.recording.time, self.recording.control_signal, axis=0)
 
 
-def decimate(values: FloatArray, factor: int, kind: DecimationFilter = "chebyshev") -> FloatArray:
+def decimate(
+    values: FloatArray, factor: int, kind: DecimationFilter = "chebyshev", axis: int = 0
+) -> FloatArray:
     """Parallel decimation: a zero-phase low-pass at 0.8/factor of half the sampling rate, then down.
 
     ``chebyshev``: type I of order 8, 0.05 dB, both ways, as MATLAB's ``decimate``; factors above 13 go in
@@ -157,18 +169,19 @@ def decimate(values: FloatArray, factor: int, kind: DecimationFilter = "chebyshe
     nout = ceil(samples/factor).
 
     Args:
-        values: samples × channels (or more axes; time is the first).
+        values: samples × channels (or more axes).
         factor: keep one in so many.
         kind: the filter.
+        axis: of time.
     """
     if kind == "fir":
         if factor == 1:
             return values
         taps = firwin(2 * decimation_reach(factor, kind) + 1, 0.8 / factor, window=("kaiser", _FIR_BETA))
-        smooth = convolve1d(values, taps, axis=0, mode="nearest")
-        return np.asarray(smooth[decimate_index(values.shape[0], factor)])
+        smooth = convolve1d(values, taps, axis=axis, mode="nearest")
+        return np.asarray(np.take(smooth, decimate_index(values.shape[axis], factor), axis=axis))
     for stage in decimation_stages(factor):
-        values = _decimate_once(values, stage)
+        values = _decimate_once(values, stage, axis)
     return values
 
 
@@ -187,10 +200,17 @@ def decimation_stages(factor: int) -> list[int]:
     return [*stages, factor] if factor > 1 else stages
 
 
-def _decimate_once(values: FloatArray, factor: int) -> FloatArray:
+def _decimate_once(values: FloatArray, factor: int, axis: int) -> FloatArray:
+    numerator, denominator = _chebyshev(factor)
+    smooth = filtfilt(numerator, denominator, values, axis=axis, padlen=_DECIMATION_PADDING)
+    kept = slice(_first_kept(values.shape[axis], factor), None, factor)
+    return np.asarray(smooth[(slice(None),) * axis + (kept,)])
+
+
+@cache
+def _chebyshev(factor: int) -> tuple[FloatArray, FloatArray]:
     numerator, denominator = cheby1(8, 0.05, 0.8 / factor)
-    smooth = filtfilt(numerator, denominator, values, axis=0, padlen=_DECIMATION_PADDING)
-    return np.asarray(smooth[_first_kept(values.shape[0], factor) :: factor])
+    return numerator, denominator
 
 
 def _first_kept(samples: int, factor: int) -> int:

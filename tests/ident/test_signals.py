@@ -11,7 +11,7 @@ import robots
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.signals import (
-    aligned_control_signal,
+    AlignedControlSignal,
     decimate,
     decimate_index,
     decimation_reach,
@@ -127,6 +127,6 @@ def test_alignment_shifts_the_control_signal_by_its_lag() -> None:
     time = np.arange(500) * 0.004
     signal = np.sin(2 * np.pi * 2.0 * time)[:, np.newaxis]
     recording = Recording("sine", time, None, np.zeros_like(signal), signal)
-    aligned = aligned_control_signal(recording, 0.0005)
+    aligned = AlignedControlSignal(recording).at(0.0005)
     assert np.abs(aligned[5:-5, 0] - np.sin(2 * np.pi * 2.0 * (time[5:-5] - 0.0005))).max() < 1e-6
-    assert aligned_control_signal(recording, 0.0) is signal
+    assert AlignedControlSignal(recording).at(0.0) is signal
