@@ -13,26 +13,22 @@ from daq.catalogue.keep import Made, keep_identified
 from daq.catalogue.kept_run import KeptRun, kept_run, trajectory_words
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
-from daq.identification.run_facts import outcome_facts, report_facts, run_facts
+from daq.identification.run_facts import report_facts
 from daq.importing.load import capture_recordings
-from daq.progress import Steps
+from daq.progress import Steps, Update
 from daq.recording.capture import Capture
-from daq.recording.listener import listening
 from daq.recording.reader import read_capture
-from daq.recording.recorder import Recorder
-from drivers import ArmSession, BusError, Channel, Samples
+from daq.session.recorded_runs import Conducting, require_completed, unconducted
+from daq.session.session_error import RunFailed, RunInterrupted
+from daq.session.states import Conduct
+from daq.session.streaming import StreamOrder, Watcher, stream_recorded
+from drivers import ArmSession, BusError, Channel, Samples, StreamResult
 from drivers.simulated import PlantTruth, SimulatedArm
 from ident import BaseParameters, Fitted, drive_parameters, identify
 from robots import Robot
 from trajectories import Trajectory, plan
 
-
-class RunInterrupted(Exception):
-    """The run was stopped on request; the arm is at rest and the capture so far is readable."""
-
-
-class RunFailed(Exception):
-    """The arm ended the run itself; the capture so far is readable."""
+__all__ = ["DemoRequest", "DemoResult", "RunFailed", "RunInterrupted", "run_demo", "true_base_parameters"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +45,8 @@ class DemoRequest:
         periods: how often it is repeated.
         evaluations: trials of the trajectory search.
         catalogue: where the run and its model are kept; nowhere where None.
+        watcher: sees the stream; a progress bar where None.
+        conducting: gives the conduct of the stream.
     """
 
     robot: Robot
@@ -60,6 +58,8 @@ class DemoRequest:
     periods: int
     evaluations: int
     catalogue: Catalogue | None = None
+    watcher: Watcher | None = None
+    conducting: Conducting = unconducted
 
 
 @dataclass(frozen=True)
@@ -157,39 +157,40 @@ def _plan(request: DemoRequest, session: ArmSession, steps: Steps) -> Trajectory
         )
 
 
+@dataclass
+class _Bar:
+    """Shows a stream as one more step of the demonstration."""
+
+    update: Update
+    total: int = 1
+
+    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
+        self.total = len(trajectory.time)
+
+    def samples(self, samples: Samples) -> None:
+        if len(samples):
+            cycle = int(samples.cycle[-1])
+            missing = int((~samples.complete).sum())
+            word = f"cycle {cycle}, {missing} late TPDOs" if missing else f"cycle {cycle}"
+            self.update(cycle / self.total, word)
+
+    def end(self, result: StreamResult | None) -> None:
+        """The step ends by itself."""
+
+
 def _stream(
     request: DemoRequest, session: ArmSession, trajectory: Trajectory, steps: Steps, kept: KeptRun
 ) -> Path:
     """Stream and record; returns the capture's path."""
     path = request.folder / "capture.mcap"
-    total = trajectory.time.shape[0]
-    run = {
-        "channel": str(request.channel),
-        "kind": SIMULATED,
-        "seed": str(request.seed),
-        "periods": str(request.periods),
-    }
-    facts = run_facts(request.robot, run, trajectory, session.drives)
-    with (
-        steps.step("Stream and record") as update,
-        listening(request.channel, request.robot.bus.bitrate) as listener,
-        Recorder(path, request.robot, facts, listener=listener) as recorder,
-    ):
-
-        def keep(samples: Samples) -> None:
-            recorder.write(samples)
-            if len(samples.cycle):
-                cycle = int(samples.cycle[-1])
-                missing = int((~samples.complete).sum())
-                update(cycle / total, f"cycle {cycle}, {missing} late TPDOs" if missing else f"cycle {cycle}")
-
-        result = session.stream(trajectory.position, keep)
-        recorder.finish(outcome_facts(result))
+    run = {"kind": SIMULATED, "seed": str(request.seed), "periods": str(request.periods)}
+    order = StreamOrder(f"{request.robot.name}: demonstration", trajectory, path, run)
+    with request.conducting() as conduct:
+        if request.watcher is not None:
+            result = stream_recorded(session, order, request.watcher, conduct)
+        else:
+            with steps.step("Stream and record") as update:
+                result = stream_recorded(session, order, _Bar(update), conduct)
     kept.streamed(result, path)
-    if result.outcome == "stopped":
-        raise RunInterrupted(
-            f"stopped ({result.reason}): axes at rest and disabled, {result.cycles} cycles kept in {path}"
-        )
-    if result.outcome != "completed":
-        raise RunFailed(f"the run ended early: {result.reason}; {result.cycles} cycles kept in {path}")
+    require_completed(result, path)
     return path

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime, timedelta
+from threading import Event, Thread
 from typing import Any
 
 from sqlalchemy import Row, delete, select, update
@@ -14,6 +16,8 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms, leases
 from daq.catalogue.values import CatalogueError, Lease, LeaseHeld
 from daq.catalogue.who import now, this_process
+
+log = logging.getLogger(__name__)
 
 
 def take(
@@ -101,6 +105,34 @@ def leased(catalogue: Catalogue, arm_id: int, seconds: float) -> Iterator[Lease]
         yield lease
     finally:
         release(catalogue, lease)
+
+
+@contextmanager
+def held(catalogue: Catalogue, arm_id: int, seconds: float = 60.0) -> Iterator[Lease]:
+    """Hold the lease of an arm for as long as the block lasts, however long that is.
+
+    A thread renews it; where this process dies, nobody does, and it runs out after ``seconds``.
+
+    Raises:
+        LeaseHeld: somebody else has it.
+    """
+    ended = Event()
+
+    def renew_until_ended(lease: Lease) -> None:
+        while not ended.wait(seconds / 3):
+            try:
+                lease = renew(catalogue, lease, seconds)
+            except CatalogueError as error:
+                log.warning("%s", error)
+
+    with leased(catalogue, arm_id, seconds) as lease:
+        renewing = Thread(target=renew_until_ended, args=(lease,), name="lease", daemon=True)
+        renewing.start()
+        try:
+            yield lease
+        finally:
+            ended.set()
+            renewing.join()
 
 
 def _lease_of(row: Row[Any]) -> Lease:

@@ -32,20 +32,27 @@ def print_runs(console: Console, runs: Sequence[Run]) -> None:
     if not runs:
         console.print("No runs. `armhil demo` makes one.", highlight=False)
         return
-    table = _table("run", "started", "arm", "kind", "how it ended", "trajectory", "note")
-    for run in runs:
-        kind = f"{run.kind} {run.stage}".strip()
-        note = run.note.partition("\n")[0]
-        table.add_row(
-            str(run.id),
-            _local(run.started),
-            escape(run.arm),
-            kind,
-            _ending(run),
-            escape(run.trajectory),
-            escape(note),
-        )
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    rows = [_run_cells(run) for run in runs]
+    for heading in ("run", "started", "arm", "kind", "ended"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("trajectory", "note"):
+        table.add_column(heading)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
+
+
+def _run_cells(run: Run) -> tuple[str, ...]:
+    return (
+        str(run.id),
+        _local(run.started)[:16],
+        escape(run.arm),
+        f"{run.kind} {run.stage}".strip(),
+        _ending(run),
+        escape(run.trajectory),
+        escape(run.note.partition("\n")[0]),
+    )
 
 
 def print_details(console: Console, details: RunDetails) -> None:
@@ -156,13 +163,6 @@ def print_prune(console: Console, plan: PrunePlan, heading: str) -> None:
         console.print(line, soft_wrap=True, highlight=False)
     total = sum(entry.size for entry in plan.prunable)
     console.print(f"{len(plan.prunable)} recordings, {_megabytes(total)}", highlight=False)
-
-
-def _table(*headings: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    for heading in headings:
-        table.add_column(heading)
-    return table
 
 
 def _model_line(model: Model) -> str:

@@ -19,6 +19,22 @@ Out = Annotated[
     Path | None, typer.Option("--out", help="Folder for the results.", show_default="runs/<time>-<robot>")
 ]
 NoCatalogue = Annotated[bool, typer.Option("--no-catalogue", help="Keep nothing of this in the catalogue.")]
+Interface = Annotated[
+    str | None, typer.Option("--interface", help="python-can interface.", show_default="the robot's")
+]
+ChannelName = Annotated[
+    str | None, typer.Option("--channel", help="Channel on it.", show_default="the robot's")
+]
+Simulated = Annotated[bool, typer.Option("--simulated", help="Start simulated drives on the bus.")]
+NewArm = Annotated[
+    bool, typer.Option("--new-arm", help="Drives that are not known under this name are another arm.")
+]
+StandsAt = Annotated[
+    str | None,
+    typer.Option("--stands-at", help="Posture read off the arm: n positions, comma.", show_default="none"),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no live view.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
 RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil runs`).", metavar="RUN")]
 
 
@@ -61,3 +77,55 @@ def catalogue_of(without: bool) -> Any:
     from daq.catalogue.database import Catalogue
 
     return None if without else Catalogue()
+
+
+def steps_of(console: Any, quiet: bool) -> Any:
+    """Progress on the console, or nowhere."""
+    from daq.identification.terminal import TerminalSteps
+    from daq.progress import Silent
+
+    return Silent() if quiet else TerminalSteps(console)
+
+
+def watcher_of(console: Any, robot: Any, quiet: bool) -> Any:
+    """A live view on the console, or nobody."""
+    from daq.session.live_view import LiveView
+    from daq.session.streaming import Nobody
+
+    return Nobody() if quiet else LiveView(console, robot)
+
+
+def asking(yes: bool, simulated: bool, as_json: bool) -> Any:
+    """Who is asked before an arm moves: nobody where it is simulated or ``--yes`` was given.
+
+    Raises:
+        NotMoved: when asked where nobody can answer.
+    """
+    from daq.session.session_error import NotMoved
+
+    def ask(question: str) -> bool:
+        if not sys.stdin.isatty():
+            raise NotMoved("asks before the arm moves; give --yes where nobody can answer")
+        return typer.confirm(question, err=as_json)
+
+    return (lambda question: True) if yes or simulated else ask
+
+
+def arm_order_of(
+    robot: str,
+    interface: str | None,
+    channel: str | None,
+    *,
+    simulated: bool,
+    seed: int,
+    new_arm: bool,
+    stands_at: str | None,
+) -> Any:
+    """Which arm, where, from the options of a command that moves it."""
+    import robots
+    from daq.planning.plan_options import posture_of
+    from daq.session.bench import ArmOrder
+
+    arm = robots.load(robot)
+    bus = bus_of(arm, interface, channel)
+    return ArmOrder(arm, robot, bus, simulated, seed, new_arm, posture_of(stands_at))

@@ -7,7 +7,19 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, NoCatalogue, Out, RobotName, catalogue_of, code_of, console_of, print_json
+from daq.cli.common import (
+    Json,
+    NoCatalogue,
+    Out,
+    Quiet,
+    RobotName,
+    catalogue_of,
+    code_of,
+    console_of,
+    print_json,
+    steps_of,
+    watcher_of,
+)
 
 
 @app.command()
@@ -22,6 +34,7 @@ def demo(
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
     periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    quiet: Quiet = False,
     no_catalogue: NoCatalogue = False,
     as_json: Json = False,
 ) -> int:
@@ -33,7 +46,8 @@ def demo(
     from daq.demo import DemoRequest, run_demo
     from daq.files.run_folder import make_run_folder
     from daq.identification.identification_json import identification_json
-    from daq.identification.terminal import TerminalSteps, print_identification
+    from daq.identification.terminal import print_identification
+    from daq.session.keyboard import by_keyboard
     from drivers import Channel
 
     arm = robots.load(robot)
@@ -42,9 +56,21 @@ def demo(
     )
     catalogue = catalogue_of(no_catalogue)
     folder = make_run_folder(out, arm.name)
-    request = DemoRequest(arm, robot, bus, seed, folder, duration, periods, evaluations, catalogue)
     console = console_of(as_json)
-    result = run_demo(request, TerminalSteps(console))
+    request = DemoRequest(
+        arm,
+        robot,
+        bus,
+        seed,
+        folder,
+        duration,
+        periods,
+        evaluations,
+        catalogue,
+        watcher=watcher_of(console, arm, quiet) if console.is_terminal else None,
+        conducting=by_keyboard,
+    )
+    result = run_demo(request, steps_of(console, quiet))
     if as_json:
         print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
     print_identification(console, result.fitted.result, result.truth)

@@ -12,7 +12,12 @@ from daq.cli.common import Json, bus_of, console_of, print_json
 
 @app.command()
 def doctor(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: Annotated[
+        str | None,
+        typer.Argument(
+            help="A shipped arm (see `armhil robots`) or a robot.toml; without one, this machine."
+        ),
+    ] = None,
     interface: Annotated[
         str | None, typer.Option(help="python-can interface.", show_default="the robot's")
     ] = None,
@@ -24,10 +29,11 @@ def doctor(
     Example: [bold]armhil doctor tx40[/]
     """
     import robots
-    from daq.doctor import CODES, describe, doctor_json, examine, worst
+    from daq.doctor import describe, doctor_json, examine
+    from daq.doctor_check import CODES, worst
 
-    arm = robots.load(robot)
-    bus = bus_of(arm, interface, channel)
+    arm = None if robot is None else robots.load(robot)
+    bus = None if arm is None else bus_of(arm, interface, channel)
     checks = examine(arm, bus)
     if as_json:
         print_json(doctor_json(arm, bus, checks))

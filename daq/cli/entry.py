@@ -12,6 +12,9 @@ import typer
 from typer.exceptions import TyperException
 
 from daq.cli import (
+    baseline,
+    check,
+    commission,
     compare,
     controller,
     demo,
@@ -27,6 +30,7 @@ from daq.cli import (
     recover,
     rerun,
     robots,
+    run,
     runs,
     show,
     sim,
@@ -46,6 +50,10 @@ COMMANDS = (
     controller,
     plan,
     diagnose,
+    commission,
+    run,
+    check,
+    baseline,
     runs,
     show,
     note,

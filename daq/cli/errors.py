@@ -5,7 +5,7 @@ from __future__ import annotations
 
 def interruptions() -> tuple[type[Exception], ...]:
     """A stop on request. Imported only once there is an exception to compare with."""
-    from daq.demo import RunInterrupted
+    from daq.session.session_error import RunInterrupted
 
     return (RunInterrupted,)
 
@@ -13,15 +13,18 @@ def interruptions() -> tuple[type[Exception], ...]:
 def user_errors() -> tuple[type[Exception], ...]:
     """What a user can cause; each says in one line what is wrong and what is allowed."""
     from daq.catalogue.values import CatalogueError
-    from daq.demo import RunFailed
+    from daq.check.fleet import FleetFileError
+    from daq.check.request import CheckError
     from daq.diagnosis.live import MotionRefused
     from daq.files.cell_file import CellFileError
     from daq.files.model_file import ModelFileError
     from daq.files.payload_file import PayloadFileError
     from daq.files.run_folder import OutputError
     from daq.files.trajectory_file import TrajectoryFileError
+    from daq.notify.settings import NotifyError
     from daq.recording.capture import CaptureError
     from daq.report.page import ReportError
+    from daq.session.session_error import NotMoved, RunFailed, SessionError
     from daq.testing import NoTests
     from drivers import BusError, DriveError
     from ident import IdentificationError
@@ -34,11 +37,15 @@ def user_errors() -> tuple[type[Exception], ...]:
         CaptureError,
         CatalogueError,
         CellFileError,
+        CheckError,
         DriveError,
+        FleetFileError,
         IdentificationError,
         ModelFileError,
         MotionRefused,
         NoTests,
+        NotifyError,
+        NotMoved,
         OSError,
         OutputError,
         PayloadError,
@@ -47,6 +54,7 @@ def user_errors() -> tuple[type[Exception], ...]:
         ReportError,
         RobotFileError,
         RunFailed,
+        SessionError,
         TrajectoryError,
         TrajectoryFileError,
     )

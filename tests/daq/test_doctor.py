@@ -14,16 +14,17 @@ import numpy as np
 import pytest
 
 import robots
-from daq.doctor import (
-    CODES,
-    Check,
-    budget_check,
-    bus_checks,
-    describe,
-    device_file_checks,
+from daq.doctor import budget_check, bus_checks, describe, device_file_checks
+from daq.doctor_check import CODES, Check, worst
+from daq.doctor_environment import (
+    catalogue_check,
+    folder_check,
+    governor_check,
+    kernel_check,
     shadowing_checks,
+    throttling_check,
     timer_check,
-    worst,
+    wall_clock_check,
 )
 from drivers import ArmSession, Channel, Samples, listen_for_traffic, open_bus
 from drivers.bus.access import BusLock
@@ -67,6 +68,67 @@ def test_json_exit_code_and_text_agree(channel: Channel) -> None:
         assert f"{check['status']:8} {check['name']}: {check['detail']}" in done.stderr
 
 
+def test_without_an_arm_the_machine_is_looked_at() -> None:
+    done = armhil("doctor", "--json")
+    answer = json.loads(done.stdout)
+    assert (answer["robot"], answer["channel"]) == (None, None)
+    names = {check["name"] for check in answer["checks"]}
+    assert {"packages", "catalogue", "folder", "real-time share", "kernel", "clock", "time of day"} <= names
+    assert not names & {"bus", "bus load"}
+    assert done.returncode == CODES[answer["status"]]
+
+
+def test_a_catalogue_that_cannot_be_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert catalogue_check().status == "ok"
+    monkeypatch.setenv("ARMHIL_CATALOGUE", "mysql://host/db")
+    assert catalogue_check().status == "failed" and "ARMHIL_CATALOGUE" in catalogue_check().remedy
+    monkeypatch.setenv("ARMHIL_CATALOGUE", str(tmp_path / "not" / "there" / "yet.db"))
+    assert catalogue_check().status == "ok"
+    monkeypatch.setattr("daq.doctor_environment.os.access", lambda *_: False)
+    refused = catalogue_check()
+    assert (refused.status, refused.detail) == ("failed", f"{tmp_path} may not be written")
+    assert folder_check(tmp_path).status == "warning"
+
+
+def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    class Full:
+        free = 5e8
+
+    assert folder_check(tmp_path).status in ("ok", "warning")
+    monkeypatch.setattr("daq.doctor_environment.shutil.disk_usage", lambda _: Full)
+    assert "armhil prune" in folder_check(tmp_path).remedy
+
+
+@pytest.mark.parametrize(
+    ("runtime", "status"), [("950000", "ok"), ("-1", "ok"), ("500000", "warning"), (None, "unknown")]
+)
+def test_the_share_of_real_time_processes(tmp_path: Path, runtime: str | None, status: str) -> None:
+    (tmp_path / "sched_rt_period_us").write_text("1000000\n")
+    if runtime is not None:
+        (tmp_path / "sched_rt_runtime_us").write_text(f"{runtime}\n")
+    assert throttling_check(tmp_path).status == status
+
+
+@pytest.mark.parametrize(
+    ("governors", "status"),
+    [([], "ok"), (["performance"] * 2, "ok"), (["performance", "powersave"], "warning")],
+)
+def test_the_governor(tmp_path: Path, governors: list[str], status: str) -> None:
+    for number, governor in enumerate(governors):
+        folder = tmp_path / f"cpu{number}" / "cpufreq"
+        folder.mkdir(parents=True)
+        (folder / "scaling_governor").write_text(f"{governor}\n")
+    assert governor_check(tmp_path).status == status
+
+
+def test_the_kernel_and_the_time_of_day() -> None:
+    assert kernel_check("6.1.0-rt #1 SMP PREEMPT_RT Debian").detail == "6.1.0-rt, PREEMPT_RT"
+    assert kernel_check("6.1.0 #1 SMP PREEMPT_DYNAMIC").detail == "6.1.0, PREEMPT"
+    assert kernel_check().detail
+    told = wall_clock_check()
+    assert told.status in ("ok", "warning", "unknown") and (told.status != "warning" or told.remedy)
+
+
 def test_the_worst_check_decides() -> None:
     ok, warning, unknown, failed = (Check("x", s, "y", "z") for s in ("ok", "warning", "unknown", "failed"))
     assert worst([]) == worst([ok]) == "ok"
@@ -87,9 +149,12 @@ def test_a_second_package_of_a_plain_name_is_told(tmp_path: Path) -> None:
 def test_a_package_that_takes_our_place_is_a_failure(tmp_path: Path) -> None:
     (tmp_path / "ident.py").write_text("")
     home = Path(__file__).parents[2]
-    program = "from daq.doctor import shadowing_checks; c, = shadowing_checks(); print(c.status, c.detail)"
+    program = (
+        "from daq.doctor_environment import shadowing_checks; c, = shadowing_checks();"
+        " print(c.status, c.detail)"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(home)!r}]; import daq.doctor\n"
+        [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(home)!r}]; import daq.doctor_environment\n"
          f"sys.path.insert(0, {str(tmp_path)!r}); sys.modules.pop('ident', None)\n{program}"],
         capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip

@@ -23,6 +23,7 @@ from robots import Robot
 from tests.daq.captures import record_cycles
 
 COMMANDS = (
+    "commission",
     "compare",
     "controller",
     "demo",
@@ -38,6 +39,7 @@ COMMANDS = (
     "recover",
     "rerun",
     "robots",
+    "run",
     "runs",
     "show",
     "sim",

@@ -1,0 +1,121 @@
+"""`armhil commission`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import (
+    OK,
+    ChannelName,
+    Interface,
+    Json,
+    NewArm,
+    NoCatalogue,
+    Quiet,
+    Simulated,
+    StandsAt,
+    Yes,
+    arm_order_of,
+    asking,
+    catalogue_of,
+    console_of,
+    print_json,
+    steps_of,
+    watcher_of,
+)
+
+
+@app.command()
+def commission(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    move: Annotated[
+        bool,
+        typer.Option("--move/--dry-run", help="Go through the stages; else nothing is sent or moved."),
+    ] = False,
+    trajectory: Annotated[
+        Path | None, typer.Option(help="A trajectory to commission with.", show_default="one is planned")
+    ] = None,
+    duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the plan, s.")] = 12.0,
+    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
+    evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    first: Annotated[
+        str | None,
+        typer.Option(
+            "--from", help="Begin with this stage again.", show_default="the first that has not passed"
+        ),
+    ] = None,
+    last: Annotated[
+        str | None, typer.Option("--until", help="End with this stage.", show_default="return")
+    ] = None,
+    slow_speed: Annotated[float, typer.Option(help="Of the slow run; at most a tenth.")] = 0.1,
+    rounds: Annotated[int, typer.Option(min=1, max=100, help="Of the warm-up.")] = 1,
+    interface: Interface = None,
+    channel: ChannelName = None,
+    simulated: Simulated = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the plan, and of a simulated arm.")] = 0,
+    stands_at: StandsAt = None,
+    new_arm: NewArm = False,
+    note: Annotated[str, typer.Option(help="To be remembered of the runs.", show_default="none")] = "",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-commission-<robot>")
+    ] = None,
+    yes: Yes = False,
+    quiet: Quiet = False,
+    no_catalogue: NoCatalogue = False,
+    as_json: Json = False,
+) -> int:
+    """Walk an arm to its first full run, stage by stage; nothing moves unless --move is given.
+
+    Keys while it moves: p pause, s stop, a abort, h halt.
+
+    Example: [bold]armhil commission tx40[/]
+    """
+    from daq.files.run_folder import make_run_folder
+    from daq.session.commission import CommissionRequest, StageDone, plan_commission
+    from daq.session.commission import commission as go_through
+    from daq.session.keyboard import by_keyboard
+    from daq.session.session_json import commission_json
+    from daq.session.session_terminal import print_done, print_planned
+    from daq.session.stages import stage_of
+
+    console = console_of(as_json)
+    order = arm_order_of(
+        robot,
+        interface,
+        channel,
+        simulated=simulated,
+        seed=seed,
+        new_arm=new_arm,
+        stands_at=stands_at,
+    )
+    request = CommissionRequest(
+        order,
+        make_run_folder(out, f"commission-{order.robot.name}"),
+        trajectory=trajectory,
+        duration=duration,
+        periods=periods,
+        evaluations=evaluations,
+        seed=seed,
+        first=stage_of("--from", first),
+        last=stage_of("--until", last),
+        slow_speed=slow_speed,
+        rounds=rounds,
+        note=note,
+        catalogue=catalogue_of(no_catalogue),
+        confirm=asking(yes, simulated, as_json),
+    )
+    steps = steps_of(console, quiet)
+    planned = plan_commission(request, steps)
+    print_planned(console, planned, move)
+    done: tuple[StageDone, ...] = ()
+    if move:
+        watcher = watcher_of(console, order.robot, quiet)
+        done = go_through(request, planned, steps, watcher, by_keyboard)
+        print_done(console, done)
+    if as_json:
+        print_json(commission_json(planned, done, order))
+    return OK

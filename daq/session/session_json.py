@@ -1,0 +1,63 @@
+"""The JSON objects of ``armhil run`` and ``armhil commission``; docs/reference/json.md documents them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import Any
+
+from daq.session.bench import ArmOrder
+from daq.session.commission import Planned, StageDone
+from daq.session.run import RunResult
+
+
+def run_json(result: RunResult, order: ArmOrder) -> dict[str, Any]:
+    """Of ``armhil run``."""
+    stream = result.stream
+    return {
+        "armhil": version("armhil"),
+        "robot": order.robot.name,
+        "channel": str(order.channel),
+        "run": result.run,
+        "capture": str(result.capture),
+        "outcome": stream.outcome,
+        "reason": stream.reason,
+        "cycles": stream.cycles,
+        "missed_cycles": stream.missed_cycles,
+        "late_cycles": stream.late_cycles,
+        "incomplete_cycles": stream.incomplete_cycles,
+        "pauses": list(stream.pauses),
+    }
+
+
+def commission_json(planned: Planned, done: Sequence[StageDone], order: ArmOrder) -> dict[str, Any]:
+    """Of ``armhil commission``: where each stage stood at the beginning, and what was gone through."""
+    return {
+        "armhil": version("armhil"),
+        "robot": order.robot.name,
+        "channel": str(order.channel),
+        "trajectory": str(planned.file),
+        "trajectory_sha256": planned.sha256,
+        "stages": [_stage(planned, k) for k in range(len(planned.states))],
+        "done": [
+            {
+                "stage": stage.name,
+                "run": stage.run,
+                "capture": None if stage.capture is None else str(stage.capture),
+                "detail": stage.words,
+            }
+            for stage in done
+        ],
+    }
+
+
+def _stage(planned: Planned, k: int) -> dict[str, Any]:
+    status = planned.states[k]
+    wanted = planned.estimates.get(status.name)
+    return {
+        "stage": status.name,
+        "state": status.state,
+        "run": None if status.run is None else status.run.id,
+        "seconds": None if wanted is None else wanted.seconds,
+        "bytes": None if wanted is None else wanted.size,
+    }

@@ -1,0 +1,64 @@
+"""Commissioning on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from daq.catalogue.kept_run import trajectory_words
+from daq.session.commission import Planned, StageDone
+from daq.session.stages import MOVING, PURPOSES, StageStatus
+
+_STATES = {"passed": "[green]passed[/]", "open": "[bold]open[/]", "locked": "[dim]locked[/]"}
+
+
+def print_planned(console: Console, planned: Planned, move: bool) -> None:
+    """The stages, what each takes, and how to go on."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for heading in ("stage", "", "what happens", "takes"):
+        table.add_column(heading, no_wrap=heading != "what happens")
+    for status in planned.states:
+        table.add_row(status.name, _state(status), PURPOSES[status.name], _takes(planned, status))
+    console.print(table)
+    words = trajectory_words(planned.trajectory)
+    console.print(f"Trajectory: {words}, {escape(str(planned.file))}", soft_wrap=True, highlight=False)
+    if not move:
+        console.print(
+            "Dry run: nothing was sent and nothing moved. To go on:"
+            f" [bold]--trajectory {escape(str(planned.file))} --move[/]",
+            soft_wrap=True,
+            highlight=False,
+        )
+
+
+def print_done(console: Console, done: Sequence[StageDone]) -> None:
+    """What was gone through."""
+    if not done:
+        console.print("Every stage has passed; --from begins with one of them again.", highlight=False)
+    for stage in done:
+        run = "" if stage.run is None else f" (run {stage.run})"
+        where = "" if stage.capture is None else f": {stage.capture}"
+        console.print(
+            f"[green]passed[/] {stage.name}{run}, {escape(stage.words)}{escape(where)}",
+            soft_wrap=True,
+            highlight=False,
+        )
+    full = [stage.capture for stage in done if stage.name == "full run"]
+    if full:
+        console.print(
+            f"Next: [bold]armhil identify {escape(str(full[-1]))}[/]", soft_wrap=True, highlight=False
+        )
+
+
+def _state(status: StageStatus) -> str:
+    return _STATES[status.state] + ("" if status.run is None else f" (run {status.run.id})")
+
+
+def _takes(planned: Planned, status: StageStatus) -> str:
+    if status.name in planned.estimates:
+        return planned.estimates[status.name].words()
+    return "depends on where it stands" if status.name in MOVING else "nothing moves"
