@@ -9,6 +9,7 @@ from drivers.errors import BusError, DriveError
 from drivers.session import ArmSession
 from drivers.setup.drive import DriveReport
 from drivers.setup.findings import Finding
+from drivers.setup.homing import Homing
 
 __all__ = [
     "ArmSession",
@@ -19,6 +20,7 @@ __all__ = [
     "DriveError",
     "DriveReport",
     "Finding",
+    "Homing",
     "Outcome",
     "Request",
     "Samples",
