@@ -7,8 +7,8 @@
 ``kill``: a recorder at 1 kHz with six joints and raw frames is killed at random times; what was handed to it
 and is not in the file is lost. ``damage``: random truncations and random single-bit flips of one capture;
 every cycle that comes back must be as recorded, every one that does not must be named, and what lies in
-chunks that the damage did not touch must be there. ``disk``: the disk fills, or turns read-only, while a simulated
-arm moves. Seeds are fixed.
+chunks that the damage did not touch must be there. ``disk``: the disk fills, or turns read-only, while a
+simulated arm moves. Seeds are fixed.
 """
 
 from __future__ import annotations

@@ -202,6 +202,18 @@ class ArmSession:
         drives = self._connect().drives
         return self.units.position([sdo.read_int(objects.ACTUAL_POSITION, signed=True) for sdo in drives])
 
+    def temperatures(self) -> FloatArray:
+        """How warm the drives are: (n,) °C, read over SDO; NaN where the description names no object.
+
+        Raises:
+            DriveError: a drive does not answer, or has no such object.
+        """
+        found = np.full(self.robot.n, np.nan)
+        for axis, (sdo, drive) in enumerate(zip(self._connect().drives, self.robot.drive, strict=True)):
+            if (where := drive.temperature) is not None:
+                found[axis] = where.per_count * sdo.read_int(where.index, where.subindex, signed=True)
+        return found
+
     def stream(
         self,
         reference: ArrayLike,

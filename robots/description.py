@@ -93,6 +93,14 @@ class Brake(_Frozen):
     engage: NonNegative = Field(default=0.0, le=10.0, description="s from the command to a brake that holds")
 
 
+class TemperatureObject(_Frozen):
+    """The object in which a drive says how warm it is; none is standard."""
+
+    index: int = Field(ge=0x1000, le=0xFFFF)
+    subindex: int = Field(default=0, ge=0, le=255)
+    per_count: Positive = Field(default=1.0, description="°C per count of the object")
+
+
 class Drive(_Frozen):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
@@ -116,6 +124,9 @@ class Drive(_Frozen):
         default="absolute", description="homing: the position is lost with the supply and must be attested"
     )
     brake: Brake = Brake()
+    temperature: TemperatureObject | None = Field(
+        default=None, description="where the drive has its temperature; none where absent"
+    )
 
 
 class Controller(_Frozen):

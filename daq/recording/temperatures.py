@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass
 from typing import Self
 
 from daq.recording.cdr import CdrDecoder, CdrEncoder
+from drivers.session import ArmSession
 
 
 @dataclass(frozen=True)
@@ -38,3 +41,16 @@ class Temperature:
         seconds, nanoseconds = int(decoder.primitive("int32")), int(decoder.primitive("uint32"))
         joint = decoder.string()
         return cls(seconds * 1_000_000_000 + nanoseconds, joint, float(decoder.primitive("float64")))
+
+
+def drive_temperatures(session: ArmSession) -> tuple[Temperature, ...]:
+    """What the drives say now, where their description names the object; a few SDOs, so not while it moves.
+
+    Raises:
+        DriveError: a drive does not answer, or has no such object.
+    """
+    if all(drive.temperature is None for drive in session.robot.drive):
+        return ()
+    stamp = time.time_ns()
+    readings = zip(session.robot.joint, session.temperatures().tolist(), strict=True)
+    return tuple(Temperature(stamp, j.name, celsius) for j, celsius in readings if not math.isnan(celsius))

@@ -23,6 +23,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "### dynamics": robots.DriveDynamics,
     "### identity": description.Identity,
     "### brake": description.Brake,
+    "### temperature": description.TemperatureObject,
     "## [controller]": robots.Controller,
     "## [bus]": robots.Bus,
     "## [identification]": robots.Identification,
