@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import time
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -27,7 +28,7 @@ from drivers.simulated.drawing import draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
 from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, diagnose
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 from robots.arrays import FloatArray
@@ -38,13 +39,14 @@ PERIOD = 12.0
 PERIODS = 2
 NAMES = tuple(family.name for family in VOCABULARY)
 Task = tuple[str, str, int]
-"""Kind of run (single, clean, outside), effect, seed."""
+"""Kind of run (single, pair, clean, outside), effect (two with a plus for a pair), seed."""
 
 
 def main() -> None:
     """Run what is asked for, or report what was run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--single", type=int, default=0, help="scenarios with one hidden effect")
+    parser.add_argument("--pairs", type=int, default=0, help="scenarios with two hidden effects")
     parser.add_argument("--clean", type=int, default=0, help="arms with nothing hidden")
     parser.add_argument("--outside", type=int, default=0, help="effects that the vocabulary lacks")
     parser.add_argument("--effects", nargs="*", default=list(NAMES), help="effects of the single scenarios")
@@ -60,12 +62,20 @@ def main() -> None:
 
 
 def tasks_of(given: argparse.Namespace) -> list[Task]:
-    """Effects in turn, each with a seed of its own."""
-    tasks = [("single", given.effects[k % len(given.effects)], given.seed + k) for k in range(given.single)]
-    tasks += [("clean", "white" if k % 3 else "coloured", given.seed + k) for k in range(given.clean)]
-    outside = OUTSIDE_VOCABULARY
-    tasks += [("outside", outside[k % len(outside)], given.seed + k) for k in range(given.outside)]
-    return tasks
+    """Effects in turn, each with a seed of its own; the kinds mixed evenly, so that any beginning is fair."""
+    outside, names, seed = OUTSIDE_VOCABULARY, given.effects, given.seed
+    kinds: list[list[Task]] = [
+        [("single", names[k % len(names)], seed + k) for k in range(given.single)],
+        [("clean", "white" if k % 3 else "coloured", seed + k) for k in range(given.clean)],
+        [("outside", outside[k % len(outside)], seed + k) for k in range(given.outside)],
+        [("pair", _pair(names, seed + k), seed + k) for k in range(given.pairs)],
+    ]
+    placed = [((k + 0.5) / len(tasks), task) for tasks in kinds for k, task in enumerate(tasks)]
+    return [task for _, task in sorted(placed)]
+
+
+def _pair(names: Sequence[str], seed: int) -> str:
+    return "+".join(np.random.default_rng(seed).choice(names, 2, replace=False))
 
 
 def campaign(tasks: Sequence[Task], size: float, jobs: int, out: Path) -> None:
@@ -101,6 +111,7 @@ def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> 
     kind, effect, seed = task
     robot = robots.load(ARM)
     truth = draw_truth(robot, seed)
+    started = time.process_time()
     try:
         scenario, axes, ratio = _hidden(robot, truth, task, size, motions[0])
     except DriveError as error:
@@ -116,19 +127,25 @@ def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> 
         "seed": seed,
         "axes": list(axes),
         "ratio": ratio,
+        "size": size,
+        "scenario": scenario.as_dict(),
+        "processor_seconds": time.process_time() - started,
         **summary(found),
     }
 
 
 def _hidden(
     robot: Robot, truth: PlantTruth, task: Task, size: float, path: FloatArray
-) -> tuple[Scenario, tuple[int, ...], float]:
+) -> tuple[Scenario, Sequence[Any], float]:
     kind, effect, seed = task
     if kind == "clean":
         noise = {"noise": {"time_constant": 0.02}} if effect == "coloured" else {}
         return Scenario.from_dict({"format": 1, **noise}), (), 0.0
-    drawn = draw_scenario(robot, effect, seed, size, truth=truth, reference=path)
-    return drawn.scenario, drawn.axes, drawn.ratio
+    drawn = [draw_scenario(robot, e, seed, size, truth=truth, reference=path) for e in effect.split("+")]
+    if kind == "pair":
+        both = drawn[0].scenario.merged(drawn[1].scenario)
+        return both, [one.axes for one in drawn], min(one.ratio for one in drawn)
+    return drawn[0].scenario, drawn[0].axes, drawn[0].ratio
 
 
 def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray, seed: int) -> Recording:
@@ -142,7 +159,8 @@ def search(robot: Robot, accepted: Recording, fit: Recording, validation: Record
     estimate = identify(robot, (accepted,)).result.recommended
 
     def prior(base: BaseParameters) -> Prior:
-        return accepted_prior(base, estimate.values, estimate.covariance, 0.002, 0.002)
+        noise = accepted_noise(base, (accepted,))
+        return accepted_prior(base, estimate.values, estimate.covariance, 0.002, 0.002, noise)
 
     return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
 
@@ -221,7 +239,7 @@ def report(path: Path) -> str:
     sizes = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
     confident = [bool(line["findings"]) and not in_set(line) for line in single]
     named = [line for line in single if right_first(line)]
-    text = [
+    text: list[str] = [
         "| figure | value |",
         "|---|---|",
         f"| right name and joint first | {share(map(right_first, single))} |",
@@ -257,7 +275,7 @@ def _called(line: dict[str, Any]) -> str:
     if not line["findings"]:
         return str(line["verdict"])
     first = line["findings"][0]
-    return first["effect"] + ("" if first["effect"] != line["effect"] else " at another joint")
+    return str(first["effect"]) + ("" if first["effect"] != line["effect"] else " at another joint")
 
 
 if __name__ == "__main__":

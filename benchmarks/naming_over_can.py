@@ -2,8 +2,8 @@
 
 Each step is a process of its own. *hide* draws an effect from a seed and writes the scenario file. *record*
 starts the simulated drives, whose process alone reads that file and seals what it simulates, and records over
-the bus: a run of the same arm with nothing hidden, one to fit and one to validate. *diagnose* reads captures,
-nothing else. The seal is opened last.
+the bus: one run to fit, one to validate, and, unless ``--refit``, one of the same arm with nothing hidden, whose
+model is the prior. *diagnose* reads captures, nothing else. The seal is opened last.
 
 With vcan-run the bus is SocketCAN in a user-mode kernel, and its time is virtual: every run is the same bit
 for bit, however busy the machine is.
@@ -66,6 +66,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1, help="arms per effect")
     parser.add_argument("--size", type=float, default=6.0, help="gap of what is hidden, in noise floors")
     parser.add_argument("--duration", type=float, default=8.0, help="of one period of the motions, s")
+    parser.add_argument("--refit", action="store_true", help="search after a refit, without a prior")
     parser.add_argument("--vcan-run", type=Path, help="runs a command in virtual time")
     parser.add_argument("--interface", default="socketcan")
     parser.add_argument("--channel", default="vcan0")
@@ -74,21 +75,25 @@ def main() -> None:
     if given.step == "hide":
         hide(given.folder, given.effects[0], given.seed, given.size)
     elif given.step == "record":
-        record(given.folder, channel, given.seed)
+        record(given.folder, channel, given.seed, given.refit)
     else:
         bus = Bus(channel) if given.vcan_run is None else virtual_time(given.vcan_run)
         for effect in given.effects:
             for seed in range(given.seed, given.seed + given.seeds):
                 with tempfile.TemporaryDirectory() as folder:
-                    print(json.dumps(blind(Path(folder), effect, seed, given.size, given.duration, bus)))
+                    arguments = (effect, seed, given.size, given.duration, bus, given.refit)
+                    print(json.dumps(blind(Path(folder), *arguments)), flush=True)
 
 
-def blind(folder: Path, effect: str, seed: int, size: float, duration: float, bus: Bus) -> dict[str, Any]:
+def blind(
+    folder: Path, effect: str, seed: int, size: float, duration: float, bus: Bus, refit: bool = False
+) -> dict[str, Any]:
     """All steps for one effect and one arm; what was hidden beside what was found."""
     motions(folder, duration)
     _step("hide", folder, seed, ("--effects", effect, "--size", str(size)))
-    _step("record", folder, seed, ("--interface", bus.channel.interface, "--channel", bus.channel.name), bus)
-    found = diagnose(folder)
+    where = ("--interface", bus.channel.interface, "--channel", bus.channel.name)
+    _step("record", folder, seed, (*where, "--refit") if refit else where, bus)
+    found = diagnose(folder, refit)
     seal = folder / "seal.json"
     early = was_opened(seal)
     _, scenario = truth_of(open_seal(seal, by="naming over CAN, after the diagnosis"))
@@ -132,10 +137,10 @@ def hide(folder: Path, effect: str, seed: int, size: float) -> None:
     (folder / "scenario.toml").write_text(toml_text({"format": 1, **drawn.scenario.as_dict()}))
 
 
-def record(folder: Path, channel: Channel, seed: int) -> None:
-    """Three captures over the bus: nothing hidden, then twice with what the scenario says."""
+def record(folder: Path, channel: Channel, seed: int, refit: bool = False) -> None:
+    """Captures over the bus: with nothing hidden unless ``refit``, then twice with what the scenario says."""
     robot = robots.load(ARM)
-    for names, hidden in ((CAPTURES[:1], {}), (CAPTURES[1:], _hidden(folder))):
+    for names, hidden in ((CAPTURES[:1], {}), (CAPTURES[1:], _hidden(folder)))[1 if refit else 0 :]:
         with SimulatedArm(ARM, channel, seed, **hidden):
             for name in names:
                 path = folder / f"{name}.mcap"
@@ -160,14 +165,15 @@ def _motion(folder: Path, name: str) -> Trajectory:
     )
 
 
-def diagnose(folder: Path) -> DiagnoseResult:
-    """As a user does: the accepted run's model is the prior of the search."""
+def diagnose(folder: Path, refit: bool = False) -> DiagnoseResult:
+    """As a user does: the accepted run's model is the prior of the search, or there is none."""
     accepted = folder / "identified"
-    run_identify(IdentifyRequest((folder / "accepted.mcap",), out=accepted), Silent())
+    if not refit:
+        run_identify(IdentifyRequest((folder / "accepted.mcap",), out=accepted), Silent())
     request = DiagnoseRequest(
         (folder / "fit.mcap",),
         (folder / "validation.mcap",),
-        prior=str(accepted / f"{ARM}.model.toml"),
+        prior=None if refit else str(accepted / f"{ARM}.model.toml"),
         out=folder / "diagnosis",
         evaluations=0,
     )

@@ -108,7 +108,7 @@ def power_picture(arm: str, cells: list[dict[str, Any]]) -> str:
 
 
 def gate1_picture(rows: list[dict[str, Any]]) -> str:
-    """One line for each scenario: how often the gate closed on either arm, of the runs it could judge."""
+    """One line for each scenario: how often the gate closed on either arm."""
     per_arm = [[row["scenario"] for row in rows if row["arm"] == arm] for arm in TITLES]
     names = max(per_arm, key=len)
     arms = [arm for arm in TITLES if any(row["arm"] == arm for row in rows)]
@@ -132,15 +132,9 @@ def gate1_picture(rows: list[dict[str, Any]]) -> str:
             if row is None:
                 continue
             at = y - 6 + 12 * place
-            judged = row["replicates"] - row["unstable"]
-            if judged == 0:
-                body.append(
-                    _text(share(0.02), at + 4, f"{TITLES[arm]}: simulated loop unstable, refused", "small")
-                )
-                continue
-            low, high = wilson(row["closed"], judged)
+            low, high = wilson(row["closed"], row["replicates"])
             body.append(_line(f"line c{place}", share(low), at, share(high), at))
-            body.append(_mark(share(row["closed"] / judged), at, f"c{place}", place))
+            body.append(_mark(share(row["closed"] / row["replicates"]), at, f"c{place}", place))
     return _svg(640, height, "How often gate 1 closes, by what is wrong in the simulation", body)
 
 

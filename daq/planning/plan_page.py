@@ -16,6 +16,7 @@ from daq.report.page import ReportError
 from daq.report.parameters import joint_heading
 from daq.report.pictures import dot_row, icon, scaled
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
+from trajectories.constraints.torque import TorqueCheck
 
 if TYPE_CHECKING:
     from daq.planning.plan import PlanResult
@@ -106,7 +107,7 @@ def render_plan(result: PlanResult) -> str:
         views=_views(result),
         uses=_uses(result),
         parameters=[] if prediction is None else _parameters(prediction),
-        scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 10.0)],
+        scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
         payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
         prediction=None if prediction is None else _prediction_words(prediction),
         made=_made(result),
@@ -169,16 +170,18 @@ def _figures(result: PlanResult) -> list[JointFigure]:
     points = min(_POINTS, max(200, len(trajectory.time)))
     time = np.linspace(0.0, trajectory.duration, points)
     state = trajectory.at(time)
-    pixels = max(60, 5000 // (3 * robot.n))
+    torque = TorqueCheck.of(robot, limits).torque(state)
+    pixels = max(60, 5000 // (4 * robot.n))
     repeat = trajectory.repeat
     starts = [] if repeat is None else [repeat.start + k * repeat.period for k in range(repeat.count)]
     figures = []
     for j, joint in enumerate(robot.joint):
-        unit = "m" if joint.kind == "prismatic" else "rad"
+        unit, load = ("m", "N") if joint.kind == "prismatic" else ("rad", "N·m")
         bounds = (
             (f"position, {unit}", state.position, limits.lower[j], limits.upper[j]),
             (f"velocity, {unit}/s", state.velocity, -limits.velocity[j], limits.velocity[j]),
             (f"acceleration, {unit}/s²", state.acceleration, -limits.acceleration[j], limits.acceleration[j]),
+            (f"expected torque, {load}", torque, -limits.torque[j], limits.torque[j]),
         )
         numbers = tuple((use.constraint, percent(100 * float(use.share[j]))) for use in result.judgement.uses)
         heading = joint_heading(j, joint.name)
@@ -208,7 +211,11 @@ def _views(result: PlanResult) -> list[PathView]:
     around = conditions.surroundings
     return [
         path_view(heading, axes, path, fastest, around.obstacles, around.floor)
-        for heading, axes in (("From above: x right, y up", (0, 1)), ("From the side: x right, z up", (0, 2)))
+        for heading, axes in (
+            ("From above: x right, y up", (0, 1)),
+            ("From the side: x right, z up", (0, 2)),
+            ("From the front: y right, z up", (1, 2)),
+        )
     ]
 
 

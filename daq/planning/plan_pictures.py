@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from daq.report.pictures import Tick, nice_ticks, scaled, tick_text, trace_path
 from robots.arrays import FloatArray
@@ -16,6 +16,11 @@ _BEYOND = 1.12
 """A panel shows so much of the range between limits."""
 
 _FEWEST_METRES = 0.2
+
+_NEAR = 0.8
+"""What is drawn of the surroundings, as a share of the size of the path."""
+
+_SIGNS = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
 
 
 @dataclass(frozen=True)
@@ -31,7 +36,7 @@ class LimitPanel:
 
 @dataclass(frozen=True)
 class JointFigure:
-    """Position, velocity and acceleration of one joint."""
+    """Position, velocity, acceleration and torque of one joint."""
 
     heading: str
     description: str
@@ -101,9 +106,7 @@ def path_view(
         floor: height, drawn where the second axis is the vertical one; None for no floor.
     """
     right, up = axes
-    # The base of the arm belongs into the picture.
-    points = np.vstack([path[:, axes], np.zeros((1, 2))])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = _bounds(axes, path, obstacles, floor)
     size = np.maximum(1.15 * (high - low), _FEWEST_METRES)
     low = (low + high) / 2 - size / 2
     scale = PATH_WIDTH / size[0]
@@ -120,7 +123,7 @@ def path_view(
     if floor is not None and up == 2:
         _, y = at(np.array([0.0, floor]))
         parts.append(f'<path class="floor" d="M0 {y:.0f}H{PATH_WIDTH}"/>')
-    parts.extend(_outline(obstacle, axes, at) for obstacle in obstacles)
+    parts.extend(_outline(obstacle, axes, at, height) for obstacle in obstacles)
     line = "L".join(f"{x:.0f} {y:.0f}" for x, y in (at(point) for point in path[:, axes]))
     parts.append(f'<path class="way" d="M{line}"/>')
     for style, point in (("base", np.zeros(3)), ("begin", path[0]), ("fast", fastest)):
@@ -133,6 +136,20 @@ def path_view(
     )
     drawn = f'<svg class="view" viewBox="0 0 {PATH_WIDTH} {height}" aria-hidden="true">{"".join(parts)}</svg>'
     return PathView(heading, Markup(drawn), description)  # noqa: S704
+
+
+def _bounds(
+    axes: tuple[int, int], path: FloatArray, obstacles: tuple[Obstacle, ...], floor: float | None
+) -> tuple[FloatArray, FloatArray]:
+    """Corners of what is drawn: the path, the base of the arm, and what of the surroundings is near."""
+    points = np.vstack([path[:, axes], np.zeros((1, 2))])
+    around = [_corners(obstacle)[:, axes] for obstacle in obstacles]
+    if floor is not None and axes[1] == 2:
+        around.append(np.array([[0.0, floor]]))
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = _NEAR * float((high - low).max())
+    near = np.clip(np.vstack([points, *around]), low - room, high + room)
+    return near.min(axis=0), near.max(axis=0)
 
 
 def _grid(low: FloatArray, scale: float, height: int) -> list[str]:
@@ -151,20 +168,27 @@ def _grid(low: FloatArray, scale: float, height: int) -> list[str]:
     return parts
 
 
-def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object) -> str:
-    """An obstacle seen along an axis: the hull of its corners, which for a turned box is a polygon."""
-    cosine, sine = np.cos(obstacle.turn), np.sin(obstacle.turn)
-    half = np.array(obstacle.size) / 2
-    signs = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
-    corners = signs * half @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]]) + obstacle.centre
-    flat = corners[:, axes]
+def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object, height: int) -> str:
+    """An obstacle seen along an axis, with its name: from above a turned box is a polygon."""
+    flat = _corners(obstacle)[:, axes]
     middle = flat.mean(axis=0)
     if axes == (0, 1):
-        flat = flat[signs[:, 2] > 0]
+        flat = flat[_SIGNS[:, 2] > 0]
         order = np.argsort(np.arctan2(*(flat - middle).T[::-1]))
         flat = flat[order]
     else:
         (x0, y0), (x1, y1) = flat.min(axis=0), flat.max(axis=0)
         flat = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     points = "L".join("{:.0f} {:.0f}".format(*at(point)) for point in flat)  # type: ignore[operator]
-    return f'<path class="box" d="M{points}Z"/>'
+    x, y = at(middle)  # type: ignore[operator]
+    # A box that is partly outside keeps its name inside.
+    x, y = float(np.clip(x, 120, PATH_WIDTH - 120)), float(np.clip(y, 40, height - 50))
+    name = f'<text class="name" x="{x:.0f}" y="{y:.0f}">{escape(obstacle.name)}</text>'
+    return f'<path class="box" d="M{points}Z"/>{name}'
+
+
+def _corners(obstacle: Obstacle) -> FloatArray:
+    """Of a box, 8 × 3 m."""
+    cosine, sine = np.cos(obstacle.turn), np.sin(obstacle.turn)
+    turn = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
+    return np.asarray(_SIGNS * np.array(obstacle.size) / 2 @ turn + obstacle.centre)

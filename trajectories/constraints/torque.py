@@ -79,6 +79,19 @@ class TorqueCheck:
         """
         require_within(self.use(motion), self.limits.names)
 
+    def torque(self, state: MotionState) -> FloatArray:
+        """Expected torque at the joints at each state, samples × joints, N·m (or N)."""
+        data = self.model.createData()
+        links = np.array(
+            [
+                pinocchio.rnea(self.model, data, q, v, a)
+                for q, v, a in zip(state.position, state.velocity, state.acceleration, strict=True)
+            ]
+        )
+        speed, acceleration = (x @ self.transmission.T for x in (state.velocity, state.acceleration))
+        drives = self.inertia * acceleration + self.viscous * speed + self.coulomb * np.sign(speed)
+        return np.asarray(links + drives @ self.transmission)
+
     def _use(self, motion: Motion, edges: FloatArray) -> tuple[Use, Use]:
         """Torque in the middle of each interval, plus slope times half its length, plus dry friction."""
         half = np.diff(edges)[:, np.newaxis] / 2
