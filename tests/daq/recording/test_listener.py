@@ -162,8 +162,9 @@ def test_any_other_interface_is_heard_message_by_message() -> None:
 
 def test_frames_that_nobody_fetched_are_counted(channel: Channel, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "FETCH_SECONDS", 3600.0)
+    monkeypatch.setattr(module, "RECEIVE_BUFFER", 1 << 20)
     batches: list[Frames] = []
-    many = 40_000
+    many = 6_000
     with FrameListener(channel) as listener:
         listener.subscribe(batches.append)
         with open_bus(channel) as bus:
