@@ -28,6 +28,7 @@ from daq.report.traces import pixels_per_trace
 from ident.discrepancy import Candidate, Diagnosis, Finding, FoundParameter, Gap
 from ident.discrepancy.before_after import ModelCheck, Series
 from ident.discrepancy.portrait import Portrait
+from ident.effects.vocabulary import family_named
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -274,13 +275,12 @@ def _ranking(finding: Finding) -> tuple[RankRow, ...]:
     alike = {candidate.words() for candidate in finding.indistinguishable_from}
     shown = [c for c in finding.ranking if c.score > 0] or list(finding.ranking[:1])
     named = _named(finding, shown)
-    level = next((c.score for c in shown if c.words() == named), np.inf)
     best = max((c.score for c in shown), default=1.0) or 1.0
     rows = []
     for candidate in shown:
         words = candidate.words()
         state = "named" if words == named else "alike" if words in alike else "other"
-        if state == "other" and candidate.score > level:
+        if state == "other" and _contains(candidate, finding):
             state = "general"
         width = max(0.0, min(100.0, 100.0 * candidate.score / best))
         bound = max(0.0, min(100.0, 100.0 * finding.threshold / best))
@@ -292,6 +292,13 @@ def _ranking(finding: Finding) -> tuple[RankRow, ...]:
             RankRow(words, significant(candidate.score), share_words(candidate.explained), picture, state)
         )
     return tuple(rows)
+
+
+def _contains(candidate: Candidate, finding: Finding) -> bool:
+    """Whether the named effect is a limit of the candidate: friction that drifts may also not drift."""
+    if len(candidate.effects) > 1 or candidate.joints[0][-1:] != finding.joints[-1:]:
+        return False
+    return finding.effect in family_named(candidate.effects[0]).contains
 
 
 def _named(finding: Finding, shown: list[Candidate]) -> str:

@@ -17,7 +17,7 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing is missing that this data can show"
     if diagnosis.verdict == "unnamed":
         return "Something is missing, and nothing in the vocabulary is it"
-    words = "; ".join(_short(finding) for finding in found)
+    words = "; ".join(_short(finding) for finding in found).replace(" -", " −")
     closed = explained_words(diagnosis)
     return f"{words[0].upper()}{words[1:]}{closed}"
 

@@ -14,8 +14,9 @@ from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import family_named
 from robots import Robot
 from robots.arrays import FloatArray
-from trajectories import Conditions, PlanError, Trajectory
+from trajectories import Conditions, Motion, PlanError, Trajectory
 from trajectories.information.separation import Separation
+from trajectories.motions.sampled import sampled_motion
 from trajectories.search.discriminate import Discrimination, discriminate
 
 _MOST = 4
@@ -101,12 +102,21 @@ def tell_apart(
     Raises:
         PlanError: the motion cannot be made at all: home is not allowed, or no way leads there.
     """
-    models = stages(diagnosis)
+    models, before = stages(diagnosis), _recorded(diagnosis)
     return tuple(
-        _for_finding(robot, models[number - 1], number, finding, settings, progress)
+        _for_finding(robot, models[number - 1], number, finding, settings, before, progress)
         for number, finding in enumerate(diagnosis.findings, start=1)
         if finding.indistinguishable_from
     )
+
+
+def _recorded(diagnosis: Diagnosis) -> Motion | None:
+    """The motion of the first fitted recording, by its references; None where there are none."""
+    recordings = [scene.recording for found in diagnosis.examinations[:1] for scene in found.scenes]
+    if not recordings or recordings[0].reference is None:
+        return None
+    time = recordings[0].time
+    return sampled_motion(time - time[0], recordings[0].reference)
 
 
 def _for_finding(
@@ -115,6 +125,7 @@ def _for_finding(
     number: int,
     finding: Finding,
     settings: PlanSettings,
+    before: Motion | None,
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
     everything = (_named(finding), *map(_explanation, finding.indistinguishable_from[: _MOST - 1]))
@@ -128,7 +139,7 @@ def _for_finding(
             unsettled.append(_unsettled(everything[0], other, why))
     if len(kept) < 2:
         return TellingApart(number, words, None, tuple(unsettled))
-    found = _discriminate(robot, stage, kept, settings, settings.evaluations, progress)
+    found = _discriminate(robot, stage, kept, settings, settings.evaluations, before, progress)
     by_words = {one.words: one for one in kept}
     for pair in found.separation_after:
         if pair.correlation > TOLD_APART:
@@ -174,6 +185,7 @@ def _discriminate(
     explanations: Sequence[_Explanation],
     settings: PlanSettings,
     evaluations: int,
+    before: Motion | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Discrimination:
     effects = [effect for one in explanations for effect in one.effects]
@@ -185,6 +197,7 @@ def _discriminate(
         duration=settings.duration,
         seed=settings.seed,
         names=[one.words for one in explanations],
+        before=before,
         known=_known(stage),
         every_row=any(family_named(effect.name).evidence != "motion" for effect in effects),
         conditions=settings.conditions,

@@ -16,14 +16,15 @@ from tests.drivers.test_vcan import TOOL, needs_tool
 
 @needs_tool
 @pytest.mark.timeout(600)
-def test_a_sealed_payload_is_named_from_frames(tmp_path: Path) -> None:
-    result = blind(tmp_path, "payload", 900, 6.0, 4.0, virtual_time(TOOL))
+def test_what_is_sealed_is_named_from_frames(tmp_path: Path) -> None:
+    hidden = "asymmetric_friction"
+    result = blind(tmp_path, hidden, 900, 6.0, 4.0, virtual_time(TOOL), refit=True)
     assert result["opened_before_the_diagnosis"] == []
-    assert result["hidden"] == [["payload", []]]
-    assert [finding["effect"] for finding in result["findings"]] == ["payload"]
-    before, after, floor = (result["gap"][key][1] for key in ("before", "after", "floor"))
+    (name, axes), found = result["hidden"][0], result["findings"][0]
+    assert (name, len(result["hidden"]), len(result["findings"])) == (hidden, 1, 1)
+    assert (found["effect"], found["joints"]) == (name, axes)
+    before, after, floor = (result["gap"][key][axes[0] - 1] for key in ("before", "after", "floor"))
     assert after - floor < 0.2 * (before - floor)
-    for name in ("fit", "validation"):
-        capture = read_capture(tmp_path / f"{name}.mcap")
+    for capture in (read_capture(tmp_path / f"{part}.mcap") for part in ("fit", "validation")):
         assert capture.run["channel"] == "socketcan:vcan0"
         assert capture.outcome is not None and capture.outcome["missed_cycles"] == "0"

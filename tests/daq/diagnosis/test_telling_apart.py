@@ -1,0 +1,87 @@
+"""The motion for an ambiguous finding, and what no motion settles."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robots
+from daq.diagnosis import telling_apart
+from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from ident import RegressorModel, base_parameters
+from ident.discrepancy import Candidate
+from ident.discrepancy.before_after import Stage
+from ident.discrepancy.present import Present
+from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import family_named
+from robots import Robot
+
+
+@pytest.fixture(scope="module")
+def stage() -> Stage:
+    """The one-axis rig's usual model."""
+    base = base_parameters(RegressorModel.of(robots.load("emps")))
+    return Stage(base, base.regroup(base.model.prior()), None)
+
+
+def placed(stage: Stage, name: str) -> PlacedEffect:
+    robot, family = stage.base.model.robot, family_named(name)
+    place = family.places(robot)[0]
+    shape = tuple(shape.grid[0] for shape in family.shapes(robot, place))
+    return family.effect(robot, place, shape, Present(stage.base.model, stage.base.model.prior()))
+
+
+def candidate(stage: Stage, name: str) -> Candidate:
+    return Candidate((name,), ((1,),), 100.0, 0.5, (placed(stage, name),))
+
+
+def apart(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch, named: str, *others: str
+) -> tuple[Robot, TellingApart]:
+    """What is planned where ``named`` cannot be told from others."""
+    monkeypatch.setattr(telling_apart, "stages", lambda diagnosis: [stage])
+    finding = SimpleNamespace(
+        effect=named,
+        joints=(1,),
+        score=120.0,
+        placed=placed(stage, named),
+        indistinguishable_from=tuple(candidate(stage, name) for name in others),
+    )
+    diagnosis: Any = SimpleNamespace(findings=(finding,), examinations=())
+    robot = stage.base.model.robot
+    found = tell_apart(robot, diagnosis, PlanSettings(duration=4.0, evaluations=60))
+    assert len(found) == 1
+    return robot, found[0]
+
+
+def test_a_motion_is_planned_that_keeps_the_limits(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
+    assert found.candidates == ("asymmetric_friction (joint 1)", "cable_spring (joint 1)")
+    assert found.unsettled == ()
+    assert found.trajectory is not None and found.discrimination is not None
+    assert found.trajectory.duration == pytest.approx(8.0, abs=0.01)
+    assert (np.abs(found.trajectory.velocity) <= robot.velocity_limits + 1e-9).all()
+    np.testing.assert_allclose(found.trajectory.velocity[[0, -1]], 0.0, atol=1e-9)
+    assert found.discrimination.separation_after[0].correlation < 0.9
+
+
+def test_what_a_refit_swallows_is_settled_without_motion(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, found = apart(stage, monkeypatch, "asymmetric_friction", "current_offset")
+    assert found.trajectory is None
+    assert [(pair.first, pair.second) for pair in found.unsettled] == [
+        ("asymmetric_friction (joint 1)", "current_offset (joint 1)")
+    ]
+    assert "part of the model already" in found.unsettled[0].why
+    assert found.unsettled[0].settled_by.startswith("hold still under a known load")
+
+
+def test_the_most_specific_advice_comes_first() -> None:
+    assert "tool off" in settled_by(("payload", "drive_gain_error"))
+    assert "known payload" in settled_by(("drive_gain_error", "base_tilt"))
+    assert settled_by(("gear_ripple", "base_tilt")).startswith("change one of the causes")
