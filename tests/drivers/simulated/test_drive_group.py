@@ -17,8 +17,9 @@ from drivers.simulated import (
     draw_truth,
     simulate_offline,
 )
-from drivers.simulated.faults import NO_FAULTS
+from drivers.simulated.faults import NO_FAULTS, HotMotor
 from drivers.simulated.group import DriveGroup
+from drivers.simulated.thermal import CONTINUOUS_SHARE, LIMIT, WARNING, MotorTemperature
 from robots import Robot
 
 PERIOD = 0.004
@@ -416,6 +417,33 @@ def test_a_fault_is_reset_by_a_rising_edge_and_said_on_the_bus(wire: Callable[..
     w.cycle(0x80, start)
     assert w.emergencies() == [(2, 0x4310), (2, 0)]
     assert w.states()[1] == 0x40
+
+
+def test_a_hot_motor_warns_and_then_stops_its_drive(wire: Callable[..., Wire]) -> None:
+    w = wire(Faults(hot_motors=(HotMotor(3, 10, 100.0),)))
+    start = w.enable()
+    warned_at, cycles = None, 0
+    while w.states()[2] != FAULT and cycles < 400:
+        w.cycle(0x0F, start)
+        cycles += 1
+        celsius = w.group.drives[2].dictionary.integer(0x2200) / 10
+        if word_of(w, 3) & 0x80 and warned_at is None:
+            warned_at = celsius
+            assert w.states()[2] == ENABLED and w.emergencies() == []
+    assert warned_at == pytest.approx(WARNING, abs=0.5)
+    assert celsius > LIMIT and 200 < cycles < 400, "100 K/s take most of a second"
+    assert w.emergencies() == [(3, 0x4310)]
+    assert [w.states()[k] for k in (0, 1, 3, 4, 5)] == [ENABLED] * 5
+
+
+def test_the_winding_settles_where_its_current_puts_it() -> None:
+    motor = MotorTemperature()
+    motor.advance(CONTINUOUS_SHARE, 600.0)
+    assert motor.celsius == pytest.approx(25.0 + 80.0 * (1 - np.exp(-1.0)))
+    motor.advance(CONTINUOUS_SHARE, 1e5)
+    assert motor.celsius == pytest.approx(105.0) and not motor.too_hot
+    motor.advance(2 * CONTINUOUS_SHARE, 100.0)
+    assert motor.too_hot, "twice the current heats four times as much"
 
 
 def test_positions_beyond_607d_are_clipped_and_flagged(wire: Callable[..., Wire]) -> None:
