@@ -2,7 +2,7 @@
 
 Each step is a process of its own. *hide* draws an effect from a seed and writes the scenario file. *record*
 starts the simulated drives, whose process alone reads that file and seals what it simulates, and records over
-the bus: one run to fit, one to validate, and, unless ``--refit``, one of the same arm with nothing hidden, for
+the bus: one run to fit, one to validate, and, unless ``--refit``, one with nothing hidden, whose model is
 the prior. *diagnose* reads captures, nothing else. The seal is opened last.
 
 With vcan-run the bus is SocketCAN in a user-mode kernel, and its time is virtual: every run is the same bit
