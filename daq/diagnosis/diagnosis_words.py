@@ -36,15 +36,17 @@ def explained_words(diagnosis: Diagnosis) -> str:
     share = closed_share(diagnosis.torque)
     if share is None:
         return ""
-    return f"; adding it closes {100 * share:.0f} % of the explainable gap on data that was not fitted"
+    return (
+        f"; adding it closes {100 * share:.0f} % of the explainable gap (energy) on data that was not fitted"
+    )
 
 
 def closed_share(gap: Gap) -> float | None:
-    """Share of the explainable gap that is closed, over all joints in units of their floors."""
+    """Share of the explainable gap's energy that is closed, over all joints in units of their floors."""
     before, after = gap.explainable(gap.before), gap.explainable(gap.after)
     unit = np.where(np.isfinite(gap.floor) & (gap.floor > 0), gap.floor, 1.0)
-    whole = float(np.sqrt(np.sum((before / unit) ** 2)))
-    return None if whole == 0.0 else 1.0 - float(np.sqrt(np.sum((after / unit) ** 2))) / whole
+    whole = float(np.sum((before / unit) ** 2))
+    return None if whole == 0.0 else 1.0 - float(np.sum((after / unit) ** 2)) / whole
 
 
 def recommendation(diagnosis: Diagnosis) -> str:
