@@ -33,7 +33,7 @@ StandsAt = Annotated[
     str | None,
     typer.Option("--stands-at", help="Posture read off the arm: n positions, comma.", show_default="none"),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no live view.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
 RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil runs`).", metavar="RUN")]
 

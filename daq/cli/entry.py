@@ -42,32 +42,32 @@ from daq.cli.errors import interruptions, user_errors
 
 __all__ = ["app", "main"]
 
-# Importing one of these adds its command to the app; the order is that of the help.
-COMMANDS = (
-    demo,
-    identify,
-    gain,
-    controller,
-    plan,
-    diagnose,
-    commission,
-    run,
-    check,
-    baseline,
-    runs,
-    show,
-    note,
-    rerun,
-    compare,
-    prune,
-    import_,
-    export,
-    recover,
-    robots,
-    doctor,
-    sim,
-    test,
-)
+# Importing one of these adds its command to the app; groups and order are those of the help.
+GROUPS = {
+    "From an arm to a model": (demo, identify, diagnose, gain, controller),
+    "Driving an arm": (plan, commission, run),
+    "Watching over arms": (check, baseline),
+    "What was run": (runs, show, note, rerun, compare, prune),
+    "Recordings": (import_, export, recover),
+    "Around it": (robots, doctor, sim, test),
+}
+
+
+def _grouped() -> None:
+    """Help in groups, in their order."""
+    modules = {module.__name__: name for name, group in GROUPS.items() for module in group}
+    place = {name: number for number, name in enumerate(modules)}
+    for command in app.registered_commands:
+        module = getattr(command.callback, "__module__", "")
+        command.rich_help_panel = modules.get(module)
+    for family in app.registered_groups:
+        family.rich_help_panel = modules.get(f"daq.cli.{family.name}")
+    app.registered_commands.sort(
+        key=lambda command: place.get(getattr(command.callback, "__module__", ""), len(place))
+    )
+
+
+_grouped()
 
 
 def main() -> None:

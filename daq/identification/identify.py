@@ -11,6 +11,7 @@ from daq.identification.described import described
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
+from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
 from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
 from daq.progress import Steps
@@ -68,6 +69,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
 
     Raises:
         CaptureError, RobotFileError, IdentificationError, OutputError: one line each.
+        ArmMismatch: the recordings are of two arms.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
     with described(request.robot, request.paths[0]) as (robot, first):
@@ -76,6 +78,8 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         with steps.step("Read recordings"):
             loaded = [_load(path, robot, request.columns, first) for path in request.paths]
             held_out = [_load(path, robot, request.columns, first) for path in request.validate]
+        refuse_two_arms(loaded)
+        doubts = doubts_of_arm(loaded, held_out, robot)
         recordings = _recordings(loaded)
         settings = chosen_settings(
             loaded[0].settings,
@@ -94,7 +98,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         )
         with steps.step("Identify") as update:
             fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step), options)
-        sentences = [sentence for part in (*loaded, *held_out) for sentence in part.warnings]
+        sentences = [*doubts, *(text for part in (*loaded, *held_out) for text in part.warnings)]
         fitted = _with_warnings(fitted, sentences)
         report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
         if request.urdf is not None:

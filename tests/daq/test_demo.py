@@ -16,6 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from daq.catalogue import models, runs
+from daq.catalogue.again import rerun
+from daq.catalogue.database import Catalogue
 from daq.cli import entry as cli
 from daq.demo import DemoRequest, DemoResult, run_demo
 from daq.files.model_file import read_model
@@ -124,6 +127,16 @@ def test_from_a_trajectory_to_a_verdict(
     assert (capture.run["seed"], capture.run["kind"]) == ("5", "simulated")
     assert capture.run["channel"] == str(channel)
     assert len(json.loads(capture.run["drives"])) == 6
+
+    # The catalogue has the run and its model, and the same comes out again.
+    with Catalogue() as catalogue:
+        (run,) = runs.every(catalogue)
+        assert (run.kind, run.arm, run.outcome) == ("demo", "tx40-sim", "completed")
+        assert (run.capture, run.capture_sha256) == (str(out / "capture.mcap"), capture.sha256)
+        (kept,) = models.of_run(catalogue, run.id)
+        assert kept.verdict == result["test"]["verdict"] and kept.report == str(out / "report.html")
+        again = rerun(catalogue, run.id, Silent())
+    assert (again.sameness, again.remarks) == ("identical", ())
 
     # The model file holds what the verdict recommends.
     model = read_model(out / "tx40.model.toml")

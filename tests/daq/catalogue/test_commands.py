@@ -24,7 +24,7 @@ from daq.catalogue.who import now
 from daq.cli import entry as cli
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.progress import Silent
-from daq.recording.capture import file_sha256
+from daq.recording.capture import RUN, file_sha256
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from drivers.simulated.offline import simulate_offline
@@ -294,6 +294,49 @@ def test_identify_keeps_what_it_writes_and_nothing_else(
     assert first["method"] == "ls" and second["settings"]["rate_hz"] == 50.0
     assert first["file"] == str(tmp_path / "b" / "emps.model.toml") and Path(first["report"]).is_file()
     assert ask("rerun", 1)["sameness"] == "identical"
+
+
+def with_serials(emps: Robot, path: Path, serial: int) -> Path:
+    """A capture of the arm whose drive has a serial number."""
+    known = facts(emps, emps.bus.cycle_time)
+    drives = json.dumps([{"joint": 1, "node": 1, "vendor": 2, "product": 3, "serial": serial}])
+    run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps))
+    with Recorder(path, emps, {**known, RUN: {**known[RUN], "drives": drives}}) as recorder:
+        recorder.write(samples_of(run, emps.n))
+        recorder.finish(outcome(len(run.cycle)))
+    return path
+
+
+def test_recordings_of_two_arms_make_no_model_together(emps: Robot, armhil: Call, tmp_path: Path) -> None:
+    paths = [with_serials(emps, tmp_path / f"{serial}.mcap", serial) for serial in (7, 8)]
+    code, _, err = armhil("identify", *paths)
+    assert (code, err.splitlines()[-1]) == (
+        2,
+        f"armhil: {paths[1]}: is of another arm than {paths[0]}:"
+        " the drive of joint 1 has serial number 8 there and 7 here",
+    )
+    code, out, err = armhil("identify", paths[0], "--validate", paths[1], "--json")
+    assert code in (0, 1)
+    assert json.loads(out)["warnings"][0].startswith("8.mcap is of another arm: the drive of joint 1")
+
+
+def test_a_recording_that_is_read_with_another_description_is_told(
+    emps: Robot, recorded: tuple[Path, Path], armhil: Call, tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(emps.folder, tmp_path / "edited"))
+    text = (folder / "robot.toml").read_text(encoding="utf-8")
+
+    def warnings() -> list[str]:
+        found: list[str] = json.loads(armhil("identify", recorded[0], "--robot", folder, "--json")[1])[
+            "warnings"
+        ]
+        return found
+
+    assert not any("robot.toml" in warning or "read as" in warning for warning in warnings())
+    (folder / "robot.toml").write_text(f"{text}# edited\n", encoding="utf-8")
+    assert warnings()[0] == "two.mcap was recorded with another robot.toml than the one in use"
+    (folder / "robot.toml").write_text(text.replace('name = "emps"', 'name = "mine"', 1), encoding="utf-8")
+    assert warnings()[0] == "two.mcap is a recording of emps, read as mine"
 
 
 def test_a_run_that_fails_or_is_interrupted_says_so(emps: Robot, recorded: tuple[Path, Path]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -64,4 +65,18 @@ def test_a_block_gives_its_lease_back_whatever_happens(catalogue: Catalogue) -> 
 
     with pytest.raises(ZeroDivisionError):
         drive()
+    assert leases.holder_of(catalogue, arm.id) is None
+
+
+def test_a_lease_is_renewed_for_as_long_as_a_block_lasts(catalogue: Catalogue) -> None:
+    arm = arms.register(catalogue, identity())
+    with leases.held(catalogue, arm.id, seconds=0.3) as first:
+        deadline = time.monotonic() + 20.0
+        while (now := leases.holder_of(catalogue, arm.id, at=first.taken)) is None or now.expires < (
+            first.expires + timedelta(seconds=0.3)
+        ):
+            assert time.monotonic() < deadline, "nobody renews it"
+            time.sleep(0.02)
+        with pytest.raises(LeaseHeld):
+            leases.take(catalogue, arm.id, 60, holder="somebody", at=first.expires)
     assert leases.holder_of(catalogue, arm.id) is None

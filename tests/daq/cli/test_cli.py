@@ -23,6 +23,8 @@ from robots import Robot
 from tests.daq.captures import record_cycles
 
 COMMANDS = (
+    "baseline",
+    "check",
     "commission",
     "compare",
     "controller",
@@ -374,6 +376,13 @@ def test_help_of_each_command_has_an_example(command: str) -> None:
     commands = get_command(cli.app).commands  # type: ignore[attr-defined]
     assert set(commands) == set(COMMANDS)
     assert f"Example: [bold]armhil {command}" in commands[command].help
+
+
+def test_every_command_of_the_help_stands_in_a_group(armhil: Armhil) -> None:
+    text = armhil("--help").out
+    assert re.search(r"^╭─ Commands ─", text, flags=re.MULTILINE) is None
+    panels = re.findall(r"^╭─ (.*?) ─+╮$", text, flags=re.MULTILINE)
+    assert panels[0] == "Options" and set(panels[1:]) == set(cli.GROUPS)
 
 
 def test_help_has_an_example(armhil: Armhil) -> None:
