@@ -253,7 +253,7 @@ def first_gate(model: RegressorModel, recording: Recording) -> Gate | None:
 
 
 def _closed(gates: list[Gate | None]) -> dict[str, Any]:
-    """Closed gates, how many of them for want of a simulation, and the median of the worst size of each kind."""
+    """Closed gates, those of them without any simulation, and the median of the worst size of each kind."""
     sizes: dict[str, list[float]] = {"torque": [], "following error": [], "regressors": []}
     for gate in gates:
         kinds: dict[str, float] = dict.fromkeys(sizes, 0.0)
