@@ -43,7 +43,7 @@ def print_fleet(console: Console, done: FleetChecked) -> None:
 def _print_comparison(console: Console, compared: Comparison) -> None:
     for test in (compared.wald, compared.between_runs, compared.unexplained):
         if test is not None:
-            of = f"{test.distribution}, p {probability(test.p_value)}"
+            of = f"{test.distribution}, {probability(test.p_value)}"
             said = f"{test.name}: {significant(test.statistic)}, {of}"
             console.print(escape(said), soft_wrap=True, highlight=False)
     if not compared.parameters:

@@ -32,6 +32,8 @@ from daq.cli import (
     robots,
     run,
     runs,
+    schedule,
+    serve,
     show,
     sim,
     test,
@@ -46,7 +48,7 @@ __all__ = ["app", "main"]
 GROUPS = {
     "From an arm to a model": (demo, identify, diagnose, gain, controller),
     "Driving an arm": (plan, commission, run),
-    "Watching over arms": (check, baseline),
+    "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
     "Recordings": (import_, export, recover),
     "Around it": (robots, doctor, sim, test),

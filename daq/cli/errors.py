@@ -24,6 +24,8 @@ def user_errors() -> tuple[type[Exception], ...]:
     from daq.notify.settings import NotifyError
     from daq.recording.capture import CaptureError
     from daq.report.page import ReportError
+    from daq.schedule.units import ScheduleError
+    from daq.service.settings import ServiceError
     from daq.session.session_error import NotMoved, RunFailed, SessionError
     from daq.testing import NoTests
     from drivers import BusError, DriveError
@@ -54,6 +56,8 @@ def user_errors() -> tuple[type[Exception], ...]:
         ReportError,
         RobotFileError,
         RunFailed,
+        ScheduleError,
+        ServiceError,
         SessionError,
         TrajectoryError,
         TrajectoryFileError,

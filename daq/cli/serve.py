@@ -1,0 +1,40 @@
+"""`armhil serve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import OK, say
+
+
+@app.command()
+def serve(
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on.", show_default="service.toml's, else 127.0.0.1")
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(min=0, max=65535, help="0 takes a free one.", show_default="service.toml's, else 8090"),
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="service.toml.", show_default="the user's, if there is one")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for checks that are started here.")] = Path(
+        "runs"
+    ),
+) -> int:
+    """Show arms, runs, trends and live runs in a browser; REST and Prometheus metrics beside it.
+
+    Example: [bold]armhil serve --port 8090[/]
+    """
+    from daq.service.serve import serve as run_service
+    from daq.service.settings import read_service
+
+    run_service(
+        read_service(config, host, port), out, lambda address: say(f"serving {address}; Ctrl-C ends it")
+    )
+    return OK

@@ -1,0 +1,48 @@
+"""The service: pages for people, a REST interface for programs, metrics for Prometheus."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from fastapi import FastAPI
+
+from daq.catalogue.database import Catalogue
+from daq.service.api import api_routes
+from daq.service.driving import Driving
+from daq.service.guard import Guard
+from daq.service.live import Hub
+from daq.service.pages import page_routes
+from daq.service.settings import Service
+
+
+def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
+    """The application.
+
+    Args:
+        service: who may reach, read and drive.
+        catalogue: what is shown.
+        folder: that checks started over HTTP write below.
+    """
+    driving = Driving(service.fleet, folder)
+
+    @asynccontextmanager
+    async def lifetime(app: FastAPI) -> AsyncIterator[None]:
+        yield
+        driving.close()
+
+    app = FastAPI(
+        title="armhil",
+        version=version("armhil"),
+        summary="Arms, runs, models and verdicts; live runs; checks.",
+        lifespan=lifetime,
+        docs_url=None,  # those pages load scripts from elsewhere
+        redoc_url=None,
+    )
+    hub = Hub()
+    app.include_router(api_routes(service, catalogue, hub, driving))
+    app.include_router(page_routes(service, catalogue))
+    app.add_middleware(Guard, service=service)
+    return app

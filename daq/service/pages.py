@@ -1,0 +1,220 @@
+"""The pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.resources import files
+from typing import Annotated, Any
+from urllib.parse import parse_qs
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from daq.catalogue import arms, baselines, checks, findings, models, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
+from daq.report.numbers import percent, significant, with_sigma
+from daq.report.pictures import icon
+from daq.service.api import Label, Number, arm_of, run_of
+from daq.service.guard import COOKIE, is_read_token
+from daq.service.run_figures import curves_of, gates_of
+from daq.service.settings import Service
+from daq.service.trends import trend_of
+
+_SIGNS = {"ok": "good", "warning": "switch", "failed": "bad", "unknown": "unknown"}
+_WORDS = {"ok": "fine", "warning": "warning", "failed": "failed", "unknown": "not measurable"}
+_STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
+_DAY = 86400
+
+Page = Callable[..., HTMLResponse]
+"""Fills a template: its name, a status, and what it shows."""
+
+
+@dataclass(frozen=True)
+class ArmCard:
+    """One arm at a glance."""
+
+    arm: Arm
+    kind: str
+    word: str
+    icon: Any
+    sentence: str
+    checked: str
+    baseline: str
+    run: Run | None
+
+
+def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
+    """All pages and the three files that they need."""
+    router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+    environment = Environment(
+        loader=PackageLoader("daq", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+    def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
+        template = environment.get_template(f"service/{name}.html.j2")
+        common = {"drive": service.drive_token is not None, "locked": service.read_token is not None}
+        return HTMLResponse(template.render(**common, **content), status)
+
+    _overview(router, catalogue, page)
+    _one_run(router, catalogue, page)
+    _entrance(router, service, page)
+    return router
+
+
+def _overview(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
+    @router.get("/")
+    def every_arm() -> HTMLResponse:
+        runs.settle_abandoned(catalogue)
+        return page("arms", cards=[_card(catalogue, arm) for arm in arms.every(catalogue)])
+
+    @router.get("/runs")
+    def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
+        runs.settle_abandoned(catalogue)
+        known = [one.label for one in arms.every(catalogue)]
+        chosen = arm if arm in known else ""
+        found = runs.every(catalogue, arm=chosen or None, limit=200)
+        return page("runs", runs=found, arms=known, chosen=chosen)
+
+    @router.get("/arms/{label}")
+    def one_arm(label: Label, parameter: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
+        arm = arm_of(catalogue, label)
+        baseline = baselines.current(catalogue, arm.id)
+        accepted = None if baseline is None else baseline.model_id
+        by_name: dict[str, list[TrendPoint]] = {}
+        for point in models.trend(catalogue, arm.id):
+            by_name.setdefault(point.name, []).append(point)
+        chosen = parameter if parameter in by_name else _first_choice(by_name)
+        return page(
+            "arm",
+            card=_card(catalogue, arm),
+            baselines=baselines.of_arm(catalogue, arm.id),
+            checks=checks.of_arm(catalogue, arm.id, limit=20),
+            words=_WORDS,
+            trends=[trend_of(points, accepted, small=True) for points in by_name.values()],
+            chosen=trend_of(by_name[chosen], accepted) if chosen else None,
+        )
+
+
+def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
+    @router.get("/runs/{number}")
+    def one_run(number: Number) -> HTMLResponse:
+        run = run_of(catalogue, number)
+        of_run = models.of_run(catalogue, run.id)
+        model = of_run[-1] if of_run else None
+        verdicts = checks.of_run(catalogue, run.id)
+        return page(
+            "run",
+            run=run,
+            model=model,
+            gates=() if model is None else gates_of(model),
+            curves=curves_of(run, model),
+            rows=() if model is None else [_row(p) for p in model.parameters],
+            findings=[
+                (f, significant(f.gap_before), significant(f.gap_after))
+                for f in findings.of_run(catalogue, run.id)
+            ],
+            check=_verdict_view(verdicts),
+            has_report=any(one.report for one in of_run),
+            error="" if model is None else percent(model.relative_error_percent),
+        )
+
+    @router.get("/runs/{number}/live")
+    def live(number: Number) -> HTMLResponse:
+        return page("live", run=run_of(catalogue, number))
+
+
+def _entrance(router: APIRouter, service: Service, page: Page) -> None:
+    @router.get("/login")
+    def ask(after: Annotated[str, Query(max_length=200)] = "/") -> HTMLResponse:
+        return page("login", after=_inside(after), wrong=False)
+
+    @router.post("/login")
+    async def enter(request: Request) -> Response:
+        form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        after = _inside(form.get("after", ["/"])[0])
+        given = form.get("token", [""])[0]
+        if not is_read_token(given, service):
+            return page("login", 401, after=after, wrong=True)
+        answer = RedirectResponse(after, 303)
+        answer.set_cookie(
+            COOKIE,
+            given,
+            max_age=30 * _DAY,
+            httponly=True,
+            samesite="strict",
+            secure=request.url.scheme == "https",
+        )
+        return answer
+
+    @router.get("/static/{name}")
+    def static(name: str) -> Response:
+        if name not in _STATIC:
+            return Response(status_code=404)
+        place = files("daq").joinpath("templates", *(() if name == "report.css" else ("service",)), name)
+        return Response(
+            place.read_bytes(), media_type=_STATIC[name], headers={"Cache-Control": "max-age=300"}
+        )
+
+
+def _inside(path: str) -> str:
+    """A path of this service: nobody is sent elsewhere."""
+    return path if path.startswith("/") and not path.startswith(("//", "/\\")) and "\\" not in path else "/"
+
+
+def _card(catalogue: Catalogue, arm: Arm) -> ArmCard:
+    last = checks.of_arm(catalogue, arm.id, limit=1)
+    newest = runs.every(catalogue, arm=arm.label, limit=1)
+    baseline = baselines.current(catalogue, arm.id)
+    verdict = last[0].verdict if last else "unknown"
+    return ArmCard(
+        arm,
+        _SIGNS[verdict],
+        _WORDS[verdict] if last else "never checked",
+        icon(_SIGNS[verdict]),  # type: ignore[arg-type]
+        last[0].sentence if last else "no check has been made",
+        f"{last[0].created:%Y-%m-%d %H:%M}" if last else "",
+        _baseline_words(baseline),
+        newest[0] if newest else None,
+    )
+
+
+def _baseline_words(baseline: Baseline | None) -> str:
+    if baseline is None:
+        return "none"
+    days = (datetime.now(tz=UTC) - baseline.accepted).days
+    age = "today" if days == 0 else f"{days} days ago"
+    doubt = " – SUSPECT" if baseline.state == "suspect" else ""
+    return f"run {baseline.run_id}, accepted {age} by {baseline.events[0].author}{doubt}"
+
+
+def _row(parameter: Any) -> tuple[str, str, str, str, str, str]:
+    value, sigma = with_sigma(parameter.value, parameter.sigma)[:2]
+    share = 100 * parameter.sigma / abs(parameter.value) if parameter.value else float("inf")
+    return parameter.name, value, sigma, percent(share), parameter.unit, parameter.expression
+
+
+def _verdict_view(found: Sequence[CheckRecord]) -> dict[str, Any] | None:
+    if not found:
+        return None
+    last = found[-1]
+    kind = _SIGNS[last.verdict]
+    return {
+        "kind": kind,
+        "icon": icon(kind),  # type: ignore[arg-type]
+        "word": _WORDS[last.verdict],
+        "sentence": last.sentence,
+        "warnings": last.details.get("warnings", ()),
+    }
+
+
+def _first_choice(by_name: dict[str, list[TrendPoint]]) -> str:
+    """Friction wears first."""
+    return next((name for name in by_name if name.startswith("Fc")), next(iter(by_name), ""))

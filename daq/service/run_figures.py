@@ -1,0 +1,140 @@
+"""The curves of one run, made again from its recording and its model."""
+
+from __future__ import annotations
+
+import tempfile
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+import robots
+from daq.catalogue.values import Model, Run
+from daq.importing.load import loaded_capture
+from daq.recording.capture import Capture, CaptureError, file_sha256
+from daq.recording.reader import read_capture
+from daq.report.gates import GateView, gate_view
+from daq.report.numbers import percent, significant
+from daq.report.parameters import joint_heading
+from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
+from ident import IdentificationError, RegressorModel, base_parameters
+from ident.observation import observe
+from ident.results import ColumnCheck, Gate
+from robots import Robot, RobotFileError
+
+
+class Curves:
+    """Position and torque of a run; empty, with a reason, where they cannot be made."""
+
+    def __init__(
+        self, position: tuple[TraceFigure, ...] = (), torque: tuple[TraceFigure, ...] = (), reason: str = ""
+    ) -> None:
+        self.position = position
+        self.torque = torque
+        self.reason = reason
+
+
+def curves_of(run: Run, model: Model | None) -> Curves:
+    """Positions beside their references, and torques beside what the model makes of the motion."""
+    if run.capture is None or run.capture_sha256 is None:
+        return Curves(reason="nothing was recorded, or the recording was deleted")
+    names = () if model is None else tuple(parameter.name for parameter in model.parameters)
+    values = () if model is None else tuple(parameter.value for parameter in model.parameters)
+    return _curves(run.capture, run.capture_sha256, names, values)
+
+
+@lru_cache(maxsize=16)
+def _curves(path: str, sha256: str, names: tuple[str, ...], values: tuple[float, ...]) -> Curves:
+    file = Path(path)
+    try:
+        if not file.is_file() or file_sha256(file) != sha256:
+            return Curves(reason="the recording is gone, or another file is in its place")
+        capture = read_capture(file)
+        with tempfile.TemporaryDirectory(prefix="armhil-") as folder:
+            robot = _robot(capture, Path(folder))
+            return Curves(_positions(capture, robot), _torques(capture, robot, names, values))
+    except (CaptureError, RobotFileError, IdentificationError, OSError, ValueError) as error:
+        return Curves(reason=" ".join(str(error).split()))
+
+
+def _robot(capture: Capture, folder: Path) -> Robot:
+    (folder / "robot.toml").write_text(capture.robot_text, encoding="utf-8")
+    urdf = (folder / str(tomllib.loads(capture.robot_text)["urdf"])).resolve()
+    if not urdf.is_relative_to(folder.resolve()):
+        raise CaptureError(f"{capture.path}: its description puts the URDF outside its folder")
+    urdf.parent.mkdir(parents=True, exist_ok=True)
+    urdf.write_text(capture.urdf_text, encoding="utf-8")
+    return robots.load(folder)
+
+
+def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
+    samples = capture.samples
+    pixels = pixels_per_trace(4 * robot.n)
+    time = np.asarray(samples.cycle * capture.period, dtype=np.float64)
+    found = []
+    for j, joint in enumerate(robot.joint):
+        error = samples.reference[:, j] - samples.position[:, j]
+        unit = "m" if joint.kind == "prismatic" else "rad"
+        numbers = (("largest following error", f"{significant(float(np.abs(error).max()))} {unit}"),)
+        heading = joint_heading(j, joint.name)
+        found.append(
+            trace_figure(
+                heading, unit, numbers, time, samples.position[:, j], samples.reference[:, j], pixels
+            )
+        )
+    return tuple(found)
+
+
+def _torques(
+    capture: Capture, robot: Robot, names: tuple[str, ...], values: tuple[float, ...]
+) -> tuple[TraceFigure, ...]:
+    base = base_parameters(RegressorModel.of(robot))
+    if base.names != names:
+        return ()
+    rows = observe(base, loaded_capture(capture, robot).recordings, robot.identification)
+    predicted = rows.regressor @ np.array(values)
+    pixels = pixels_per_trace(3 * robot.n)
+    found = []
+    for j, joint in enumerate(robot.joint):
+        unit = "N" if joint.kind == "prismatic" else "N·m"
+        measured, model = rows.torque[:, j], predicted[:, j]
+        size = float(np.linalg.norm(measured))
+        share = 100 * float(np.linalg.norm(measured - model)) / max(size, 1e-12)
+        heading = joint_heading(j, joint.name)
+        numbers = (("relative error", percent(share)),)
+        found.append(trace_figure(heading, unit, numbers, rows.time, measured, model, pixels))
+    return tuple(found)
+
+
+def gates_of(model: Model) -> tuple[GateView, ...]:
+    """The three gates of a model as the report draws them."""
+    gates = []
+    for found in model.gates.get("gates", ()):
+        columns = tuple(
+            ColumnCheck(c["column"], _or_nan(c["size"]), _or_nan(c["limit"]), c["p_value"], c["passed"])
+            for c in found["columns"]
+        )
+        df = None if found["df"] is None else tuple(found["df"])
+        gates.append(
+            Gate(
+                found["name"],
+                found["null"],
+                found["passed"],
+                found["statistic"],
+                found["distribution"],
+                df,
+                found["p_value"],
+                found["detail"],
+                columns,
+            )
+        )
+    reached = any(gate.name == "exogeneity" and gate.passed is not None for gate in gates)
+    return tuple(
+        gate_view(gate, number, reached, model.verdict)  # type: ignore[arg-type]
+        for number, gate in enumerate(gates, start=1)
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,129 @@
+"""The course of a parameter over the runs of an arm, with the band that its nights are expected in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from daq.catalogue.values import TrendPoint
+from daq.report.numbers import significant
+
+_WIDTH, _HEIGHT = 640, 200
+_LEFT, _BOTTOM, _TOP = 74, 24, 12
+BAND = 3.0
+"""Half width of the accepted band in run-to-run deviations."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """One parameter.
+
+    Attributes:
+        name, unit: of it.
+        picture: inline SVG.
+        low, high: of the accepted band; None where there is no baseline.
+        points: (run, date, value, σ, whether it lies in the band) newest first, for the table.
+    """
+
+    name: str
+    unit: str
+    picture: Markup
+    low: float | None
+    high: float | None
+    points: tuple[tuple[int, str, str, str, bool], ...]
+
+
+def trend_of(points: Sequence[TrendPoint], baseline_model: int | None, *, small: bool = False) -> Trend:
+    """The trend of one parameter.
+
+    The band is the baseline ± three deviations between the runs since it, never narrower than within a run.
+
+    Args:
+        points: of one parameter, oldest first, at least one.
+        baseline_model: number of the model that counts; None where there is none.
+        small: the picture without axes, for a list.
+    """
+    values = np.array([point.value for point in points])
+    accepted = [k for k, point in enumerate(points) if point.model_id == baseline_model]
+    low = high = None
+    if accepted:
+        since = values[accepted[0] :]
+        spread = float(np.std(since, ddof=1)) if since.size > 2 else 0.0
+        half = BAND * max(spread, points[accepted[0]].sigma)
+        low, high = float(values[accepted[0]] - half), float(values[accepted[0]] + half)
+    rows = tuple(
+        (
+            point.run_id,
+            f"{point.at:%Y-%m-%d %H:%M}",
+            significant(point.value, 5),
+            significant(point.sigma, 2),
+            low is None or high is None or low <= point.value <= high,
+        )
+        for point in reversed(points)
+    )
+    picture = _picture(points, values, low, high, small)
+    return Trend(points[0].name, points[0].unit, picture, low, high, rows)
+
+
+def _picture(
+    points: Sequence[TrendPoint],
+    values: np.ndarray,
+    low: float | None,
+    high: float | None,
+    small: bool,
+) -> Markup:
+    width, height = (160, 40) if small else (_WIDTH, _HEIGHT)
+    left, bottom, top = (4, 4, 4) if small else (_LEFT, _BOTTOM, _TOP)
+    times = np.array([point.at.timestamp() for point in points])
+    t0, t1 = float(times[0]), float(times[-1])
+    limits = [
+        float(values.min()),
+        float(values.max()),
+        *(bound for bound in (low, high) if bound is not None),
+    ]
+    bottom_value, top_value = min(limits), max(limits)
+    margin = 0.08 * (top_value - bottom_value) or abs(top_value) * 0.05 or 1.0
+    bottom_value, top_value = bottom_value - margin, top_value + margin
+
+    def x(time: float) -> float:
+        share = 0.5 if t1 == t0 else (time - t0) / (t1 - t0)
+        return left + 6 + share * (width - left - 14)
+
+    def y(value: float) -> float:
+        return top + (top_value - value) / (top_value - bottom_value) * (height - top - bottom)
+
+    name = escape(points[0].name)
+    ends = f"from {significant(float(values[0]))} to {significant(float(values[-1]))}"
+    label = f"{name}: {len(points)} runs, {ends}"
+    kind = "trend small" if small else "trend"
+    parts = [f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{label}">']
+    if low is not None and high is not None:
+        parts.append(
+            f'<rect class="band" x="{left}" width="{width - left - 4}" y="{y(high):.1f}" '
+            f'height="{max(y(low) - y(high), 1):.1f}"/>'
+        )
+    if not small:
+        parts += [
+            f'<text x="{left - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{significant(value)}</text>'
+            for value in (bottom_value + margin, top_value - margin)
+        ]
+        parts.append(f'<text x="{left}" y="{height - 6}">{points[0].at:%Y-%m-%d}</text>')
+        parts.append(
+            f'<text x="{width - 4}" y="{height - 6}" text-anchor="end">{points[-1].at:%Y-%m-%d}</text>'
+        )
+    path = " ".join(f"{x(t):.1f},{y(v):.1f}" for t, v in zip(times, values, strict=True))
+    parts.append(f'<polyline class="line" points="{path}"/>')
+    for point, time, value in zip(points, times, values, strict=True):
+        inside = low is None or high is None or low <= value <= high
+        if small and point is not points[-1]:
+            continue
+        if inside:
+            parts.append(f'<circle class="in" cx="{x(time):.1f}" cy="{y(value):.1f}" r="3"/>')
+        else:  # another shape too, for who does not see the colour
+            cx, cy = x(time), y(value)
+            parts.append(f'<path class="out" d="M{cx:.1f} {cy - 5:.1f}l5 5-5 5-5-5z"/>')
+    parts.append("</svg>")
+    return Markup("".join(str(part) for part in parts))  # noqa: S704 (numbers, and a name that was escaped)
