@@ -73,8 +73,9 @@ def build(robot: Robot, truth: PlantTruth, hidden: Hidden = NOTHING) -> mujoco.M
     if hidden.payload is not None:
         _add_payload(spec.joint(robot.joint[-1].name).parent, hidden.payload)
     if hidden.spring is not None:
-        sprung = spec.joint(robot.joint[hidden.spring[0]].name)
-        sprung.stiffness, sprung.springref = hidden.spring[1:]
+        joint, stiffness, rest = hidden.spring
+        sprung = spec.joint(robot.joint[joint].name)
+        sprung.stiffness, sprung.springref = [stiffness, 0.0, 0.0], rest
     for drive in range(robot.n):
         _add_drive(spec, robot, truth, drive, hidden)
     return spec.compile()

@@ -14,7 +14,7 @@ import mujoco
 
 import robots
 from benchmarks.mujoco_arm import NOTHING, Hidden, build, on, record, without_noise
-from benchmarks.naming_mujoco import search
+from benchmarks.naming_mujoco import KINDS, draw, search
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import exercise
 from drivers.simulated.offline import simulate_offline
@@ -72,6 +72,17 @@ def test_it_moves_as_the_project_s_own_plant_does() -> None:
     # The same path with half of the friction gone is another motion.
     loose = record(arm(), quiet, path, Hidden(friction=on(arm(), 2, -3.0)), periods=1)
     assert np.abs(loose.position - theirs.position)[:, 2].max() > 3 * np.abs(difference[2])
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("nothing", "tendon coupling")])
+def test_what_is_hidden_moves_the_arm_otherwise(kind: str) -> None:
+    quiet = without_noise(truth())
+    path = exercise(arm(), duration=2.0, seed=0)
+    hidden, _, size = draw(arm(), quiet, kind, seed=3)
+    assert size != 0.0
+    usual, other = (record(arm(), quiet, path, what, periods=1) for what in (NOTHING, hidden))
+    change = np.abs(other.control_signal - usual.control_signal).max(axis=0)
+    assert change.max() > 0.005, change
 
 
 def test_nothing_hidden_gets_no_name() -> None:
