@@ -77,8 +77,8 @@ def check(capture: Capture, cycles: int) -> None:
         assert np.array_equal(getattr(capture.samples, field.name), getattr(expected, field.name)[rows])
 
 
-def damage(trials: int, seconds: float = 60.0) -> None:
-    """Cut and flip one capture of a minute at 1 kHz with raw frames."""
+def damage(trials: int, seconds: float = 20.0) -> None:
+    """Cut and flip one capture of twenty seconds at 1 kHz with raw frames."""
     robot = robots.load("tx40")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "whole.mcap"

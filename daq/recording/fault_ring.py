@@ -212,7 +212,10 @@ class FaultRing:
             recorder.finish({**outcome, "frames": str(sum(map(len, frames)))})
 
     def close(self) -> None:
-        """End; a fault whose time after is not over is written with what there is of it."""
+        """End; where there has been a fault, after the time that belongs to it."""
+        trigger = self._trigger
+        if self._listener is not None and trigger is not None:
+            time.sleep(max(0.0, trigger.due - time.monotonic()))
         if self._listener is not None:
             self._listener.unsubscribe(self.write_frames)
         self._ended.set()

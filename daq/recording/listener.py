@@ -1,10 +1,11 @@
-"""Hear every frame of a bus without costing the control loop anything: a second socket that only receives.
+"""Hear every frame of a bus at next to no cost for the control loop: a second socket that only receives.
 
 The cyclic process could hand its frames over as it hands over its samples, through shared memory; that would
 cost it about a microsecond a frame in the loop that must not be late, and it hears only what it filters for.
 A second socket sees all frames, the master's own and other nodes' too; the kernel copies them, stamps them
 with the time of their arrival, and keeps them until this process has time. Where they are not fetched in
-time, the kernel counts the loss.
+time, the kernel counts the loss. On UDP the copy is made while the sender sends: 0.3 to 0.4 µs a frame
+(``benchmarks/recording_load.py`` says what the rest costs); on SocketCAN it is made where a frame arrives.
 """
 
 from __future__ import annotations

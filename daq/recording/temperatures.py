@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from dataclasses import dataclass
 from typing import Self
 
 from daq.recording.cdr import CdrDecoder, CdrEncoder
+from drivers.errors import BusError, DriveError
 from drivers.session import ArmSession
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -46,11 +50,15 @@ class Temperature:
 def drive_temperatures(session: ArmSession) -> tuple[Temperature, ...]:
     """What the drives say now, where their description names the object; a few SDOs, so not while it moves.
 
-    Raises:
-        DriveError: a drive does not answer, or has no such object.
+    A drive that does not answer is a warning in the log: for a temperature no run is ended.
     """
     if all(drive.temperature is None for drive in session.robot.drive):
         return ()
     stamp = time.time_ns()
-    readings = zip(session.robot.joint, session.temperatures().tolist(), strict=True)
-    return tuple(Temperature(stamp, j.name, celsius) for j, celsius in readings if not math.isnan(celsius))
+    try:
+        celsius = session.temperatures().tolist()
+    except (BusError, DriveError) as error:
+        log.warning("temperatures are not recorded: %s", error)
+        return ()
+    readings = zip(session.robot.joint, celsius, strict=True)
+    return tuple(Temperature(stamp, j.name, value) for j, value in readings if not math.isnan(value))

@@ -8,8 +8,10 @@ from typing import Protocol
 
 from daq.identification.run_facts import outcome_facts, run_facts
 from daq.recording.capture import Facts
+from daq.recording.fault_ring import FaultRing
 from daq.recording.listener import listening
 from daq.recording.recorder import Recorder
+from daq.recording.temperatures import drive_temperatures
 from daq.session.states import Conduct
 from drivers import ArmSession, Samples, StreamResult
 from trajectories import Repeat, Trajectory
@@ -82,17 +84,22 @@ def stream_recorded(
         with (
             listening(session.channel, robot.bus.bitrate) as listener,
             Recorder(order.path, robot, facts, listener=listener) as recorder,
+            FaultRing(order.path.parent, robot, facts, listener) as ring,
         ):
 
             def keep(samples: Samples) -> None:
                 recorder.write(samples)
+                ring.write(samples)
                 conduct.on_samples(samples)
                 watcher.samples(samples)
 
+            recorder.write_temperatures(drive_temperatures(session))
             conduct.begin()
             result = session.stream(
                 trajectory.position, keep, control=conduct.control, period_ends=period_ends(trajectory)
             )
+            ring.ended(result)
+            recorder.write_temperatures(drive_temperatures(session))
             recorder.finish(outcome_facts(result))
     finally:
         conduct.end()
