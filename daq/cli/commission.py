@@ -59,7 +59,9 @@ def commission(
     seed: Annotated[int, typer.Option(min=0, help="Of the plan, and of a simulated arm.")] = 0,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
-    note: Annotated[str, typer.Option(help="To be remembered of the runs.", show_default="none")] = "",
+    note: Annotated[
+        str | None, typer.Option(help="To be remembered of the runs.", show_default="none")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-commission-<robot>")
     ] = None,
@@ -104,7 +106,7 @@ def commission(
         last=stage_of("--until", last),
         slow_speed=slow_speed,
         rounds=rounds,
-        note=note,
+        note=note or "",
         catalogue=catalogue_of(no_catalogue),
         confirm=asking(yes, simulated, as_json),
     )

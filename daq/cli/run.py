@@ -43,7 +43,9 @@ def run(
     ] = False,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
-    note: Annotated[str, typer.Option(help="To be remembered of the run.", show_default="none")] = "",
+    note: Annotated[
+        str | None, typer.Option(help="To be remembered of the run.", show_default="none")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-run-<robot>")
     ] = None,
@@ -79,7 +81,7 @@ def run(
         make_run_folder(out, f"run-{order.robot.name}"),
         speed,
         approach,
-        note,
+        note or "",
         catalogue,
         asking(yes, simulated, as_json),
     )
