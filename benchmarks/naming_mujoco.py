@@ -53,7 +53,8 @@ KINDS = {
         Kind("damping", "viscous_friction"),
         Kind("frictionloss", "coulomb_friction"),
         Kind("armature", "rotor_inertia"),
-        Kind("stiffness", "cable_spring"),
+        # Linear, so by the definitions in docs/reference/effects.md no cable, which stiffens.
+        Kind("stiffness", "gravity_spring"),
         Kind("payload body", "payload"),
         Kind("tendon coupling", "wrist_coupling"),
         Kind("actuator gear", "drive_gain_error"),

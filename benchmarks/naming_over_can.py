@@ -34,7 +34,7 @@ from daq.identification.identify import IdentifyRequest, run_identify
 from daq.progress import Silent
 from drivers import Channel
 from drivers.simulated import SimulatedArm
-from drivers.simulated.drawing import draw_scenario
+from drivers.simulated.drawing import draw_scenario, exercise
 from drivers.simulated.seal import open_seal, truth_of, was_opened
 from trajectories import Conditions, Trajectory, plan
 
@@ -133,7 +133,8 @@ def motions(folder: Path, duration: float) -> None:
 
 def hide(folder: Path, effect: str, seed: int, size: float) -> None:
     """Draw an effect for the arm of a seed; the file is for the drives alone."""
-    drawn = draw_scenario(robots.load(ARM), effect, seed, size)
+    robot = robots.load(ARM)
+    drawn = draw_scenario(robot, effect, seed, size, reference=exercise(robot, duration=4.0))
     (folder / "scenario.toml").write_text(toml_text({"format": 1, **drawn.scenario.as_dict()}))
 
 
