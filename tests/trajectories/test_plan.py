@@ -26,7 +26,7 @@ def small_plan(robot: Robot, **changes: object) -> Trajectory:
 
 @pytest.fixture(scope="module")
 def planned() -> Trajectory:
-    return small_plan(load("tx40"), duration=12.0, evaluations=1500)
+    return small_plan(load("tx40"), duration=12.0, evaluations=1000)
 
 
 def scaled(robot: Robot, seed: int) -> Robot:
@@ -105,10 +105,10 @@ def test_every_joint_has_slow_and_fast_passes_both_ways(planned: Trajectory) -> 
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0005, 0.001, 0.002, 0.004, 0.01]))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_no_limit_is_exceeded_for_random_arms_and_cycles(seed: int, cycle_time: float) -> None:
     robot = scaled(load("tx40" if seed % 3 == 0 else "emps"), seed)
-    trajectory = small_plan(robot, seed=seed, cycle_time=cycle_time, duration=8.0)
+    trajectory = small_plan(robot, seed=seed, cycle_time=cycle_time, duration=8.0, evaluations=60)
     limits = Limits.of(robot)
     dense = trajectory.at(np.arange(0.0, trajectory.duration, cycle_time / 20))
     room = 1e-6 * (limits.upper - limits.lower)
@@ -167,8 +167,8 @@ def test_it_starts_where_the_arm_is() -> None:
 @pytest.mark.parametrize("family", ["ruckig", "fourier"])
 def test_a_first_run_is_the_same_path_more_slowly(family: str) -> None:
     robot = load("tx40")
-    full = small_plan(robot, family=family, periods=2, duration=8.0)
-    slow = small_plan(robot, family=family, periods=2, duration=8.0, speed=0.25)
+    settings = {"family": family, "periods": 2, "duration": 8.0, "evaluations": 40}
+    full, slow = small_plan(robot, **settings), small_plan(robot, **settings, speed=0.25)
     assert slow.duration == pytest.approx(4 * full.duration) and slow.speed == 0.25
     time = np.linspace(0.0, full.duration, 333)
     there, here = full.at(time), slow.at(4 * time)
@@ -198,8 +198,8 @@ def test_chosen_parameters_come_out_sharper() -> None:
     robot = load("emps")
     names = base_parameters(RegressorModel.of(robot)).names
     friction = names.index("Fc1")
-    everything = small_plan(robot, evaluations=1500)
-    chosen = small_plan(robot, evaluations=1500, objective=Objective("trace", None, (friction,)))
+    everything = small_plan(robot, evaluations=600)
+    chosen = small_plan(robot, evaluations=600, objective=Objective("trace", None, (friction,)))
     assert chosen.detail.percent_sigma[friction] < everything.detail.percent_sigma[friction]
 
 

@@ -62,7 +62,7 @@ def test_a_series_may_begin_later_with_the_same_extremes() -> None:
 @pytest.mark.parametrize("name", ["tx40", "emps"])
 def test_the_plan_rests_at_both_ends_and_keeps_every_limit_in_between(name: str) -> None:
     robot = load(name)
-    trajectory = plan(robot, cycle_time=0.004, duration=10.0, seed=2, family="fourier", evaluations=300)
+    trajectory = plan(robot, cycle_time=0.004, duration=10.0, seed=2, family="fourier", evaluations=120)
     assert trajectory.family == "fourier" and trajectory.duration == pytest.approx(10.0)
     np.testing.assert_allclose(trajectory.position[[0, -1]], [robot.home, robot.home], atol=1e-8)
     assert np.abs(trajectory.velocity[[0, -1]]).max() < 1e-7
