@@ -104,29 +104,30 @@ def damage(trials: int, seconds: float = 20.0) -> None:
             return at
 
         for name, change in (("truncations", cut), ("bit flips", flip)):
-            shares, refused = [], 0
+            there, intact, refused = [], [], 0
             for _ in range(trials):
                 data = bytearray(whole)
                 at = change(data)
-                share = one_trial(
-                    Path(folder), bytes(data), whole, at if name == "truncations" else None, cycles
-                )
-                if share is None:
+                cut_at = at if name == "truncations" else None
+                found = one_trial(Path(folder), bytes(data), whole, cut_at, cycles)
+                if found is None:
                     refused += 1
-                else:
-                    shares.append(share)
+                    continue
+                there.append(found)
+                # The cycles that were in the file before the cut, by their share of its bytes.
+                intact.append(cycles if cut_at is None else cycles * cut_at / len(whole))
             report(
                 name,
                 trials=trials,
                 refused_with_one_line=refused,
                 silently_wrong=0,
-                worst_share_recovered=min(shares),
-                median_share_recovered=float(np.median(shares)),
+                share_recovered=sum(there) / sum(intact),
+                worst_loss_s=max(b - a for a, b in zip(there, intact, strict=True)) * PERIOD,
             )
 
 
-def one_trial(folder: Path, data: bytes, whole: bytes, cut_at: int | None, cycles: int) -> float | None:
-    """The share of the cycles that were wholly in what the damage left; None where it is refused."""
+def one_trial(folder: Path, data: bytes, whole: bytes, cut_at: int | None, cycles: int) -> int | None:
+    """The cycles that come back, all as recorded and all others named; None where the file is refused."""
     source, out = folder / "damaged.mcap", folder / "out.mcap"
     source.write_bytes(data)
     out.unlink(missing_ok=True)
@@ -146,11 +147,7 @@ def one_trial(folder: Path, data: bytes, whole: bytes, cut_at: int | None, cycle
     assert told == end - len(found)
     if len(found) < cycles:
         assert capture.damage
-    if cut_at is None:
-        return len(found) / cycles
-    # The cycles that were in the file before the cut, by their share of its bytes.
-    intact = cycles * cut_at / len(whole)
-    return min(1.0, len(found) / max(1.0, intact))
+    return len(found)
 
 
 def disk() -> None:

@@ -79,11 +79,11 @@ def good_files(folder: Path) -> dict[str, Path]:
 
     files["capture"] = folder / "capture.mcap"
     with Recorder(files["capture"], robot, facts(robot), start_ns=10**18) as recorder:
-        for begin in range(0, 3000, 100):
-            recorder.write(samples(begin, 100))
-            recorder.write_frames(traffic(robot, 25, 10**18))
+        for begin in range(0, 2400, 240):
+            recorder.write(samples(begin, 240))
+            recorder.write_frames(traffic(robot, 22, 10**18))
             recorder._flush()
-        recorder.finish(outcome(3000))
+        recorder.finish(outcome(2400))
 
     files["csv"] = folder / "log.csv"
     rows = np.column_stack(list(table.values()))
