@@ -9,6 +9,7 @@ With vcan-run the bus is SocketCAN in a user-mode kernel, and its time is virtua
 for bit, however busy the machine is.
 
     python -m benchmarks.naming_over_can --effects payload base_tilt --seeds 2 --vcan-run .../vcan-run
+    python -m benchmarks.naming_over_can --live --effects hysteresis --vcan-run .../vcan-run
     python -m benchmarks.naming_over_can --effects payload --interface socketcan --channel vcan0
 """
 
@@ -28,6 +29,7 @@ from typing import Any
 import robots
 from daq.diagnosis.bench import stream_and_record
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
+from daq.diagnosis.live import LiveRequest, run_live
 from daq.files.toml_text import toml_text
 from daq.files.trajectory_file import read_motion, write_trajectory
 from daq.identification.identify import IdentifyRequest, run_identify
@@ -59,7 +61,7 @@ def virtual_time(vcan_run: Path, patience: float = 400.0) -> Bus:
 def main() -> None:
     """Run one step, or all of them for some effects and seeds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--step", choices=["hide", "record"], help="one step, in --folder")
+    parser.add_argument("--step", choices=["hide", "record", "live"], help="one step, in --folder")
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--effects", nargs="+", default=["payload"])
     parser.add_argument("--seed", type=int, default=900, help="of the first arm")
@@ -67,6 +69,7 @@ def main() -> None:
     parser.add_argument("--size", type=float, default=6.0, help="gap of what is hidden, in noise floors")
     parser.add_argument("--duration", type=float, default=8.0, help="of one period of the motions, s")
     parser.add_argument("--refit", action="store_true", help="search after a refit, without a prior")
+    parser.add_argument("--live", action="store_true", help="diagnose with the arm in the loop")
     parser.add_argument("--vcan-run", type=Path, help="runs a command in virtual time")
     parser.add_argument("--interface", default="socketcan")
     parser.add_argument("--channel", default="vcan0")
@@ -76,13 +79,16 @@ def main() -> None:
         hide(given.folder, given.effects[0], given.seed, given.size)
     elif given.step == "record":
         record(given.folder, channel, given.seed, given.refit)
+    elif given.step == "live":
+        live(given.folder, channel, given.seed, given.duration)
     else:
         bus = Bus(channel) if given.vcan_run is None else virtual_time(given.vcan_run)
         for effect in given.effects:
             for seed in range(given.seed, given.seed + given.seeds):
                 with tempfile.TemporaryDirectory() as folder:
-                    arguments = (effect, seed, given.size, given.duration, bus, given.refit)
-                    print(json.dumps(blind(Path(folder), *arguments)), flush=True)
+                    arguments = (Path(folder), effect, seed, given.size, given.duration, bus)
+                    found = blind_live(*arguments) if given.live else blind(*arguments, given.refit)
+                    print(json.dumps(found), flush=True)
 
 
 def blind(
@@ -114,6 +120,50 @@ def blind(
         "gap": found.content["gap"]["torque"],
         "opened_before_the_diagnosis": list(early),
     }
+
+
+def blind_live(
+    folder: Path, effect: str, seed: int, size: float, duration: float, bus: Bus
+) -> dict[str, Any]:
+    """The same with the arm in the loop: ``armhil diagnose --live --yes``, which makes its own motions."""
+    _step("hide", folder, seed, ("--effects", effect, "--size", str(size)))
+    where = ("--interface", bus.channel.interface, "--channel", bus.channel.name)
+    _step("live", folder, seed, (*where, "--duration", str(duration)), bus)
+    rounds = json.loads((folder / "live.json").read_text(encoding="utf-8"))
+    early = was_opened(folder / "seal.json")
+    _, scenario = truth_of(open_seal(folder / "seal.json", by="naming over CAN, live, after the diagnosis"))
+    return {
+        "hidden": [[name, list(axes)] for name, axes in scenario.effects()],
+        "seed": seed,
+        "rounds": rounds,
+        "opened_before_the_diagnosis": list(early),
+    }
+
+
+def live(folder: Path, channel: Channel, seed: int, duration: float) -> None:
+    """Record, diagnose, and move again for what is ambiguous, with leave for every motion."""
+    robot = robots.load(ARM)
+    first = DiagnoseRequest((), robot=ARM, evaluations=300)
+    request = LiveRequest(first, robot, folder / "live", duration=duration, evaluations=100)
+    request.folder.mkdir()
+    with SimulatedArm(ARM, channel, seed, **_hidden(folder)):
+        found = run_live(
+            request,
+            lambda motion, path: stream_and_record(robot, channel, motion, Conditions(), path, Silent()),
+            lambda question: True,
+            Silent(),
+        )
+    rounds = [
+        {
+            "verdict": result.diagnosis.verdict,
+            "findings": [
+                [finding.effect, list(finding.joints), [c.words() for c in finding.indistinguishable_from]]
+                for finding in result.diagnosis.findings
+            ],
+        }
+        for result in found.results
+    ]
+    (folder / "live.json").write_text(json.dumps(rounds), encoding="utf-8")
 
 
 def motions(folder: Path, duration: float) -> None:
