@@ -83,7 +83,8 @@ def test_json_has_the_keys_of_the_reference_page_and_no_others(plan: Plan, tmp_p
     answer = plan("emps", "--periods", 2, "--parameters", "friction1", "--json", "--out", "mine")
     result = json.loads(answer.out)
     assert result == json.loads((tmp_path / "mine" / "plan.json").read_text(encoding="utf-8"))
-    text = PAGE.read_text(encoding="utf-8").split("\n## plan --json\n", 1)[1].split("\n## ", 1)[0]
+    text = PAGE.read_text(encoding="utf-8").split("\n## plan --json\n", 1)[1]
+    text = re.split(r"^#+ ", text, maxsplit=1, flags=re.MULTILINE)[0]
     documented = {
         key for cell in re.findall(r"^\| ([^|]*) \|", text, re.MULTILINE) for key in key_names(cell)
     }
