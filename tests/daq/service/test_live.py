@@ -1,0 +1,157 @@
+"""A run under way for many who look on."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq.catalogue import runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import ArmIdentity
+from daq.service import live as live_module
+from daq.service.live import Hub, TooManyError
+from daq.service.settings import Service
+from daq.service.spool import Spooling, spool_path
+from daq.session.states import Conduct
+from daq.session.streaming import Nobody
+from drivers import Samples
+from robots import Robot
+from trajectories import plan
+
+
+def lines_of(path: Path) -> list[dict[str, object]]:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def samples(robot: Robot, first: int, count: int, late: int | None = None) -> Samples:
+    empty = Samples.empty(robot.n)
+    lateness = np.full(count, 1e-4)
+    if late is not None:
+        lateness[late] = 2.5 * robot.bus.cycle_time
+    shape = (count, robot.n)
+    cycle = np.arange(first, first + count)
+    return type(empty)(
+        cycle=cycle,
+        time=cycle * robot.bus.cycle_time,
+        reference=np.full(shape, 0.5),
+        position=np.full(shape, 0.4),
+        control_signal=np.full(shape, 0.1),
+        statusword=np.zeros(shape, dtype=np.uint16),
+        complete=np.ones(shape, dtype=bool),
+        lateness=lateness,
+    )
+
+
+def test_what_is_spooled(emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daq.service.spool.INTERVAL", 0.0)
+    spool = Spooling(Nobody(), emps, tmp_path)
+    motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
+    spool.begin("Check", motion, Conduct())
+    spool.samples(samples(emps, 0, 5))
+    spool.samples(samples(emps, 5, 5, late=2))
+    spool.end(None)
+    begin, one, two, end = lines_of(spool_path(tmp_path / "capture.mcap"))
+    assert begin["joints"] == [joint.name for joint in emps.joint] and begin["cycles"] == len(motion.time)
+    assert one["cycle"] == 4 and one["missed"] == 0
+    assert two["cycle"] == 9 and two["missed"] == 2
+    assert two["torque"] == [round(float(emps.joint_torque(np.full((1, emps.n), 0.1))[0, 0]), 6)]
+    assert end == {"kind": "end", "outcome": "failed", "missed": 0}
+
+
+def test_few_lines_are_written_however_many_samples_come(emps: Robot, tmp_path: Path) -> None:
+    spool = Spooling(Nobody(), emps, tmp_path)
+    motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
+    spool.begin("Check", motion, Conduct())
+    for k in range(200):
+        spool.samples(samples(emps, k, 1))
+    spool.end(None)
+    assert len(lines_of(spool_path(tmp_path / "capture.mcap"))) < 60
+
+
+def test_a_folder_that_is_gone_stops_no_arm(emps: Robot, tmp_path: Path) -> None:
+    spool = Spooling(Nobody(), emps, tmp_path / "gone")
+    motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
+    spool.begin("Check", motion, Conduct())
+    spool.samples(samples(emps, 0, 5))
+    spool.end(None)
+
+
+def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
+    """All see the same lines in order; who comes late is told the beginning; one task reads the file."""
+    path = tmp_path / "capture.live"
+
+    async def look() -> list[str]:
+        return [event async for event in hub.events(path, lambda: False)]
+
+    async def everything() -> list[list[str]]:
+        tasks = [asyncio.create_task(look()) for _ in range(50)]
+        await asyncio.sleep(0.05)
+        with path.open("w") as file:
+            file.write('{"kind":"begin"}\n')
+            for k in range(20):
+                file.write(f'{{"kind":"samples","cycle":{k}}}\n')
+                file.flush()
+                await asyncio.sleep(0.02)
+                if k == 10:
+                    assert len(hub._readers) == 1 and hub.looking == 50
+                    tasks.append(asyncio.create_task(look()))
+            await asyncio.sleep(0.3)
+            file.write('{"kind":"end"}\n')
+        return await asyncio.gather(*tasks)
+
+    hub = Hub()
+    *early, late = asyncio.run(asyncio.wait_for(everything(), 30))
+    assert all(seen == early[0] for seen in early) and len(early[0]) == 23
+    assert late[0] == 'data: {"kind":"begin"}\n\n' and late[-1].startswith("event: over") and len(late) < 23
+    assert hub.looking == 0 and not hub._readers
+
+
+def test_who_is_slow_holds_nobody_up(tmp_path: Path) -> None:
+    path = tmp_path / "capture.live"
+    path.write_text("".join(f'{{"cycle":{k}}}\n' for k in range(500)) + '{"kind":"end"}\n')
+
+    async def slow() -> list[str]:
+        seen = []
+        async for event in Hub().events(path, lambda: True):
+            seen.append(event)
+            await asyncio.sleep(0)
+        return seen
+
+    seen = asyncio.run(asyncio.wait_for(slow(), 30))
+    assert seen[-1].startswith("event: over") and len(seen) <= 52
+
+
+def test_a_run_that_died_is_over(tmp_path: Path) -> None:
+    async def look() -> list[str]:
+        return [event async for event in Hub().events(tmp_path / "never.live", lambda: True)]
+
+    assert asyncio.run(asyncio.wait_for(look(), 30)) == ["event: over\ndata: {}\n\n"]
+
+
+def test_more_than_are_allowed_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live_module, "MOST_LOOKING", 0)
+
+    async def look() -> None:
+        async for _ in Hub().events(tmp_path / "x.live", lambda: True):
+            pass
+
+    with pytest.raises(TooManyError, match="more than 0"):
+        asyncio.run(look())
+
+
+def test_the_stream_of_a_run(client_of, filled: Catalogue, tmp_path: Path) -> None:
+    capture = tmp_path / "capture.mcap"
+    spool_path(capture).write_text('{"kind":"begin"}\n{"kind":"end","outcome":"completed"}\n')
+    identity = ArmIdentity("emps", (7,), "0" * 64, simulated=True)
+    run = runs.begin(filled, identity, "check", capture=str(capture))
+    client = client_of(Service())
+    with client.stream("GET", f"/api/runs/{run.id}/live") as answer:
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        text = "".join(answer.iter_text())
+    assert '"kind":"begin"' in text and text.endswith("event: over\ndata: {}\n\n")
+    assert client.get("/api/runs/1/live").status_code == 404
+    assert client.get("/api/runs/999/live").status_code == 404

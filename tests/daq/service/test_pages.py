@@ -1,0 +1,99 @@
+"""What the pages show of a filled catalogue."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from fastapi.testclient import TestClient
+
+from daq.catalogue.database import Catalogue
+from daq.service.app import create_app
+from daq.service.settings import Service
+
+PAGES = (
+    "/",
+    "/runs",
+    "/runs?arm=emps-sim",
+    "/arms/emps-sim",
+    "/runs/1",
+    "/runs/12",
+    "/runs/12/live",
+    "/login",
+)
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_every_page_stands_alone(client: TestClient, path: str) -> None:
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert "default-src 'none'" in answer.headers["content-security-policy"]
+    linked = re.findall(r'(?:href|src|action)="([^"]+)"', answer.text)
+    assert linked
+    assert all(link.startswith(("/", "#", "?", "data:,")) and not link.startswith("//") for link in linked)
+    assert "<script>alert" not in answer.text and "first <b>run" not in answer.text
+    assert answer.text.count("<h1") == 1 and '<html lang="en">' in answer.text
+    for link in set(linked):
+        if link.startswith("/") and "/login" not in link:
+            assert client.get(link.partition("#")[0]).status_code == 200, link
+
+
+def test_arms_at_a_glance(client: TestClient) -> None:
+    text = client.get("/").text
+    assert "emps-sim" in text and "failed" in text and "Coulomb friction of joint 1 +20 %" in text
+    assert "run 1, accepted today by Ada" in text
+
+
+def test_a_run_shows_gates_findings_and_parameters(client: TestClient) -> None:
+    text = client.get("/runs/12").text
+    assert text.count('<svg class="gate') == 3
+    assert "more Coulomb friction on joint 1" in text
+    assert ">2.00<" in text and ">0.200<" in text  # the gap before and after
+    assert "⚠ 4 SYNC cycles were missed" in text
+    for name in ("ZZ1R", "Fv1", "Fc1", "off1"):
+        assert f">{name}</a>" in text
+    assert "No curves: nothing was recorded" in text
+
+
+def test_a_trend_marks_what_left_the_band(client: TestClient) -> None:
+    text = client.get("/arms/emps-sim?parameter=Fc1").text
+    chosen = text[text.index('class="card chart"') : text.index("As a table")]
+    assert chosen.count('class="out"') == 1 and chosen.count('class="in"') == 11
+    assert text.count("◆ outside</td>") == 1
+    assert '<h2 id="trend">Fc1' in client.get("/arms/emps-sim?parameter=nonsense").text
+
+
+def test_an_empty_catalogue_says_what_to_do(tmp_path) -> None:
+    with Catalogue() as empty:
+        client = TestClient(create_app(Service(), empty, tmp_path))
+        assert "armhil demo" in client.get("/").text
+        assert client.get("/runs").status_code == 200
+        assert client.get("/metrics").status_code == 200
+
+
+def test_reports_are_pages_of_their_own(client: TestClient) -> None:
+    answer = client.get("/api/runs/12/report")
+    assert "one report" in answer.text
+    assert answer.headers["content-security-policy"].startswith("sandbox")
+    assert "armhil-run-12.html" in answer.headers["content-disposition"]
+
+
+def test_metrics(client: TestClient) -> None:
+    text = client.get("/metrics").text
+    assert 'armhil_check_verdict{arm="emps-sim",verdict="failed"} 1.0' in text
+    assert 'armhil_check_verdict{arm="emps-sim",verdict="ok"} 0.0' in text
+    assert 'armhil_torque_change_share{arm="emps-sim",joint="1"} 0.1' in text
+    assert 'armhil_missed_cycles{arm="emps-sim"} 0.0' in text
+    assert 'armhil_baseline_suspect{arm="emps-sim"} 0.0' in text
+    assert "armhil_baseline_age_seconds" in text
+
+
+def test_rest(client: TestClient) -> None:
+    (arm,) = client.get("/api/arms").json()
+    assert arm["last_check"]["verdict"] == "failed" and arm["baseline"]["events"][0]["author"] == "Ada"
+    run = client.get("/api/runs/12").json()
+    assert run["models"][0]["parameters"][2]["name"] == "Fc1" and run["findings"][0]["joints"] == [1]
+    assert len(client.get("/api/runs?limit=5").json()) == 5
+    assert len(client.get("/api/arms/emps-sim/trend/Fc1").json()) == 12
+    assert len(client.get("/api/arms/emps-sim/checks").json()) == 11
+    assert "capture" not in run  # paths of the machine stay inside
