@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.linalg import solve_triangular
 
 from ident.covariance import autocovariance
 from ident.whitening import (
@@ -237,18 +238,31 @@ def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[i
 
 def _best(products: FloatArray, count: int) -> tuple[FloatArray, float]:
     """AR coefficients of the order with the smallest BIC and the deviation of the innovation."""
-    variance = products[0, 0] / count
-    found: list[tuple[float, FloatArray, float]] = [(count * np.log(variance), np.empty(0), variance)]
-    for order in range(1, products.shape[0]):
+    left = _left(products) / count
+    orders = np.arange(left.size)
+    criterion = count * np.log(left) + orders * np.log(count)
+    for order in np.argsort(criterion, kind="stable"):
         lags = slice(1, order + 1)
         a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
-        left = (products[0, 0] - a @ products[lags, 0]) / count
-        if left <= 0.0:
-            break
-        found.append((count * np.log(left) + order * np.log(count), a, left))
-    found.sort(key=lambda entry: entry[0])
-    _, best, variance = next(entry for entry in found if not entry[1].size or is_stable(entry[1]))
-    return best, float(np.sqrt(variance))
+        if not order or is_stable(a):
+            return a, float(np.sqrt(left[order]))
+    raise AssertionError  # order 0 is always stable
+
+
+def _left(products: FloatArray) -> FloatArray:
+    """Sum of squares that AR processes of order 0, 1, … leave, up to the first that leaves nothing.
+
+    One Cholesky factor has those of all orders: it nests.
+    """
+    whole = products[0, 0]
+    try:
+        factor = np.linalg.cholesky(products[1:, 1:])
+    except np.linalg.LinAlgError:
+        return _left(products[:-1, :-1]) if products.shape[0] > 1 else np.array([whole])
+    taken = solve_triangular(factor, products[1:, 0], lower=True) if factor.size else np.empty(0)
+    left = whole - np.concatenate([[0.0], np.cumsum(taken**2)])
+    spent = np.flatnonzero(left <= 0.0)
+    return np.asarray(left[: spent[0]] if spent.size else left)
 
 
 def _change(before: Whitening, after: Whitening) -> float:

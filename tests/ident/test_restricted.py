@@ -51,8 +51,10 @@ def restricted_phi(y: FloatArray, x: FloatArray) -> float:
 def test_it_is_about_the_maximum_of_the_restricted_likelihood(seed: int) -> None:
     segment, used = whole()
     y, x = errors(seed), slow_columns()
-    found = regression_whitening(y, x, segment, used).coefficients[0]
+    whitening = regression_whitening(y, x, segment, used)
+    found = whitening.coefficients[0]
     assert found.size == 1
+    assert whitening.sigma[0] == pytest.approx(1.0, abs=0.15)  # of the shocks; four deviations
     # The same to first order; an estimate has a deviation of 0.03.
     assert found[0] == pytest.approx(restricted_phi(y[:, 0], x[:, 0]), abs=0.02)
 
