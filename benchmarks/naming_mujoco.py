@@ -205,8 +205,8 @@ def _same(line: dict[str, Any], effect: str, joints: Sequence[int]) -> bool:
 def report(lines: Sequence[dict[str, Any]]) -> str:
     """The campaign as Markdown."""
     text = [
-        "| hidden in MuJoCo | name | right first | in the set | gap left | called otherwise |",
-        "|---|---|---|---|---|---|",
+        "| hidden in MuJoCo | name | gap/floor | right first | in the set | gap left | called otherwise |",
+        "|---|---|---|---|---|---|---|",
     ]
     for kind, what in KINDS.items():
         rows = [line for line in lines if line["kind"] == kind]
@@ -214,11 +214,18 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
             continue
         others = Counter(_called(line) for line in rows if not right(line))
         text.append(
-            f"| {kind} | {what.effect or 'clean'} | {sum(map(right, rows))} of {len(rows)} |"
+            f"| {kind} | {what.effect or 'clean'} | {_gap_in_floors(rows)} |"
+            f" {sum(map(right, rows))} of {len(rows)} |"
             f" {sum(map(in_set, rows))} of {len(rows)} | {_gap_left(rows)} |"
             f" {', '.join(f'{name} ×{count}' for name, count in others.most_common())} |"
         )
     return "\n".join(text) + "\n"
+
+
+def _gap_in_floors(rows: Sequence[dict[str, Any]]) -> str:
+    """How much there is to see: the explainable gap over the floor at the joint where that is largest."""
+    ratios = [np.max(np.array(line["explainable"][0]) / np.array(line["floor"])) for line in rows]
+    return ", ".join(f"{ratio:.1f}" for ratio in ratios)
 
 
 def _gap_left(rows: Sequence[dict[str, Any]]) -> str:
