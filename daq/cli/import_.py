@@ -24,7 +24,9 @@ def import_(
     out: Annotated[
         Path | None, typer.Option("--out", help="The new capture.", show_default="<file>.capture.mcap")
     ] = None,
-    note: Annotated[str, typer.Option(help="What to remember of this log.", show_default="none")] = "",
+    note: Annotated[
+        str | None, typer.Option(help="What to remember of this log.", show_default="none")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Make a capture of a log that armhil did not record; a column map says what its columns are.
@@ -49,7 +51,7 @@ def import_(
         console.print(f"Guessed, in {save_map}:", markup=False, highlight=False)
         console.print(toml_text(guessed), markup=False, highlight=False, soft_wrap=True)
     target = out if out is not None else file.with_name(file.stem + SUFFIX)
-    imported = import_log(file, arm, map_path, target, note)
+    imported = import_log(file, arm, map_path, target, note or "")
     if as_json:
         print_json(import_json(imported))
     capture = imported.capture
