@@ -88,7 +88,9 @@ def watch(
         one_night_threshold(budget.other, 1, sides=1),
     )
     up, down = cusum(scores)
-    alarms = _alarms(names, scores[-1], np.maximum(up[-1], down[-1]), float(other[-1]), limits)
+    # What nothing explains has to be there again the next night: how the arm varies is not normal far out.
+    lasting = float(np.min(other[-2:])) if other.size > 1 else np.nan
+    alarms = _alarms(names, scores[-1], np.maximum(up[-1], down[-1]), lasting, limits)
     return Watch(names, series, warm, scores, up, down, other, *limits, first, alarms)
 
 

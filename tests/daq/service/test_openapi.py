@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,14 @@ from tests.daq.service.filled import fill
 TOKEN = "drive-token-of-the-test"
 
 
+def _sender(codes: set[int]) -> Callable[[schemathesis.Case], None]:
+    def send(case: schemathesis.Case) -> None:
+        headers = {"Authorization": f"Bearer {TOKEN}", "Host": "localhost"}
+        codes.add(case.call(headers=headers).status_code)
+
+    return send
+
+
 def test_whatever_is_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ARMHIL_FLEET", str(tmp_path / "none.toml"))
     seen: dict[str, set[int]] = {}
@@ -26,13 +35,10 @@ def test_whatever_is_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         for operation in (found.ok() for found in schema.get_all_operations()):
             codes = seen.setdefault(f"{operation.method.upper()} {operation.path}", set())
 
-            @settings(max_examples=15, deadline=None, database=None, suppress_health_check=list(HealthCheck))
-            @given(case=operation.as_strategy())
-            def send(case, codes=codes) -> None:
-                answer = case.call(headers={"Authorization": f"Bearer {TOKEN}", "Host": "localhost"})
-                codes.add(answer.status_code)
-
-            send()
+            settled = settings(
+                max_examples=15, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+            )
+            settled(given(operation.as_strategy())(_sender(codes)))()
     assert len(seen) == 12
     broken = {path: codes for path, codes in seen.items() if max(codes) >= 500}
     assert not broken
