@@ -108,6 +108,9 @@ class DatagramReader:
         control = self._control[:got]
         stamp = control["sec"] * 1_000_000_000 + control["nanosec"]
         stamp[control["kind"] != _SO_TIMESTAMPNS] = time.time_ns()
+        # Until the kernel has begun to stamp on arrival it stamps when a frame is fetched; but none has come
+        # after the one behind it in the queue.
+        stamp = np.minimum.accumulate(stamp[::-1])[::-1]
         size = self._headers["received"][:got].astype(np.int64)
         return Datagrams(stamp, size, self._data[:got])
 
