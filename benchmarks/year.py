@@ -1,6 +1,6 @@
 """A simulated year of nightly checks: false alarms without a change, and how soon three changes are named.
 
-``python benchmarks/year.py`` (about 15 minutes on one core) writes docs/images/year.svg and prints the table of
+``python benchmarks/year.py --picture docs/images/year.svg`` (about 15 minutes on one core) gives the figures of
 docs/how-to/schedule.md. Short: ``--nights 40 --after 12 --arms 1``.
 """
 
@@ -54,7 +54,7 @@ def as_nights(found: Nights) -> list[Night]:
 def judge(
     nights: Sequence[Night], geometry: Geometry, settings: DriftSettings, first: int = 1
 ) -> list[Comparison]:
-    """Every night from ``first`` beside those before, as a scheduled check would: what it finds is not learned."""
+    """Every night from ``first`` beside those before; a night on which something is found teaches nothing."""
     history, found = list(nights), []
     for k in range(first, len(history)):
         comparison = compare(history[0], history[1 : k + 1], geometry, settings)

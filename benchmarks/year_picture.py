@@ -63,7 +63,7 @@ def write_picture(path: Path, panels: Sequence[Panel]) -> None:
     height = len(panels) * (_HEIGHT + _GAP) + 30
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img" '
-        'font-family="sans-serif" font-size="12"><title>A simulated year: three changes and their alarms</title>'
+        'font-family="sans-serif" font-size="12"><title>A simulated year: changes and their alarms</title>'
         "<style>:root{color-scheme:light dark}text{fill:#333}.a{stroke:#888}.raw{fill:none;stroke:#999}"
         ".cor{fill:#0072b2}.start{stroke:#d55e00;stroke-dasharray:4 3}.alarm{stroke:#d55e00;stroke-width:2}"
         "@media(prefers-color-scheme:dark){text{fill:#ddd}.cor{fill:#56b4e9}.raw{stroke:#777}}</style>"
@@ -89,16 +89,15 @@ def _panel(panel: Panel, top: float) -> str:
         return top + 18 + (high - value) / (high - low) * (_HEIGHT - 18)
 
     lines = [f'<text x="{_LEFT}" y="{top + 8:.1f}" font-weight="bold">{panel.title}</text>']
-    for value in (low, high):
-        lines.append(
-            f'<text x="{_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g} {panel.unit}</text>'
-        )
+    lines += [
+        f'<text x="{_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g} {panel.unit}</text>'
+        for value in (low, high)
+    ]
     lines.append(f'<line class="a" x1="{_LEFT}" x2="{_WIDTH - 15}" y1="{y(low):.1f}" y2="{y(low):.1f}"/>')
     for kind, day in (("start", panel.start), ("alarm", panel.alarm)):
         if day is not None:
-            lines.append(
-                f'<line class="{kind}" x1="{x(day):.1f}" x2="{x(day):.1f}" y1="{top + 18}" y2="{top + _HEIGHT}"/>'
-            )
+            ends = f'x1="{x(day):.1f}" x2="{x(day):.1f}" y1="{top + 18}" y2="{top + _HEIGHT}"'
+            lines.append(f'<line class="{kind}" {ends}/>')
             if kind == "alarm":
                 said = f"alarm in night {day - panel.start + 1:.0f}"
                 lines.append(f'<text x="{x(day) - 4:.1f}" y="{top + 14}" text-anchor="end">{said}</text>')

@@ -11,7 +11,8 @@ from daq.cli.app import app
 from daq.cli.common import OK, Json, RunNumber, console_of, print_json
 
 group = typer.Typer(
-    help="Say which model counts as what an arm is: accept, roll back, suspect, trust, show.",
+    help="Say which model counts as what an arm is: accept, roll back, suspect, trust, show.\n\n"
+    'Example: [bold]armhil baseline accept 12 --reason "after the gear was changed"[/]',
     rich_markup_mode="rich",
 )
 app.add_typer(group, name="baseline")

@@ -11,7 +11,11 @@ import typer
 from daq.cli.app import app
 from daq.cli.common import OK, WARNING, Json, Yes, console_of, print_json, say
 
-group = typer.Typer(help="Check arms regularly: install, list, remove timers.", rich_markup_mode="rich")
+group = typer.Typer(
+    help="Check arms regularly: install, list, remove timers.\n\n"
+    'Example: [bold]armhil schedule install tx40 --at "02:30" -- tx40[/]',
+    rich_markup_mode="rich",
+)
 app.add_typer(group, name="schedule")
 
 System = Annotated[bool, typer.Option("--system", help="Of the machine, not of the user.")]

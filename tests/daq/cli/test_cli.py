@@ -43,6 +43,8 @@ COMMANDS = (
     "robots",
     "run",
     "runs",
+    "schedule",
+    "serve",
     "show",
     "sim",
     "test",
@@ -242,8 +244,8 @@ def test_a_capture_that_is_none(
         ("empty.mat", b"", "is not a MATLAB file"),
         ("missing.mat", None, "no such file; allowed: "),
         ("log.csv", b"t,q\n0.0,1.0\n0.001,2.0\n", "no variable 'qm'; present: q, t"),
-        ("log.xlsx", b"PK", "cannot be imported; allowed: .mat, .csv"),
-        ("noname", b"1", "cannot be imported; allowed: .mat, .csv"),
+        ("log.xlsx", b"PK", "cannot be imported; allowed: .csv, .mat, .parquet, "),
+        ("noname", b"1", "cannot be imported; allowed: .csv, .mat, .parquet, "),
     ],
 )
 def test_a_log_that_is_none(

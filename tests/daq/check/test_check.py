@@ -1,0 +1,186 @@
+"""``armhil check`` on simulated drives: from no baseline to a verdict, and killed at every stage."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from daq.catalogue import arms, baselines, checks, leases, models, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import ArmIdentity, ArmMismatch, LeaseHeld
+from daq.check.fleet import FleetFileError, read_fleet
+from daq.check.recorded import free_dead_leases, require_own_baseline
+from daq.check.request import CheckError, Verdict
+from drivers import Channel
+from tests.daq.service.filled import fill
+
+SHORT = ["--duration", "4", "--evaluations", "300"]
+
+
+def command(channel: Channel, *more: str) -> list[str]:
+    where = ["--interface", channel.interface, "--channel", channel.name]
+    return [sys.executable, "-m", "daq", "check", "emps", "--simulated", *where, *SHORT, *more]
+
+
+def call(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "daq", *words], capture_output=True, text=True, check=False)
+
+
+def check(channel: Channel, out: Path) -> tuple[int, dict[str, object], str]:
+    done = subprocess.run(
+        command(channel, "--quiet", "--json", "--out", str(out)), capture_output=True, text=True, check=False
+    )
+    assert done.returncode in (0, 1, 2, 3) and done.stdout, done.stderr
+    return done.returncode, json.loads(done.stdout), done.stderr
+
+
+def test_from_no_baseline_to_a_verdict(channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
+    code, first, _ = check(channel, tmp_path / "one")
+    assert code == 3 and first["verdict"] == "unknown" and "baseline accept 1" in str(first["sentence"])
+    accepted = call("baseline", "accept", "1", "--reason", "first", "--author", "Ada", "--json")
+    events = json.loads(accepted.stdout)["baselines"][0]["events"]
+    assert (events[0]["author"], events[0]["reason"]) == ("Ada", "first")
+    assert events[0]["report"] == str(tmp_path / "one" / "report.html")
+
+    code, second, _ = check(channel, tmp_path / "two")
+    assert code == 0 and second["verdict"] == "ok" and second["previous_verdict"] == "unknown"
+    compared = second["comparison"]
+    assert isinstance(compared, dict) and compared["stage"] == "learning" and compared["state"] == "unchanged"
+    with Catalogue() as catalogue:
+        one, two = runs.get(catalogue, 1), runs.get(catalogue, 2)
+        assert one.facts["trajectory_sha256"] == two.facts["trajectory_sha256"]  # the accepted motion
+        arm = arms.by_label(catalogue, "emps-sim")
+        assert leases.holder_of(catalogue, arm.id) is None
+        assert [record.verdict for record in checks.of_arm(catalogue, arm.id)] == ["ok", "unknown"]
+
+    assert (
+        call("baseline", "suspect", "emps-sim", "--reason", "wrong tool", "--author", "Bob").returncode == 0
+    )
+    code, third, said = check(channel, tmp_path / "three")
+    assert code == 1 and third["verdict"] == "warning"
+    assert "WARNING: the baseline of arm emps-sim is SUSPECT: wrong tool (Bob" in said
+
+
+@pytest.mark.parametrize("stage", ["Configure drives", "Stream and record", "Identify and test"])
+def test_killed_at_any_stage(
+    stage: str, channel: Channel, tmp_path: Path, no_leftovers: None, own_catalogue: Path
+) -> None:
+    """The lease is given back, the run is marked, the drives are gone, the next check has the arm."""
+    out = tmp_path / "killed"
+    with (tmp_path / "steps").open("w") as said:
+        process = subprocess.Popen(
+            command(channel, "--out", str(out)), stdin=subprocess.DEVNULL, stdout=said, stderr=said
+        )
+    deadline = time.monotonic() + 150
+    while time.monotonic() < deadline and stage not in _steps(tmp_path / "steps"):
+        assert process.poll() is None
+        time.sleep(0.02)
+    assert stage in _steps(tmp_path / "steps")
+    if stage == "Stream and record":
+        while not (out / "capture.mcap").exists():
+            time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    with Catalogue() as catalogue:
+        runs.settle_abandoned(catalogue)
+        free_dead_leases(catalogue, "emps")
+        for arm in arms.every(catalogue):
+            assert leases.holder_of(catalogue, arm.id) is None
+        states = {run.state for run in runs.every(catalogue)}
+        assert states <= {"abandoned", "finished"}
+        if stage == "Stream and record":
+            assert "abandoned" in states
+        assert not checks.of_arm(catalogue, 1)
+
+
+def _steps(path: Path) -> str:
+    return path.read_text() if path.exists() else ""
+
+
+def test_a_lease_of_a_living_process_is_left_alone() -> None:
+    identity = ArmIdentity("emps", (7,), "0" * 64)
+    with Catalogue() as catalogue:
+        arm = arms.register(catalogue, identity)
+        with leases.leased(catalogue, arm.id, 60.0):
+            assert free_dead_leases(catalogue, "emps") == ()
+            assert leases.holder_of(catalogue, arm.id) is not None
+            with pytest.raises(LeaseHeld):
+                leases.take(catalogue, arm.id, 60.0, holder="host:1:2")
+        dead = subprocess.run([sys.executable, "-c", _TAKE], capture_output=True, text=True, check=False)
+        assert dead.returncode == -signal.SIGKILL, dead.stderr
+        assert leases.holder_of(catalogue, arm.id) is not None
+        assert free_dead_leases(catalogue, "emps") == (arm.label,)
+        assert leases.holder_of(catalogue, arm.id) is None
+
+
+_TAKE = """
+import os, signal
+from daq.catalogue import arms, leases
+from daq.catalogue.database import Catalogue
+catalogue = Catalogue()
+leases.take(catalogue, arms.every(catalogue)[0].id, 600.0)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_baseline_of_another_description_is_refused(tmp_path: Path) -> None:
+    with Catalogue() as catalogue:
+        fill(catalogue, tmp_path, nights=2)
+        arm = arms.every(catalogue)[0]
+        baseline = baselines.current(catalogue, arm.id)
+        assert baseline is not None
+        require_own_baseline(arm, baseline, "0" * 64)
+        with pytest.raises(ArmMismatch, match="baseline of run 1: was made with description"):
+            require_own_baseline(arm, baseline, "1" * 64)
+
+
+def test_exit_codes_are_those_of_nagios() -> None:
+    assert [Verdict(word).exit_code for word in ("ok", "warning", "failed", "unknown")] == [0, 1, 2, 3]
+
+
+def test_baseline_commands_refuse_in_one_line(tmp_path: Path) -> None:
+    with Catalogue() as catalogue:
+        fill(catalogue, tmp_path, nights=2)
+        assert models.latest_of(catalogue, 1).covariance is not None
+    for words, said in (
+        (("accept", "99", "--reason", "x"), "run 99: is not in the catalogue"),
+        (("accept", "1", "--reason", "  "), "--reason is empty"),
+        (("accept", "1", "--reason", "x", "--report", "/none.html"), "there is no such file"),
+        (("suspect", "nobody", "--reason", "x"), "arm nobody: is not in the catalogue"),
+    ):
+        done = call("baseline", *words)
+        assert done.returncode == 2 and said in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_rollback_makes_the_one_before_count(tmp_path: Path) -> None:
+    with Catalogue() as catalogue:
+        label = fill(catalogue, tmp_path, nights=3)
+    assert call("baseline", "accept", "2", "--reason", "new gear").returncode == 0
+    back = json.loads(call("baseline", "rollback", label, "--reason", "no", "--json").stdout)["baselines"]
+    assert [(one["run"], one["state"]) for one in back] == [(2, "rolled_back"), (1, "accepted")]
+    shown = call("baseline", "show", label)
+    assert "run 1, accepted (counts)" in shown.stdout and "new gear" in shown.stdout
+
+
+def test_fleet_files(tmp_path: Path, new_channel: Callable[[], Channel]) -> None:
+    file = tmp_path / "fleet.toml"
+    with pytest.raises(CheckError, match="there is no fleet"):
+        read_fleet(file)
+    bus = 'interface = "udp_multicast"\nchannel = "239.74.1.1:20001"\n'
+    arm = f'[[arm]]\nrobot = "emps"\n{bus}simulated = true\n'
+    file.write_text(f"format = 1\n{arm}")
+    (one,) = read_fleet(file).arm
+    assert one.order().channel == Channel("udp_multicast", "239.74.1.1:20001") and one.order().simulated
+    file.write_text(f"format = 1\n{arm}{arm}")
+    with pytest.raises(FleetFileError, match="two arms on udp_multicast"):
+        read_fleet(file)
+    file.write_text(f"format = 1\n{arm}speed = 2\n")
+    with pytest.raises(FleetFileError, match=r"fleet\.toml:7: .*speed"):
+        read_fleet(file)
