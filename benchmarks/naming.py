@@ -236,7 +236,7 @@ def report(path: Path) -> str:
     single = [line for line in lines if line["kind"] == "single"]
     clean = [line for line in lines if line["kind"] == "clean"]
     outside = [line for line in lines if line["kind"] == "outside"]
-    sizes = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
+    sizes: list[float] = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
     confident = [bool(line["findings"]) and not in_set(line) for line in single]
     named = [line for line in single if right_first(line)]
     text: list[str] = [

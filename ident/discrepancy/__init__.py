@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ident.discrepancy.accepted_noise import accepted_noise
 from ident.discrepancy.gap import Gap
 from ident.discrepancy.prior import Prior, accepted_prior, described_prior
 from ident.discrepancy.results import Candidate, Diagnosis, Finding, FoundParameter
@@ -17,6 +18,7 @@ __all__ = [
     "Prior",
     "Question",
     "SearchSettings",
+    "accepted_noise",
     "accepted_prior",
     "described_prior",
     "diagnose",

@@ -24,6 +24,12 @@ _WORTH = 0.15
 _FEW = 14
 """Evaluations per shape that this may take."""
 
+_SIMULATED, _FOLLOWED, _BESIDE = 8, 1, 3
+"""Places simulated in closed loop: the best alone; beside so many leaders, so many each."""
+
+_ALL_SHAPES = 5
+"""Places of which all shapes are simulated."""
+
 _GUMBEL_MEAN = 0.5772156649015329
 
 _EVEN = 12.0
@@ -61,10 +67,10 @@ def choose(examination: Examination, library: Library, present: Present, setting
         settings: thresholds.
     """
     rows = examination.torque.shape[0]
+    calibration = _Calibration.of(library, rows, settings)
     library = _polished(examination, library, present)
     ranking = best_per_place(singles(library, library.score, rows))
-    calibration = _Calibration.of(library, rows, settings)
-    share = settings.smallest_share if examination.repeats else settings.smallest_share_without_repeats
+    share = settings.share_of(examination)
     by_noise = max(calibration.threshold, settings.least_score)
     threshold = max(by_noise, share * rows)
     excess = examination.excess
@@ -74,7 +80,7 @@ def choose(examination: Examination, library: Library, present: Present, setting
     needed = by_noise + (1.0 - of_prior) * max(share * rows - by_noise, 0.0)
     if best.value < needed:
         return Choice(None, (), tuple(ranking), needed, excess, calibration.p_value(best.value))
-    unexplained = excess - share * rows if examination.repeats else excess
+    unexplained = excess - settings.misfit_of(examination) * rows
     best = _simplest(best, ranking, _allowed(best, unexplained, settings, examination.repeats))
     chosen, rivals = best, ranking
     left = excess - best.gain
@@ -91,15 +97,39 @@ def choose(examination: Examination, library: Library, present: Present, setting
 def _polished(examination: Examination, library: Library, present: Present) -> Library:
     """The library with the leaders' shapes refined: a resonance fits between two points of any grid."""
     rows = examination.torque.shape[0]
+    if examination.loop is not None:
+        library = _confirmed(examination, library, rows)
     ranking = best_per_place(singles(library, library.score, rows))
     leaders = [found.trials[0] for found in ranking[:_POLISHED] if found.gain > _WORTH * ranking[0].gain]
     robot = examination.base.model.robot
     better = []
     for trial in leaders:
         if any(not shape.fixed for shape in trial.family.shapes(robot, trial.place)):
-            refined = refine(examination, [Component.of(trial)], present, _FEW)
+            refined = refine(examination, [Component.of(trial)], present, _FEW, exact=False)
             better.append((trial.family, refined.effects[0]))
     return library.with_effects(examination, better) if better else library
+
+
+def _confirmed(examination: Examination, library: Library, rows: int) -> Library:
+    """The trials that lead, alone or beside a leader, with their columns simulated."""
+    ranking = best_per_place(singles(library, library.score, rows))
+    chosen = ranking[:_SIMULATED]
+    families = {found.trials[0].family.name for found in chosen}
+    for found in ranking[_SIMULATED:]:
+        if found.trials[0].family.name not in families and found.gain > 0.0:
+            families.add(found.trials[0].family.name)
+            chosen.append(found)
+    wanted = [found.trials[0] for found in chosen]
+    for leader in ranking[:_FOLLOWED]:
+        beside = best_per_place(pairs(library, [leader], library.score, rows))
+        wanted += [pair.trials[1] for pair in beside[:_BESIDE]]
+    for leader in ranking[:_ALL_SHAPES]:
+        key = leader.trials[0].key
+        wanted += [trial for trial in library.trials if trial.key == key]
+    unique = {(trial.key, trial.effect.shape): trial for trial in wanted}
+    return library.without_trials().with_effects(
+        examination, [(trial.family, trial.effect) for trial in unique.values()]
+    )
 
 
 def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ident.base import BaseParameters
+from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
@@ -23,7 +24,7 @@ from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LARGEST_CORRELATION = 0.98
 
-_DEPENDENT = 1e-12
+DEPENDENT = 1e-12
 """Singular values below this share of the largest are no information."""
 
 
@@ -58,12 +59,24 @@ class Examination:
     prior: Prior | None
     clone: FloatArray | None = None
     """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
+    loop: LoopEvidence | None = None
+    """Where rows are drive torques beside those of the simulated loop, not torques of measured motions."""
+    about: FloatArray | None = None
+    """In closed loop: the regressor (N, b) as effects are screened, not simulated."""
 
     @property
     def residual(self) -> FloatArray:
         """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
         left = self.torque - self.regressor @ self.beta
         return np.asarray(left if self.clone is None else left - self.clone)
+
+    @cached_property
+    def rough(self) -> Examination:
+        """What effects are screened beside: the present model's own columns are as inexact as theirs."""
+        if self.about is None:
+            return self
+        torque = self.residual + self.about @ self.beta
+        return replace(self, torque=torque, regressor=self.about, instruments=self.about, about=None)
 
     @property
     def data_rows(self) -> int:
@@ -91,7 +104,7 @@ class Examination:
     def _projector(self) -> tuple[FloatArray, FloatArray]:
         q, _ = np.linalg.qr(self.instruments)
         # Not solve: an effect that was added may be all but dependent on what was there.
-        return q, np.linalg.lstsq(self.regressor.T @ q, self.regressor.T, rcond=_DEPENDENT)[0]
+        return q, np.linalg.lstsq(self.regressor.T @ q, self.regressor.T, rcond=DEPENDENT)[0]
 
 
 def examine(
@@ -134,10 +147,10 @@ def examine(
         whitening.apply(values, segment, used)
         for values in (torque[:, :, np.newaxis], regressor, instruments)
     ]
-    y, x, z = _with_prior(white[0][:, 0], white[1], white[2], prior)
+    y, x, z = with_prior(white[0][:, 0], white[1], white[2], prior)
     scale = np.linalg.norm(x, axis=0)
     cross = (z / scale).T @ (x / scale)
-    beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=_DEPENDENT)[0] / scale
+    beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=DEPENDENT)[0] / scale
     return Examination(base, tuple(scenes), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
 
 
@@ -166,7 +179,7 @@ def _first_fit(
     for _ in range(2):
         y = weights.apply(torque[:, :, np.newaxis], segment, used)[:, 0]
         x = weights.apply(regressor, segment, used)
-        y, x, _ = _with_prior(y, x, x, prior)
+        y, x, _ = with_prior(y, x, x, prior)
         scale = np.linalg.norm(x, axis=0)
         if not scale.all():
             raise IdentificationError("the motion does not excite every parameter of the model")
@@ -175,7 +188,7 @@ def _first_fit(
     return np.asarray(beta)
 
 
-def _with_prior(
+def with_prior(
     y: FloatArray, x: FloatArray, z: FloatArray, prior: Prior | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     if prior is None:

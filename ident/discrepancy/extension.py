@@ -44,4 +44,4 @@ def extended_prior(prior: Prior | None, more: int) -> Prior | None:
     covariance = np.zeros((b + more, b + more))
     covariance[:b, :b] = prior.covariance
     covariance[np.arange(b, b + more), np.arange(b, b + more)] = np.inf
-    return Prior(np.concatenate([prior.values, np.zeros(more)]), covariance, prior.source)
+    return Prior(np.concatenate([prior.values, np.zeros(more)]), covariance, prior.source, prior.noise)

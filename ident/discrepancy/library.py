@@ -71,13 +71,16 @@ class Library:
     columns: FloatArray
 
     def with_effects(
-        self, examination: Examination, effects: Sequence[tuple[EffectFamily, PlacedEffect]]
+        self,
+        examination: Examination,
+        effects: Sequence[tuple[EffectFamily, PlacedEffect]],
+        exact: bool = True,
     ) -> Library:
         """The library with trials of further shapes at its end."""
         trials, blocks = list(self.trials), [self.columns]
         start = self.columns.shape[1]
         for family, effect in effects:
-            beyond = partialled(examination, effect)
+            beyond = partialled(examination, effect, exact)
             if beyond is None:
                 continue
             basis, parameters = orthonormal(beyond)
@@ -90,6 +93,11 @@ class Library:
         matrix = np.concatenate(blocks, axis=1)
         gram = (matrix.T @ matrix).astype(np.float64)
         return Library(tuple(trials), gram, np.asarray(matrix.T @ examination.residual), matrix)
+
+    def without_trials(self) -> Library:
+        """An empty one on the same rows."""
+        none = self.columns[:, :0]
+        return Library((), np.zeros((0, 0)), np.zeros(0), none)
 
     def score_of(self, residual: FloatArray) -> FloatArray:
         """(m,) for another residual (N,)."""
@@ -106,9 +114,9 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
     for family in families:
         for place in family.places(robot):
             shapes = family.shapes(robot, place)
-            for values in product(*(shape.grid for shape in shapes)):
-                effect = family.effect(robot, place, values, present)
-                beyond = partialled(examination, effect)
+            grid = list(product(*(shape.grid for shape in shapes)))
+            effects = [family.effect(robot, place, values, present) for values in grid]
+            for effect, beyond in zip(effects, _beyond(examination, effects), strict=True):
                 if beyond is None:
                     continue
                 basis, parameters = orthonormal(beyond)
@@ -123,28 +131,74 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
     return Library(tuple(trials), gram, score, matrix)
 
 
+def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:
+    """Of effects at one place, the whitened columns (N, p) beyond the present model."""
+    counts = [len(effect.parameter_names) for effect in effects]
+    white = _screened(examination, effects)
+    cuts = np.cumsum(counts)[:-1]
+    beyond = examination.rough.partial_out(white)
+    pairs = zip(np.split(white, cuts, axis=1), np.split(beyond, cuts, axis=1), strict=True)
+    return [_seen(before, after) for before, after in pairs]
+
+
+def _screened(examination: Examination, effects: Sequence[PlacedEffect]) -> FloatArray:
+    """Their whitened columns side by side (N, all p)."""
+    loop = examination.loop
+    if loop is None:
+        given = [
+            np.concatenate([effect_rows(scene, effect) for effect in effects], axis=2)
+            for scene in examination.scenes
+        ]
+        return examination.whiten(given)
+    key = (effects[0].name, effects[0].place)
+    if key not in loop.screened:
+        loop.screened[key] = examination.whiten([loop.screen(effects)]).astype(np.float32)
+    return loop.screened[key].astype(np.float64)
+
+
 def prior_share(basis: FloatArray, data_rows: int) -> float:
     """Share of the energy of orthonormal columns (N, r) that is in the rows after the data."""
     return float(np.sum(basis[data_rows:] ** 2) / basis.shape[1])
 
 
-def partialled(examination: Examination, effect: PlacedEffect) -> FloatArray | None:
-    """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it."""
-    white = examination.whiten([effect_rows(scene, effect) for scene in examination.scenes])
+def partialled(examination: Examination, effect: PlacedEffect, exact: bool = True) -> FloatArray | None:
+    """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it.
+
+    Args:
+        examination: of the present model.
+        effect: of the vocabulary.
+        exact: in closed loop, by simulation; else about.
+    """
+    if examination.loop is None:
+        columns = [effect_rows(scene, effect) for scene in examination.scenes]
+    else:
+        loop = examination.loop
+        answer = loop.respond(effect) if exact else loop.screen([effect])
+        if answer is None:
+            return None
+        columns = [answer]
+    white = examination.whiten(columns)
+    return _seen(white, (examination if exact else examination.rough).partial_out(white))
+
+
+def _seen(white: FloatArray, beyond: FloatArray) -> FloatArray | None:
+    """Columns beyond the present model, zero where they are hardly there; None where all are."""
     before = np.sqrt(np.einsum("rp,rp->p", white, white))
     if not np.isfinite(before).all() or not (before > _NOTHING).any():
         return None
-    beyond = examination.partial_out(white)
     beyond[:, np.linalg.norm(beyond, axis=0) <= np.maximum(_IN_SPAN * before, _NOTHING)] = 0.0
     return beyond if beyond.any() else None
 
 
 def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Basis (N, r) of columns (N, p), and (p, r) that makes their factors of the basis's."""
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left, values, right = np.linalg.svd(columns / scale, full_matrices=False)
-    seen = values > _IN_SPAN * values[0]
-    return left[:, seen], (right[seen].T / values[seen]) / scale[:, np.newaxis]
+    scale = np.maximum(np.sqrt(np.einsum("rp,rp->p", columns, columns)), 1e-300)
+    unit = np.ascontiguousarray(columns / scale)
+    squares, vectors = np.linalg.eigh(unit.T @ unit)
+    values = np.sqrt(np.maximum(squares, 0.0))
+    seen = values > _IN_SPAN * values[-1]
+    factors = vectors[:, seen] / values[seen]
+    return unit @ factors, factors / scale[:, np.newaxis]
 
 
 def effect_rows(scene: Scene, effect: PlacedEffect, measured: bool = False) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio
 
+from ident.closed_loop.chain import chain_frames
 from ident.effects import CurrentOffset, RigidBody, State
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
@@ -45,6 +46,9 @@ class Present:
         return torque
 
     def _link_torque(self, state: State) -> FloatArray:
+        chain = self._chain()
+        if chain is not None:
+            return self._along(chain, state.position, state.velocity, state.acceleration)[0]
         model = self._links()
         data = model.createData()
         torque = np.zeros_like(state.position)
@@ -63,6 +67,10 @@ class Present:
         return mass
 
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
+        chain = self._chain()
+        if chain is not None:
+            still = np.zeros_like(position)
+            return self._along(chain, position, still, still)[1]
         model = self._links()
         data = model.createData()
         samples, joints = position.shape
@@ -89,6 +97,41 @@ class Present:
         for k in range(position.shape[0]):
             torque[k] = pinocchio.computeGeneralizedGravity(model, data, position[k])
         return torque
+
+    def _chain(self) -> FloatArray | None:
+        """Constants of the joints for machine code; None where the links branch."""
+        if "chain" not in self._kept:
+            links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+            frames = chain_frames(links.model)
+            self._kept["chain"] = (frames, np.array(links.model.gravity.linear, dtype=np.float64))
+        found = self._kept["chain"][0]
+        return found if isinstance(found, np.ndarray) else None
+
+    def _along(
+        self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        # Imported here: the compiler takes a second to load.
+        from ident.discrepancy.link_torque import along_motion
+
+        samples, n = position.shape
+        torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
+        along_motion(
+            tuple(range(n)),
+            frames,
+            self._link_parameters(),
+            self._kept["chain"][1],
+            np.ascontiguousarray(position),
+            np.ascontiguousarray(velocity),
+            np.ascontiguousarray(acceleration),
+            torque,
+            masses,
+        )
+        return torque, masses
+
+    def _link_parameters(self) -> FloatArray:
+        links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+        start = self.model.names.index(links.parameter_names[0])
+        return np.ascontiguousarray(self.standard[start : start + len(links.parameter_names)].reshape(-1, 10))
 
     def _links(self) -> pinocchio.Model:
         links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))

@@ -22,6 +22,8 @@ class Prior:
     values: FloatArray
     covariance: FloatArray
     source: str
+    noise: FloatArray | None = None
+    """(n,) rms torque noise of the recording that the model was accepted on, N·m (or N), where known."""
 
     def rows(self) -> tuple[FloatArray, FloatArray]:
         """Rows R β = t of unit variance that say the same: R (k, b) and t (k,), k the parameters held."""
@@ -39,6 +41,7 @@ def accepted_prior(
     covariance: FloatArray,
     relative_spread: float = 0.002,
     friction_spread: float = 0.005,
+    noise: FloatArray | None = None,
 ) -> Prior:
     """An accepted model as prior.
 
@@ -48,13 +51,14 @@ def accepted_prior(
         covariance: (b, b) theirs.
         relative_spread: what two identifications of an unchanged arm may differ by beyond their σ.
         friction_spread: the same of friction, which follows temperature; infinite to leave it free.
+        noise: (n,) of the accepted recording, see ``noise_level``; louder joints are then noticed.
     """
     friction = _is_friction(base)
     spread = np.where(friction, 0.0 if np.isinf(friction_spread) else friction_spread, relative_spread)
     widened = covariance + np.diag((spread * values) ** 2)
     if np.isinf(friction_spread):
         widened = _with_free_friction(base, widened)
-    return Prior(values, widened, "accepted model")
+    return Prior(values, widened, "accepted model", noise)
 
 
 def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior:

@@ -69,6 +69,7 @@ def refine(
     components: Sequence[Component],
     present: Present,
     evaluations: int = _EVALUATIONS,
+    exact: bool = True,
 ) -> Refined:
     """Fit shapes and linear parameters of some effects together.
 
@@ -77,6 +78,7 @@ def refine(
         components: effects with the shapes that the grid gave.
         present: the present model, for effects that ask it for torques.
         evaluations: of the search, per shape.
+        exact: in closed loop, by simulation of the effects; else about.
     """
     shapes = [shape for component in components for shape in component.shapes(examination)]
     free = np.array([not shape.fixed for shape in shapes], dtype=np.bool_)
@@ -93,7 +95,9 @@ def refine(
 
         def loss(point: FloatArray) -> float:
             placed = at(point)
-            solved = _solve(examination, placed, present)
+            # Many evaluations: what a loop answers about is enough to find the shape.
+            about = exact and examination.loop is None
+            solved = _solve(examination, placed, present, exact=about)
             return 0.0 if solved is None else -solved[1]
 
         widths = np.array([_grid_step(shape) for shape in shapes])[free]
@@ -107,14 +111,18 @@ def refine(
         )
         if found.fun <= loss(start[free]):
             best = at(np.asarray(found.x))
-    return _with_deviations(examination, best, shapes, present)
+    return _with_deviations(examination, best, shapes, present, exact)
 
 
 def _with_deviations(
-    examination: Examination, components: Sequence[Component], shapes: Sequence[Shape], present: Present
+    examination: Examination,
+    components: Sequence[Component],
+    shapes: Sequence[Shape],
+    present: Present,
+    exact: bool,
 ) -> Refined:
     """Standard deviations from the columns and the derivatives over the shapes (Gauss–Newton)."""
-    solved = _solve(examination, components, present)
+    solved = _solve(examination, components, present, exact=exact)
     if solved is None:
         raise ArithmeticError("the effects have no columns beyond the present model")
     parameters, gain, columns, counts = solved
@@ -131,7 +139,7 @@ def _with_deviations(
             step = -step
         moved = point.copy()
         moved[k] += step
-        other = _solve(examination, _at(components, shapes, moved), present, parameters)
+        other = _solve(examination, _at(components, shapes, moved), present, parameters, exact)
         slope = step if other is None else (other[2] @ parameters - fitted) / step
         slopes.append(np.broadcast_to(slope, fitted.shape)[:, np.newaxis])
     matrix = np.concatenate(jacobian + slopes, axis=1)
@@ -168,9 +176,10 @@ def _solve(
     components: Sequence[Component],
     present: Present,
     fixed: FloatArray | None = None,
+    exact: bool = True,
 ) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
     """Linear parameters, gain, partialled columns and how many belong to each effect."""
-    blocks = [partialled(examination, component.effect(examination, present)) for component in components]
+    blocks = [partialled(examination, c.effect(examination, present), exact) for c in components]
     if any(block is None for block in blocks):
         return None
     columns = np.concatenate([block for block in blocks if block is not None], axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ident.discrepancy.examination import Examination
 from ident.recording import Recording
 from robots.description import Robot
 
@@ -21,6 +22,7 @@ class SearchSettings:
 
     Attributes:
         smallest_share: a finding takes away at least this multiple of the noise's own energy.
+        smallest_share_in_loop: the same where the rows are those of the simulated loop.
         smallest_share_without_repeats: the same where noise is not told from repeats.
         least_score: no finding scores less, whatever the noise alone could give.
         false_alarm: chance that noise alone gives a finding on a clean arm.
@@ -31,12 +33,14 @@ class SearchSettings:
         second_share: a second effect takes away at least this share of what the first does; less is taken
             for the first one's form being a little different.
         unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
+        misfit_in_loop: what a simulation of the right model leaves, as a multiple of the noise's energy.
         most: how many effects may be found one after the other.
         draws: residuals of noise alone that the threshold is taken from.
         seed: of those.
     """
 
     smallest_share: float = 0.02
+    smallest_share_in_loop: float = 0.005
     smallest_share_without_repeats: float = 0.1
     least_score: float = 40.0
     false_alarm: float = 0.01
@@ -45,9 +49,22 @@ class SearchSettings:
     explained: float = 0.5
     second_share: float = 0.02
     unnamed_share: float = 0.08
+    misfit_in_loop: float = 0.07
     most: int = 3
     draws: int = 400
     seed: int = 0
+
+    def share_of(self, examination: Examination) -> float:
+        """What a finding takes away at least, as a multiple of the noise's energy."""
+        if examination.loop is not None:
+            return self.smallest_share_in_loop
+        return self.smallest_share if examination.repeats else self.smallest_share_without_repeats
+
+    def misfit_of(self, examination: Examination) -> float:
+        """What is left without a missing effect, as a multiple of the noise's energy."""
+        if examination.loop is not None:
+            return self.misfit_in_loop
+        return self.smallest_share if examination.repeats else 0.0
 
 
 DEFAULTS = SearchSettings()

@@ -18,6 +18,8 @@ def shown_values(examination: Examination) -> FloatArray:
     if prior is None:
         return examination.beta
     held = np.isfinite(np.diag(prior.covariance))
+    if examination.loop is not None:
+        return np.where(held, prior.values, examination.beta)
     rows = examination.data_rows
     x, y, z = (m[:rows] for m in (examination.regressor, examination.torque, examination.instruments))
     beta = np.where(held, prior.values, 0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, norm, poisson
 from scipy.stats import f as f_distribution
 
 from ident.discrepancy.examination import Examination
@@ -22,6 +22,15 @@ _NEAR, _FAR = 3, 16
 """Ordinates of the periodogram to either side: the nearer are of the line, those up to the far ones not."""
 
 _BLOCKS = 16
+
+_FEWEST = 20
+"""Rows of a block of time that its variance is taken from."""
+
+_SHOCK, _SHOCKS = 5.5, 5
+"""Robust deviations of a row that is a shock, and how many make a word."""
+
+_LOUDER = 1.35
+"""Noise of a joint against that of the accepted model's recording."""
 
 _CLEAR = 1e-6
 """p-value below which it is worth a sentence; there are several tests on each joint."""
@@ -55,9 +64,15 @@ def unrepeated(examination: Examination, sample_time: float) -> tuple[Unrepeated
     found = []
     for joint in range(examination.noise.shape[1]):
         for index in np.unique(examination.segment):
-            series = examination.noise[examination.segment == index, joint]
-            found += _single_frequency(joint, _nearly_white(series), sample_time)
-            found += _bursts(joint, _nearly_white(series), sample_time)
+            rows = examination.segment == index
+            series = examination.noise[rows, joint]
+            white = _nearly_white(series)
+            # Around a reversal noise is that of the instant at which it comes.
+            moving = examination.used[rows, joint][-white.size :]
+            found += _single_frequency(joint, white, sample_time)
+            found += _bursts(joint, np.where(moving, white, np.nan), sample_time)
+            found += _shocks(joint, white[moving])
+    found += _louder(examination)
     return tuple(found)
 
 
@@ -109,17 +124,22 @@ def _single_frequency(joint: int, white: FloatArray, sample_time: float) -> list
 
 def _bursts(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeated]:
     """Bartlett's test of equal variance over blocks of time."""
-    blocks = np.array_split(white, _BLOCKS)
+    whole = [block[np.isfinite(block)] for block in np.array_split(white, _BLOCKS)]
+    blocks = [block for block in whole if block.size >= _FEWEST]
+    if len(blocks) < 2:
+        return []
+    at = [k for k, block in enumerate(whole) if block.size >= _FEWEST]
+    length, white = white.size, np.concatenate(blocks)
     sizes = np.array([block.size - 1.0 for block in blocks])
     variances = np.array([block.var(ddof=1) for block in blocks])
     pooled = float(sizes @ variances / sizes.sum())
     heavy = float(np.mean(white**4) / np.mean(white**2) ** 2 - 1.0) / 2.0
     statistic = float(sizes.sum() * np.log(pooled) - sizes @ np.log(variances)) / max(heavy, 1.0)
-    p_value = float(chi2.sf(statistic, _BLOCKS - 1))
+    p_value = float(chi2.sf(statistic, len(blocks) - 1))
     if p_value > _CLEAR or variances.max() < _UNEVEN * np.median(variances):
         return []
-    worst = int(np.argmax(variances))
-    start = worst * white.size / _BLOCKS * sample_time
+    worst = at[int(np.argmax(variances))]
+    start = worst * length / _BLOCKS * sample_time
     return [
         Unrepeated(
             joint,
@@ -128,3 +148,50 @@ def _bursts(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeate
             f"joint {joint + 1}: torque noise is not even, strongest around {start:.1f} s",
         )
     ]
+
+
+def _shocks(joint: int, white: FloatArray) -> list[Unrepeated]:
+    """Rows far outside what the bulk of the noise is like (median absolute deviation)."""
+    if white.size < _FEWEST:
+        return []
+    centred = np.abs(white - np.median(white))
+    far = centred > _SHOCK * 1.4826 * np.median(centred)
+    count = int(far.sum())
+    if count < _SHOCKS:
+        return []
+    expected = white.size * float(2.0 * norm.sf(_SHOCK))
+    return [
+        Unrepeated(
+            joint,
+            "shocks",
+            float(poisson.sf(count - 1, expected)),
+            f"joint {joint + 1}: {count} sudden torques that do not repeat",
+        )
+    ]
+
+
+def _louder(examination: Examination) -> list[Unrepeated]:
+    """Joints whose noise is larger than when the prior's model was accepted."""
+    prior = examination.prior
+    if prior is None or prior.noise is None:
+        return []
+    found = []
+    level = noise_level(examination)
+    for joint, (now, before) in enumerate(zip(level, prior.noise, strict=True)):
+        if before > 0.0 and now > _LOUDER * before:
+            rows = int(examination.used[:, joint].sum())
+            found.append(
+                Unrepeated(
+                    joint,
+                    "louder",
+                    float(f_distribution.sf((now / before) ** 2, rows, rows)),
+                    f"joint {joint + 1}: torque noise is {now / before:.2f} times that of the accepted model",
+                )
+            )
+    return found
+
+
+def noise_level(examination: Examination) -> FloatArray:
+    """(n,) rms of what does not repeat where the joints move, N·m (or N)."""
+    squares = np.where(examination.used, examination.noise**2, 0.0).sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(examination.used.sum(axis=0), 1)))

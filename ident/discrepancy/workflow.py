@@ -25,6 +25,7 @@ from ident.discrepancy.gap import (
     torque_residual,
 )
 from ident.discrepancy.library import Library, build_library
+from ident.discrepancy.loop_examination import examine_in_loop, loop_gap
 from ident.discrepancy.portrait import Portrait, portrait
 from ident.discrepancy.present import Present
 from ident.discrepancy.prior import Prior
@@ -38,6 +39,7 @@ from ident.discrepancy.unrepeated import Unrepeated, unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.where import Habitat, habitats
 from ident.effects.family import EffectFamily
+from ident.effects.gain_drift import WITHOUT_A_NAME
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
@@ -49,6 +51,20 @@ _log = logging.getLogger(__name__)
 
 Progress = Callable[[str, float], None]
 """Called with a step in words and the share of the whole that is done, 0 to 1."""
+
+AT_REVERSALS = (
+    "static_friction",
+    "stribeck_friction",
+    "hysteresis",
+    "backlash",
+    "joint_elasticity",
+)
+"""Effects that may show at reversals alone, which are looked at in closed loop."""
+
+_FORMS = tuple(family.name for family in WITHOUT_A_NAME)
+
+_SURE = 5.0
+"""Standard deviations by which a parameter differs from zero to be simulated."""
 
 _RANKED = 12
 """Candidates that a finding lists."""
@@ -66,6 +82,7 @@ class Question:
         prior: a function that gives the prior of a base set; None to search after a refit.
         model: the model that is examined; the arm's usual one where None.
         settings: thresholds.
+        at_reversals: look at reversals and standstills, too, where the loop can be simulated.
     """
 
     robot: Robot
@@ -75,6 +92,7 @@ class Question:
     prior: Callable[[BaseParameters], Prior] | None = None
     model: RegressorModel | None = None
     settings: SearchSettings = DEFAULTS
+    at_reversals: bool = True
 
 
 def _silent(step: str, share: float) -> None:
@@ -119,15 +137,34 @@ class _Step:
         prior: Prior | None,
         before: _Step | None = None,
         whitening: Whitening | None = None,
+        start: FloatArray | None = None,
     ) -> _Step:
         if before is not None:
             whitening = before.examination.whitening
         plain = base if before is None else before.plain
+        if before is not None and before.examination.loop is not None:
+            assert start is not None
+            examination = examine_in_loop(base, scenes, prior, start, before.examination)
+            standard = base.standard_from(examination.beta, base.model.prior())
+            return cls(base, prior, examination, Present(base.model, standard), plain)
         examination = examine(base, scenes, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
         return cls(
             base, prior, with_clone(examination, standard, plain), Present(base.model, standard), plain
         )
+
+    def in_loop(self) -> _Step | None:
+        """The same model in closed loop; None where the recordings or the model have none."""
+        scenes = self.examination.scenes
+        if not lag_is_known(self.base.model.robot) or any(scene.period is None for scene in scenes):
+            return None
+        try:
+            examination = examine_in_loop(self.base, scenes, self.prior, self.examination.beta)
+        except IdentificationError as error:
+            _log.info("not examined in closed loop: %s", error)
+            return None
+        standard = self.base.standard_from(examination.beta, self.base.model.prior())
+        return _Step(self.base, self.prior, examination, Present(self.base.model, standard), self.plain)
 
 
 class _Search:
@@ -144,24 +181,50 @@ class _Search:
         robot = step.base.model.robot
         self.validation = _scenes(robot, question.validation)
         self.findings: list[Finding] = []
+        self.form = ""
+        """What the residual is, where it has a form without a name."""
 
     def run(self) -> Diagnosis:
         """Search, name, add; again and again."""
-        most = self.question.settings.most
+        choice = self._search(self._families(), self.question.settings.most)
+        in_loop = self.step.in_loop() if self._at_reversals() else None
+        if in_loop is not None:
+            moving = self.step
+            self.step = in_loop
+            reversing = [family for family in self.question.families if family.name in AT_REVERSALS]
+            self._search(reversing, 1)
+            if self.step is in_loop:
+                self.step = moving
+        self.progress("gap", 0.95)
+        return self._answer(choice)
+
+    def _at_reversals(self) -> bool:
+        """Whether to look there: where motion has shown nothing that has a name or a form."""
+        if not self.question.at_reversals or self.findings or self.form:
+            return False
+        strange = unrepeated(self.step.examination, _row_time(self.scenes[0]))
+        return all(item.kind == "shocks" for item in strange)
+
+    def _search(self, families: Sequence[EffectFamily], most: int) -> Choice | None:
+        """Until nothing more passes."""
         choice: Choice | None = None
         while len(self.findings) < most:
             self.progress("candidates", 0.1 + 0.8 * len(self.findings) / most)
-            families = self._families()
             library = build_library(self.step.examination, families, self.step.present)
             if not self.findings and not self.step.examination.repeats:
                 self._measure_noise(library)
                 library = build_library(self.step.examination, families, self.step.present)
+            if not library.trials:
+                break
             choice = choose(self.step.examination, library, self.step.present, self.question.settings)
             if choice.chosen is None or not self._worth_naming(choice):
                 break
+            forms = [t for t in choice.chosen.trials if t.family.name in _FORMS]
+            if forms:
+                self.form = f"drive {forms[0].place.joints[0] + 1} has {forms[0].family.sentence}"
+                break
             self._add(choice.chosen, choice)
-        self.progress("gap", 0.95)
-        return self._answer(choice)
+        return choice
 
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
@@ -174,7 +237,7 @@ class _Search:
         with_prior, known = self.step.prior is not None, lag_is_known(self.question.robot)
         return tuple(
             family
-            for family in self.question.families
+            for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))
             if (with_prior or not (family.needs_prior or family.name in present))
             and (known or family.name not in TAKEN_BY_ALIGNMENT)
         )
@@ -189,7 +252,7 @@ class _Search:
         """
         assert choice.chosen is not None
         settings, rows = self.question.settings, self.step.examination.torque.shape[0]
-        beyond_misfit = choice.excess - settings.smallest_share * rows
+        beyond_misfit = choice.excess - settings.misfit_of(self.step.examination) * rows
         of_data = 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
         return bool(choice.chosen.gain >= settings.explained * of_data * beyond_misfit)
 
@@ -203,6 +266,7 @@ class _Search:
             self.scenes,
             extended_prior(before.prior, more),
             before,
+            start=np.concatenate([before.examination.beta, *_shown_values(refined)]),
         )
         gap, picture = self._torque_gap(before, after), self._portrait(before, after)
         for position, effect in enumerate(refined.effects):
@@ -240,6 +304,14 @@ class _Search:
         )
 
     def _torque_gap(self, before: _Step, after: _Step) -> Gap:
+        if after.examination.loop is not None:
+            found = loop_gap(
+                self.validation,
+                after.examination.loop.lengths,
+                ((before.base, _shown(before)), (after.base, _shown(after))),
+            )
+            if found is not None:
+                return found
         return Gap(
             torque_gap(before.base, _shown(before), self.validation),
             torque_gap(after.base, _shown(after), self.validation),
@@ -264,7 +336,7 @@ class _Search:
         return Diagnosis(
             verdict=verdict,
             findings=tuple(self.findings),
-            description=_description(verdict, places, strange),
+            description=_description(verdict, places, strange, self.form),
             habitats=places,
             unrepeated=strange,
             torque=self._torque_gap(self.first, self.step),
@@ -284,9 +356,11 @@ class _Search:
         if self.findings:
             return "named"
         rows = self.step.examination.torque.shape[0]
-        if choice is not None and choice.excess > self.question.settings.unnamed_share * rows:
+        settings, examination = self.question.settings, self.step.examination
+        named = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
+        if choice is not None and choice.excess > named * rows:
             return "unnamed"
-        return "unnamed" if strange else "clean"
+        return "unnamed" if strange or self.form else "clean"
 
     def _habitats(self) -> tuple[Habitat, ...]:
         beta = self.step.examination.beta
@@ -324,6 +398,18 @@ def _scenes(robot: Robot, recordings: Sequence[Recording]) -> tuple[Scene, ...]:
 
 def _row_time(scene: Scene) -> float:
     return scene.recording.sample_time * scene.decimation
+
+
+def _shown_values(refined: Refined) -> list[FloatArray]:
+    """Per effect, the parameters that the data show, as far as nature allows them."""
+    found = []
+    parts = zip(refined.effects, refined.linear, refined.linear_sigma, refined.seen, strict=True)
+    for effect, values, sigma, seen in parts:
+        lowest, highest = np.array(effect.bounds).T
+        # One that is hardly determined was found by a small step, and may be far off where it is not small.
+        sure = np.abs(values) >= _SURE * sigma
+        found.append(np.where(sure, np.clip(values, lowest, highest), 0.0)[seen])
+    return found
 
 
 def _shown(step: _Step) -> FloatArray:
@@ -377,10 +463,14 @@ def _candidate(score: Score, excess: float) -> Candidate:
     )
 
 
-def _description(verdict: DiagnosisVerdict, places: Sequence[Habitat], strange: Sequence[Unrepeated]) -> str:
+def _description(
+    verdict: DiagnosisVerdict, places: Sequence[Habitat], strange: Sequence[Unrepeated], form: str
+) -> str:
     """What is left, in words, where it has no name."""
     if verdict != "unnamed":
         return ""
+    if form:
+        return form
     if strange:
         return "; ".join(item.sentence for item in strange)
     worst = max(places, key=lambda place: place.strongest[1] * place.rms)

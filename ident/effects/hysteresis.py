@@ -76,7 +76,7 @@ def _make(
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("length", angle_unit(robot, place), _LENGTHS, 1e-3, 1.0, True),)
+    return (Shape("length", angle_unit(robot, place), _LENGTHS, 2e-3, 1.0, True),)
 
 
 HYSTERESIS = Family(

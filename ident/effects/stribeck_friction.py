@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.hysteresis import deflection
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -20,13 +21,16 @@ from ident.effects.placed import (
     speed_limit,
     torque_unit,
 )
-from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_STATIC_SHARE = 0.004
+_STATIC_SHARE = 0.0025
 """Of the speed limit: friction that falls within less than this shows at breakaway alone."""
+
+_PRESLIDING = (1e-4, 4e-4, 1.2e-3)
+"""rad (or m); friction that takes longer to build up is hysteresis."""
 
 _EXPONENT = Shape("exponent", "1", (1.0, 2.0), 0.5, 4.0, fixed=True)
 """1 is Tustin's form of the fall, 2 that of Gauss."""
@@ -51,16 +55,51 @@ def _make(
 
 def _moving_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = speed_limit(robot, drive_row(robot, place))
-    grid = tuple(float(limit * share) for share in (0.005, 0.01, 0.02, 0.04, 0.08, 0.16))
+    grid = tuple(float(limit * share) for share in (0.003, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16))
     unit = f"{angle_unit(robot, place)}/s"
     return (Shape("stribeck_speed", unit, grid, _STATIC_SHARE * limit, 0.4 * limit, True), _EXPONENT)
 
 
+def _breakaway(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A level above that of motion at next to no speed, and a share of it that builds up over a way.
+
+    Before it slides a gear bends; where it bends farther than others, friction comes late at each reversal.
+    """
+    row, sign, (breakaway_speed, length) = drive_row(robot, place), friction_sign(robot), shape
+
+    def over_speed(speed: FloatArray) -> FloatArray:
+        return sign(speed) * np.exp(-((speed / breakaway_speed) ** 2))
+
+    def law(state: State) -> FloatArray:
+        speed = state.velocity @ row
+        late = np.zeros_like(speed)
+        if state.time is not None:
+            late = deflection(state.position @ row, length) - sign(speed)
+        return along(row, over_speed(speed), late)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(
+            friction=(
+                FrictionTorque(row, values[0] * row, over_speed),
+                FrictionTorque(row, values[1] * row, Bristle(length, "exponential")),
+                FrictionTorque(row, -values[1] * row, sign),
+            )
+        )
+
+    unit = torque_unit(robot, place)
+    names = (f"Fbreak{number(place)}", f"Flate{number(place)}")
+    return Parameters(names, (unit, unit), (POSITIVE, POSITIVE)), law, parts
+
+
 def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = speed_limit(robot, drive_row(robot, place))
-    grid = tuple(float(limit * share) for share in (0.0005, 0.001, 0.002))
-    unit = f"{angle_unit(robot, place)}/s"
-    return (Shape("breakaway_speed", unit, grid, 0.0002 * limit, _STATIC_SHARE * limit, True), _EXPONENT)
+    unit = angle_unit(robot, place)
+    return (
+        Shape("breakaway_speed", f"{unit}/s", (0.001 * limit,), 0.0002 * limit, _STATIC_SHARE * limit, True),
+        Shape("presliding", unit, _PRESLIDING, 3e-5, 3e-3, True),
+    )
 
 
 STRIBECK_FRICTION = Family(
@@ -78,9 +117,8 @@ STATIC_FRICTION = Family(
     "friction to break away from standstill that is larger than friction in motion",
     "drive",
     each_drive,
-    _make,
+    _breakaway,
     _breakaway_shapes,
-    contains=("coulomb_friction",),
     evidence="reversal",
     confused_with=("stribeck_friction", "hysteresis"),
 )

@@ -51,8 +51,9 @@ def _make(
         return ((present.torque(moved) - present.torque(state)) / shift)[:, :, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
-        delay = max(0.0, float(values[0]))
-        return SimulatedParts(drives=tuple(DriveChange(drive, reading_delay=delay) for drive in drives))
+        late = float(values[0])
+        changes = (DriveChange(d, delay=max(0.0, -late), reading_delay=max(0.0, late)) for d in drives)
+        return SimulatedParts(drives=tuple(changes))
 
     name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
     return Parameters((name,), ("s",), (ANY,)), law, parts

@@ -79,7 +79,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "coulomb_friction": [(2, None, (0.5,), 0.01), (5, None, (0.5,), 0.01), (1, None, (-3.0,), 0.01)],
     "asymmetric_friction": [(2, None, (0.5, 0.3), 0.01), (5, None, (-0.4, 0.1), 0.02)],
     "stribeck_friction": [(2, None, (2.0,), 0.05), (4, None, (1.0,), 0.05)],
-    "static_friction": [(2, None, (2.0,), 0.15)],
+    "static_friction": [(2, None, (2.0, 0.5), 0.15), (2, None, (0.0, 2.0), 0.1)],
     "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
     "drifting_friction": [(2, (8.0,), (0.5, 0.3), 0.005)],

@@ -97,6 +97,15 @@ def test_stribeck_friction_is_found_after_a_refit_too() -> None:
     assert found.findings[0].gap.after[2] < 0.5 * found.findings[0].gap.before[2] + found.torque.floor[2]
 
 
+def test_static_friction_is_found_at_the_reversals() -> None:
+    wide = {"drive": 5, "speed": 0.02, "rise": 0.3, "displacement": 4e-4}
+    found = search({"static_friction": [wide]})
+    assert named(found) == ("static_friction", (5,))
+    assert len(found.findings) == 1
+    gap = found.findings[0].gap
+    assert (gap.after[4] - gap.floor[4]) < 0.7 * (gap.before[4] - gap.floor[4])
+
+
 def test_a_constant_offset_may_be_friction_that_differs_with_the_direction() -> None:
     found = search({"current_offset": [{"drive": 3, "torque": 1.0}]})
     assert found.verdict == "ambiguous"

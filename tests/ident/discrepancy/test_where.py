@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ident.discrepancy.unrepeated import _bursts, _nearly_white, _single_frequency
+from ident.discrepancy.unrepeated import _bursts, _nearly_white, _shocks, _single_frequency
 from ident.discrepancy.where import correlation_ratio
 
 
@@ -50,3 +50,17 @@ def test_bursts_are_found() -> None:
     series = coloured(2)
     series[1000:1150] *= 6
     assert _bursts(0, _nearly_white(series), 0.004)[0].kind == "bursts"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_alone_has_no_shocks(seed: int) -> None:
+    assert not _shocks(0, _nearly_white(coloured(seed)))
+
+
+def test_a_few_sudden_torques_are_shocks_though_they_hardly_raise_the_noise() -> None:
+    series = coloured(3)
+    series[200::350] += 14.0
+    found = _shocks(1, _nearly_white(series))
+    assert found[0].kind == "shocks"
+    assert found[0].joint == 1
+    assert found[0].p_value < 1e-6

@@ -115,7 +115,7 @@ def test_an_effect_is_something_in_the_simulation(family: Family) -> None:
     assert any(value is not None and len(value) for value in vars(parts).values())
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if "friction" in name])
+@pytest.mark.parametrize("name", [n for n in NAMES if "friction" in n and n != "static_friction"])
 def test_friction_of_a_drive_that_stands_still_is_nothing(name: str) -> None:
     still = MOTION.velocity.copy()
     still[:, 2] = 0.0
@@ -138,6 +138,18 @@ def test_a_coupled_drive_loads_both_its_joints_alike(name: str) -> None:
 # Friction
 
 
+def bent(position: np.ndarray, length: float) -> np.ndarray:
+    """Dahl's bristle, integrated in small steps of the way."""
+    state, steps = np.zeros(position.size), 200
+    for k in range(1, position.size):
+        way, z = (position[k] - position[k - 1]) / steps, state[k - 1]
+        for _ in range(steps):
+            middle = z + 0.5 * way / length * (1.0 - z * np.sign(way))
+            z += way / length * (1.0 - middle * np.sign(way))
+        state[k] = z
+    return state
+
+
 def test_friction_over_speed() -> None:
     v = MOTION.velocity[:, 2]
     row = np.eye(6)[2]
@@ -150,7 +162,10 @@ def test_friction_over_speed() -> None:
         (placed("asymmetric_friction", 2), [np.abs(sign), np.abs(v)]),
         (placed("stribeck_friction", 2, 0.3, 2.0), [sign * np.exp(-((v / 0.3) ** 2))]),
         (placed("stribeck_friction", 2, 0.3, 1.0), [sign * np.exp(-np.abs(v) / 0.3)]),
-        (placed("static_friction", 2, 0.01, 2.0), [sign * np.exp(-((v / 0.01) ** 2))]),
+        (
+            placed("static_friction", 2, 0.01, 4e-4),
+            [sign * np.exp(-((v / 0.01) ** 2)), bent(MOTION.position[:, 2], 4e-4) - sign],
+        ),
         (placed("nonlinear_viscous_friction", 2, 0.5), [sign * np.sqrt(np.abs(v) / limit), v]),
         (placed("nonlinear_viscous_friction", 2, 3.0), [sign * np.abs(v / limit) ** 3, v]),
         (placed("drifting_friction", 2, 8.0), [fade * sign, fade * v]),
@@ -158,7 +173,8 @@ def test_friction_over_speed() -> None:
         (placed("current_offset", 2), [np.ones_like(v)]),
     ]
     for effect, values in cases:
-        np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=1e-12)
+        loose = 1e-3 if effect.name == "static_friction" else 1e-12
+        np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=loose)
 
 
 def test_friction_over_position_and_load() -> None:

@@ -1,0 +1,29 @@
+"""How loud an arm was when its model was accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.discrepancy.examination import examine
+from ident.discrepancy.scene import make_scene
+from ident.discrepancy.unrepeated import noise_level
+from ident.recording import Recording
+from robots.arrays import FloatArray
+
+
+def accepted_noise(base: BaseParameters, recordings: Sequence[Recording]) -> FloatArray | None:
+    """(n,) rms torque noise of the recordings that a model was accepted on; None where nothing repeats.
+
+    Args:
+        base: the model, of an arm with the settings of the search.
+        recordings: of that time.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm.
+    """
+    scenes = [make_scene(base.model.robot, recording) for recording in recordings]
+    found = examine(base, scenes)
+    return np.asarray(noise_level(found)) if found.repeats else None

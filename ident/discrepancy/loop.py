@@ -1,0 +1,229 @@
+"""The closed loop of some recordings, ready to be simulated many times.
+
+A simulation of the present model under the same references and the same control law makes the same torque
+as the arm, reversals and standstills included, but for noise and for what the model lacks. Friction is
+that of bristles here, which bend before they slide, since a sign of the velocity cannot hold a load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.closed_loop.chain import chain_frames
+from ident.closed_loop.compiled import run_compiled
+from ident.closed_loop.friction_rows import FrictionRows
+from ident.closed_loop.kernel.values import TANH
+from ident.closed_loop.simulate import Leading, SimulatedRun, leading_of
+from ident.closed_loop.torque_parts import TorqueParts
+from ident.discrepancy.scene import Scene
+from ident.effects import FrictionSign, RigidBody
+from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
+from ident.errors import IdentificationError
+from ident.recording import Recording
+from ident.regressor import RegressorModel
+from robots.arrays import FloatArray, IntArray
+from robots.description import Robot
+
+SETTLING = 1.0
+"""s after the start until the arm is in its periodic motion and the friction it stood with is forgotten."""
+
+COARSE, FINE = 1, 4
+"""Integration steps per controller sample: for what an effect changes; for what is compared with the arm."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Recordings of trajectories that repeat, and what leads a simulation of them.
+
+    Attributes:
+        robot: the arm.
+        scenes: the recordings.
+        decimation: samples that are averaged to a row.
+        whole, once: what leads a whole recording, and its settling and one period; per number of
+            integration steps.
+    """
+
+    robot: Robot
+    scenes: tuple[Scene, ...]
+    decimation: int
+    whole: dict[int, tuple[Leading, ...]]
+    once: dict[int, tuple[Leading, ...]]
+    frames: FloatArray
+
+    @classmethod
+    def of(cls, model: RegressorModel, scenes: Sequence[Scene]) -> Loop:
+        """Prepare the recordings.
+
+        Args:
+            model: of the arm, with the settings of the search.
+            scenes: the recordings.
+
+        Raises:
+            IdentificationError: a recording cannot be simulated, is too short, or does not repeat.
+        """
+        robot = model.robot
+        if any(scene.period is None for scene in scenes):
+            raise IdentificationError("the trajectory does not repeat, so noise cannot be told from misfit")
+        links = next(effect for effect in model.effects if isinstance(effect, RigidBody))
+        frames = chain_frames(links.model)
+        if frames is None:
+            raise IdentificationError("a branched chain of links has no compiled simulation")
+        steps = (COARSE, FINE)
+        whole = {n: tuple(leading_of(robot, _timed(scene), n) for scene in scenes) for n in steps}
+        once = {n: tuple(leading_of(robot, _first_period(scene), n) for scene in scenes) for n in steps}
+        return cls(robot, tuple(scenes), scenes[0].decimation, whole, once, frames)
+
+    def run(self, parts: TorqueParts, substeps: int) -> tuple[SimulatedRun, ...]:
+        """Simulate each recording; what does not depend on time only until it repeats.
+
+        Raises:
+            IdentificationError: the loop is unstable or the mass matrix is not positive definite.
+        """
+        if parts.others:
+            raise IdentificationError(f"{parts.others[0][0].name} has no compiled simulation")
+        leading = self.whole[substeps] if depends_on_time(parts.extra) else self.once[substeps]
+        return tuple(run_compiled(self.frames, one, parts) for one in leading)
+
+    def torque(self, runs: Sequence[SimulatedRun]) -> FloatArray:
+        """Drive torque of runs, rows × drives over all recordings."""
+        return self.rows([run.control_signal for run in runs])
+
+    def measured(self) -> FloatArray:
+        """The same of the recordings."""
+        return self.rows([scene.recording.control_signal for scene in self.scenes])
+
+    def rows(self, signals: Sequence[FloatArray]) -> FloatArray:
+        """Control signals, of whole recordings or until they repeat, as averaged drive torque."""
+        parts = [
+            self._averaged(repeated(signal, scene), scene)
+            for signal, scene in zip(signals, self.scenes, strict=True)
+        ]
+        return np.concatenate(parts) * self.robot.gains
+
+    def segment(self) -> IntArray:
+        """(rows,) which recording."""
+        return np.repeat(np.arange(len(self.scenes)), [self.count(scene) for scene in self.scenes])
+
+    def count(self, scene: Scene) -> int:
+        """Rows of a recording."""
+        return int((scene.recording.time.shape[0] - settled(scene)) // self.decimation)
+
+    def _averaged(self, signal: FloatArray, scene: Scene) -> FloatArray:
+        start, rows = settled(scene), self.count(scene)
+        kept = signal[start : start + rows * self.decimation]
+        return np.asarray(kept.reshape(rows, self.decimation, -1).mean(axis=1))
+
+
+def settled(scene: Scene) -> int:
+    """Samples of the settling."""
+    return round(SETTLING / scene.recording.sample_time)
+
+
+def sample_of(scene: Scene, index: IntArray) -> IntArray:
+    """Which sample of the settling and first period stands for samples of the whole recording."""
+    start, period = settled(scene), scene.period or 1
+    return np.asarray(np.where(index < start, index, start + (index - start) % period))
+
+
+def repeated(signal: FloatArray, scene: Scene) -> FloatArray:
+    """A whole recording of what was simulated until it repeats, (samples, …)."""
+    samples = scene.recording.time.shape[0]
+    if signal.shape[0] >= samples:
+        return signal
+    return np.asarray(signal[sample_of(scene, np.arange(samples))])
+
+
+def _timed(scene: Scene) -> Recording:
+    return replace(scene.recording, time=scene.recording.time + scene.started)
+
+
+def _first_period(scene: Scene) -> Recording:
+    recording = scene.recording
+    samples = settled(scene) + (scene.period or 0)
+    if samples >= recording.time.shape[0]:
+        raise IdentificationError(f"{recording.name}: less than two periods after the first second")
+    reference = recording.reference
+    return Recording(
+        recording.name,
+        recording.time[:samples],
+        None if reference is None else reference[:samples],
+        recording.position[:samples],
+        recording.control_signal[:samples],
+    )
+
+
+def depends_on_time(extra: SimulatedParts) -> bool:
+    """Whether anything of a model changes over a recording."""
+    courses = [torque.course for torque in extra.friction] + [torque.course for torque in extra.position]
+    return any(course is not None for course in courses)
+
+
+def added(parts: TorqueParts, more: SimulatedParts) -> TorqueParts:
+    """The parts of a model with one more effect."""
+
+    def total(old: FloatArray, new: FloatArray | None) -> FloatArray:
+        return old if new is None else np.asarray(old + new)
+
+    extra = parts.extra
+    return replace(
+        parts,
+        links=total(parts.links, more.links),
+        gravity=total(parts.gravity, more.gravity),
+        inertia=total(parts.inertia, more.inertia),
+        damping=total(parts.damping, more.damping),
+        constant=total(parts.constant, more.constant),
+        extra=SimulatedParts(
+            position=(*extra.position, *more.position),
+            friction=(*extra.friction, *more.friction),
+            springs=(*extra.springs, *more.springs),
+            errors=(*extra.errors, *more.errors),
+            drives=(*extra.drives, *more.drives),
+        ),
+    )
+
+
+def with_bristles(parts: TorqueParts, lengths: FloatArray, robot: Robot) -> TorqueParts:
+    """The parts with bristles in place of signs of the velocity.
+
+    Args:
+        parts: of a model whose friction signs are exact.
+        lengths: (n,) way over which the dry friction of each drive builds up, rad (or m).
+        robot: says which drive a term belongs to.
+    """
+    usual, bent = parts.friction, []
+    signs = (usual.heads[:, 1] == TANH) & (usual.heads[:, 2] == 0.0)
+    for k in np.flatnonzero(signs):
+        row = usual.speed[k]
+        law = Bristle(float(lengths[_drive_of(robot, row)]), "exponential")
+        bent.append(FrictionTorque(row, usual.strength[k] * usual.torque[k], law))
+    friction = FrictionRows(
+        usual.heads[~signs], usual.speed[~signs], usual.torque[~signs], usual.strength[~signs], usual.laws
+    )
+    extra = replace(parts.extra, friction=(*bent, *_bent(parts.extra.friction, lengths, robot)))
+    return replace(parts, friction=friction, extra=extra)
+
+
+def bristled(parts: SimulatedParts, lengths: FloatArray, robot: Robot) -> SimulatedParts:
+    """The same of one effect."""
+    return replace(parts, friction=_bent(parts.friction, lengths, robot))
+
+
+def _bent(
+    friction: Sequence[FrictionTorque], lengths: FloatArray, robot: Robot
+) -> tuple[FrictionTorque, ...]:
+    return tuple(
+        replace(torque, law=Bristle(float(lengths[_drive_of(robot, torque.speed_row)]), "exponential"))
+        if isinstance(torque.law, FrictionSign) and torque.direction == 0
+        else torque
+        for torque in friction
+    )
+
+
+def _drive_of(robot: Robot, row: FloatArray) -> int:
+    """The drive whose row of the transmission is nearest to a speed row."""
+    matrix = robot.transmission_matrix
+    likeness = np.abs(matrix @ row) / np.linalg.norm(matrix, axis=1)
+    return int(np.argmax(likeness))

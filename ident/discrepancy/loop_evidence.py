@@ -1,0 +1,399 @@
+"""The present model in closed loop, and what each effect would change of the drives' torque there."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_opening
+from scipy.signal import lfilter
+
+from ident.base import BaseParameters
+from ident.closed_loop import SimulatedRun
+from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
+from ident.discrepancy.loop import (
+    COARSE,
+    FINE,
+    Loop,
+    added,
+    bristled,
+    depends_on_time,
+    repeated,
+    sample_of,
+    settled,
+    with_bristles,
+)
+from ident.discrepancy.present import Present
+from ident.discrepancy.repeats import not_repeating
+from ident.discrepancy.scene import Scene, without_drift
+from ident.effects import Effect, FrictionSign, State
+from ident.effects.family import PlacedEffect
+from ident.effects.placed import Placed
+from ident.effects.simulated import SimulatedParts
+from ident.effects.vocabulary import family_named
+from ident.errors import IdentificationError
+from ident.regressor import RegressorModel
+from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Robot
+
+_log = logging.getLogger(__name__)
+
+_TAPS = 12
+"""Rows over which the loop answers a torque."""
+_PROBE = 1.0
+"""What an effect is simulated with changes the torque by so many times the noise, where it shows most."""
+_STIFF = ("joint_elasticity", "backlash")
+"""Gears swing too fast for a coarse integration."""
+_WHOLE = ("joint_elasticity", "backlash", "saturation")
+"""Effects whose size is in their shape: their factor is 1."""
+_REST, _REST_SPEED = 0.1, 0.002
+"""s of a drive below this share of its speed limit are a rest."""
+_LENGTHS = (2e-6, 1e-5, 5e-5, 2.5e-4)
+"""rad (or m) over which dry friction builds up in gears that are sound."""
+_NEARER = np.array([1 / 1.8, 1.0, 1.8])
+
+
+@dataclass(frozen=True)
+class LoopEvidence:
+    """One model with its parameters, simulated; and the answers of the loop to changes of it.
+
+    Attributes:
+        loop: the recordings.
+        base: the model.
+        lengths: (n,) pre-sliding way of each drive's dry friction, rad (or m).
+        parts: the model as the simulation takes it.
+        runs: of the model, per number of integration steps.
+        motion: per recording the simulated motion at the middle of each row of the settling and one period.
+        answer: (n, taps) how the loop answers torque on a drive, row after row; None until it is known.
+        noise: (n,) rms of what does not repeat in the drives' torque.
+    """
+
+    loop: Loop
+    base: BaseParameters
+    present: Present
+    lengths: FloatArray
+    parts: TorqueParts
+    runs: dict[int, tuple[SimulatedRun, ...]]
+    motion: tuple[State, ...]
+    noise: FloatArray
+    answer: FloatArray | None = None
+    screened: dict[tuple[object, ...], FloatArray] = field(default_factory=dict, repr=False)
+    """Whitened columns (N, p) of effects, which more effects in the model hardly change."""
+
+    @property
+    def robot(self) -> Robot:
+        return self.loop.robot
+
+    def screen(self, effects: Sequence[PlacedEffect]) -> FloatArray:
+        """About what effects do to the drives' torque: rows × drives × all their parameters."""
+        columns = [self._columns(self.twin(effect)) for effect in effects]
+        return self._through_loop(np.concatenate(columns, axis=2))
+
+    def twin(self, effect: PlacedEffect) -> Placed:
+        """The effect on an arm whose friction has an exact sign."""
+        return family_named(effect.name).effect(
+            _sharp_robot(self.robot), effect.place, effect.shape, self.present
+        )
+
+    def respond(self, effect: PlacedEffect) -> FloatArray | None:
+        """What the effect does per unit of each parameter, by simulation: rows × drives × p.
+
+        Args:
+            effect: of the vocabulary.
+
+        Returns:
+            None where the loop with the effect cannot be simulated.
+        """
+        twin = self.twin(effect)
+        values = self.probe(effect)
+        substeps = FINE if effect.name in _STIFF or self.parts.extra.springs else COARSE
+        columns = []
+        for k, value in enumerate(values):
+            only = np.zeros(values.size)
+            only[k] = value
+            change = self.change(bristled(twin.simulated(only), self.lengths, self.robot), substeps)
+            if change is None:
+                return None
+            columns.append(change / value)
+        return np.stack(columns, axis=2)
+
+    def change(self, more: SimulatedParts, substeps: int = COARSE) -> FloatArray | None:
+        """Change of the drives' torque that further parts bring; rows × drives, None where it runs away."""
+        try:
+            runs = self.loop.run(added(self.parts, more), substeps)
+        except IdentificationError as error:
+            _log.debug("not simulated: %s", error)
+            return None
+        return self.loop.torque(runs) - self.loop.torque(self.run(substeps))
+
+    def run(self, substeps: int) -> tuple[SimulatedRun, ...]:
+        """The model's own run."""
+        if substeps not in self.runs:
+            self.runs[substeps] = self.loop.run(self.parts, substeps)
+        return self.runs[substeps]
+
+    def probe(self, effect: PlacedEffect) -> FloatArray:
+        """(p,) a value of each parameter that shows but stays within what is linear."""
+        if effect.name in _WHOLE:
+            return np.ones(len(effect.parameter_names))
+        columns = self.screen([effect])
+        size = np.sqrt(np.mean(columns**2, axis=0)) / self.noise[:, np.newaxis]
+        values = _PROBE / np.maximum(size.max(axis=0), 1e-12)
+        return np.asarray(np.copysign(values, effect.shape[0]) if effect.name == "time_delay" else values)
+
+    def column(self, index: int, step: float) -> FloatArray:
+        """What a step of a base parameter does, per unit: rows × drives.
+
+        Raises:
+            IdentificationError: the loop cannot be simulated there.
+        """
+        base, standard = self.base, self.present.standard
+        moved = np.zeros(base.independent.size)
+        moved[index] = step
+        shift = np.linalg.lstsq(base.relation, moved, rcond=None)[0]
+        parts = simulated_parts(self.loop, base, standard + shift, self.lengths)
+        substeps = FINE if parts.extra.springs else COARSE
+        change = self.loop.torque(self.loop.run(parts, substeps)) - self.loop.torque(self.run(substeps))
+        return np.asarray(change / step)
+
+    def base_columns(self) -> FloatArray:
+        """The base regressor at the simulated motion as drive torque: rows × drives × b, before the loop."""
+        model = self.base.model
+        usual = tuple(effect for effect in model.effects if not isinstance(effect, Placed))
+        sharp = sharpened(RegressorModel(model.robot, usual))
+        twins = tuple(
+            self.twin(effect) for effect in model.effects[len(usual) :] if isinstance(effect, Placed)
+        )
+        whole = RegressorModel(sharp.robot, (*sharp.effects, *twins))
+        return self._columns(BaseParameters(whole, self.base.independent, self.base.relation))
+
+    def screened_base(self) -> FloatArray:
+        """The same through the loop, about."""
+        return self._through_loop(self.base_columns())
+
+    def after(self, other: LoopEvidence) -> LoopEvidence:
+        """The evidence with what another one knows of the same loop."""
+        return replace(self, answer=other.answer, screened=other.screened)
+
+    def _columns(self, effect: Effect | BaseParameters) -> FloatArray:
+        """Columns at the simulated motion, as drive torque, tiled over the recordings."""
+        back = np.linalg.inv(self.robot.transmission_matrix)
+        parts = []
+        for scene, motion in zip(self.loop.scenes, self.motion, strict=True):
+            rows = self._rows_of(scene)
+            if isinstance(effect, Placed) and _drifts(effect):
+                whole = _at(motion, rows)
+                time = scene.started + self._row_times(scene)
+                columns = effect.columns(replace(whole, time=time))
+            else:
+                columns = effect.columns(motion)[rows]
+            parts.append(np.einsum("rjp,jd->rdp", columns, back))
+        return np.concatenate(parts)
+
+    def moving(self) -> BoolArray:
+        """Rows × drives: not at rest, nor within a moment of it; a reversal is no rest.
+
+        What holds a drive at rest is friction of a past that nobody knows.
+        """
+        parts = []
+        matrix = self.robot.transmission_matrix
+        slow = _REST_SPEED * (np.abs(matrix) @ self.robot.velocity_limits)
+        for scene, motion in zip(self.loop.scenes, self.motion, strict=True):
+            still = np.abs(motion.velocity @ matrix.T)[self._rows_of(scene)] < slow
+            row = scene.recording.sample_time * self.loop.decimation
+            long = np.ones((max(2, round(_REST / row)), 1), dtype=np.bool_)
+            at_rest = binary_opening(still, long)
+            parts.append(~binary_dilation(at_rest, np.ones((2 * long.shape[0] + 1, 1), dtype=np.bool_)))
+        return np.concatenate(parts)
+
+    def _row_times(self, scene: Scene) -> FloatArray:
+        rows, decimation = self.loop.count(scene), self.loop.decimation
+        middle = settled(scene) + np.arange(rows) * decimation + decimation // 2
+        return np.asarray(scene.recording.time[middle])
+
+    def _rows_of(self, scene: Scene) -> IntArray:
+        """Which row of the simulated motion stands for each row of a recording."""
+        rows, decimation = self.loop.count(scene), self.loop.decimation
+        middle = settled(scene) + np.arange(rows) * decimation + decimation // 2
+        first = sample_of(scene, middle)
+        most = self.motion[self.loop.scenes.index(scene)].position.shape[0] - 1
+        return np.asarray(np.minimum((first - decimation // 2) // decimation, most))
+
+    def _through_loop(self, columns: FloatArray) -> FloatArray:
+        if self.answer is None:
+            return columns
+        out = np.empty_like(columns)
+        for drive, taps in enumerate(self.answer):
+            out[:, drive] = lfilter(taps, [1.0], columns[:, drive], axis=0)
+        return out
+
+    def with_answer(self, exact: FloatArray, which: Sequence[int]) -> LoopEvidence:
+        """The evidence with the loop's answer fitted to simulated base columns (rows × drives × k)."""
+        given = self.base_columns()[:, :, list(which)]
+        answers = np.zeros((given.shape[1], _TAPS))
+        answers[:, 0] = 1.0
+        for drive in range(given.shape[1]):
+            x, y = given[:, drive], exact[:, drive]
+            size = np.sqrt(np.mean(x**2, axis=0))
+            used = size > 1e-12
+            if not used.any():
+                continue
+            x, y = x[:, used] / size[used], y[:, used] / size[used]
+            lagged = np.stack([_late(x, k)[_TAPS:].ravel() for k in range(_TAPS)], axis=1)
+            answers[drive] = np.linalg.lstsq(lagged.T @ lagged, lagged.T @ y[_TAPS:].ravel(), rcond=1e-8)[0]
+        return replace(self, answer=answers, screened={})
+
+
+def _late(values: FloatArray, rows: int) -> FloatArray:
+    return values if rows == 0 else np.concatenate([np.zeros_like(values[:rows]), values[:-rows]])
+
+
+def _at(motion: State, rows: IntArray) -> State:
+    torque = None if motion.torque is None else motion.torque[rows]
+    return State(motion.position[rows], motion.velocity[rows], motion.acceleration[rows], None, torque)
+
+
+def _drifts(effect: Placed) -> bool:
+    return depends_on_time(effect.simulated(np.ones(len(effect.parameter_names))))
+
+
+def _sharp_robot(robot: Robot) -> Robot:
+    settings = robot.identification.model_copy(update={"friction_sign": "sign"})
+    return robot.model_copy(update={"identification": settings})
+
+
+def sharpened(model: RegressorModel) -> RegressorModel:
+    """The model with exact friction signs."""
+    robot = _sharp_robot(model.robot)
+    return RegressorModel(robot, tuple(_sharp(effect, robot) for effect in model.effects))
+
+
+def _sharp(effect: Effect, robot: Robot) -> Effect:
+    if isinstance(effect, Placed):
+        raise TypeError("a placed effect needs its present model")
+    changed: Any = effect
+    if is_dataclass(effect):
+        for item in fields(changed):
+            if isinstance(getattr(effect, item.name), FrictionSign):
+                changed = replace(changed, **{item.name: FrictionSign("sign", 0.0)})
+    sharp: Effect = changed
+    return sharp
+
+
+def simulated_parts(
+    loop: Loop, base: BaseParameters, standard: FloatArray, lengths: FloatArray
+) -> TorqueParts:
+    """A model with its standard parameters (p,) as the simulation takes it."""
+    model = base.model
+    usual = [effect for effect in model.effects if not isinstance(effect, Placed)]
+    plain = sum(len(effect.parameter_names) for effect in usual)
+    structure = _structure(loop, model, tuple(usual))
+    parts = with_bristles(structure.parts(standard[:plain]), lengths, loop.robot)
+    start = plain
+    for effect in model.effects[len(usual) :]:
+        end = start + len(effect.parameter_names)
+        assert isinstance(effect, Placed)
+        twin = family_named(effect.name).effect(
+            _sharp_robot(loop.robot), effect.place, effect.shape, Present(model, standard)
+        )
+        parts = added(parts, bristled(twin.simulated(standard[start:end]), lengths, loop.robot))
+        start = end
+    return parts
+
+
+_STRUCTURES: dict[int, tuple[Loop, ModelStructure]] = {}
+
+
+def _structure(loop: Loop, model: RegressorModel, usual: tuple[Effect, ...]) -> ModelStructure:
+    kept = _STRUCTURES.get(id(loop))
+    if kept is None or kept[0] is not loop:
+        _STRUCTURES.clear()
+        kept = (loop, ModelStructure(sharpened(RegressorModel(model.robot, usual))))
+        _STRUCTURES[id(loop)] = kept
+    return kept[1]
+
+
+def loop_evidence(
+    loop: Loop, base: BaseParameters, beta: FloatArray, lengths: FloatArray
+) -> tuple[LoopEvidence, FloatArray, FloatArray]:
+    """Simulate a model: the evidence, what it leaves of the measured torque, and what of that is noise.
+
+    The last two are rows × drives, N·m (or N).
+
+    Raises:
+        IdentificationError: the loop cannot be simulated with these parameters.
+    """
+    standard = base.standard_from(beta, base.model.prior())
+    parts = simulated_parts(loop, base, standard, lengths)
+    runs = loop.run(parts, FINE)
+    motion = tuple(_motion(loop, scene, run) for scene, run in zip(loop.scenes, runs, strict=True))
+    left, noise = [], []
+    for scene, run in zip(loop.scenes, runs, strict=True):
+        difference = scene.recording.control_signal - repeated(run.control_signal, scene)
+        left.append(difference)
+        start, period = settled(scene), scene.period or 1
+        alone = np.zeros_like(difference)
+        alone[start:] = not_repeating(difference[start:], period)
+        alone[start:] = without_drift(_tiled(scene, run, start), alone[start:], period)
+        noise.append(alone)
+    rest, unrepeated = loop.rows(left), loop.rows(noise)
+    size = np.sqrt(np.mean(unrepeated**2, axis=0))
+    present = Present(base.model, standard)
+    evidence = LoopEvidence(loop, base, present, lengths, parts, {FINE: runs}, motion, size)
+    return evidence, rest, unrepeated
+
+
+def _tiled(scene: Scene, run: SimulatedRun, start: int) -> State:
+    velocity = repeated(run.velocity, scene)[start:]
+    return State(velocity, velocity, velocity, scene.recording.time[start:])
+
+
+def _motion(loop: Loop, scene: Scene, run: SimulatedRun) -> State:
+    """The simulated motion in the middle of the rows of the settling and one period."""
+    samples = settled(scene) + (scene.period or 0)
+    step = scene.recording.sample_time
+    acceleration = np.gradient(run.velocity[:samples], step, axis=0)
+    index = np.arange(loop.decimation // 2, samples, loop.decimation)
+    torque = loop.robot.joint_torque(run.control_signal[:samples])
+    return State(
+        run.position[index],
+        run.velocity[index],
+        acceleration[index],
+        scene.recording.time[index],
+        torque[index],
+    )
+
+
+def presliding(loop: Loop, base: BaseParameters, beta: FloatArray) -> FloatArray:
+    """(n,) the pre-sliding way that goes best with the recordings, one for all drives.
+
+    A drive whose friction builds up more slowly than that of the others is a finding: it has no way of its
+    own here, and the median is not moved by it.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated with these parameters.
+    """
+    standard = base.standard_from(beta, base.model.prior())
+    grid = np.array(_LENGTHS)
+    for _ in range(2):
+        losses = []
+        for length in grid:
+            parts = simulated_parts(loop, base, standard, np.full(loop.robot.n, length))
+            left = loop.measured() - loop.torque(loop.run(parts, FINE))
+            losses.append(np.sum(left**2, axis=0))
+        best = [_lowest(np.log(grid), np.log(loss)) for loss in np.array(losses).T]
+        length = float(np.exp(np.median(best)))
+        grid = length * _NEARER
+    return np.full(loop.robot.n, length)
+
+
+def _lowest(points: FloatArray, values: FloatArray) -> float:
+    """Where the parabola through the lowest value and its neighbours is lowest."""
+    k = int(np.clip(np.argmin(values), 1, points.size - 2))
+    curve = np.polyfit(points[k - 1 : k + 2], values[k - 1 : k + 2], 2)
+    if curve[0] <= 0.0:
+        return float(points[int(np.argmin(values))])
+    return float(np.clip(-0.5 * curve[1] / curve[0], points[0], points[-1]))

@@ -1,0 +1,161 @@
+"""The present model against recordings in closed loop: torque of the drives beside that of the simulation.
+
+Closed-loop output error: rows are what the drives did less what they do in the simulation, and columns are
+what the simulation answers to each parameter. No noise is in the columns, so process torque that moves the
+arm biases nothing, and all rows count, reversals included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
+from ident.discrepancy.gap import Gap
+from ident.discrepancy.loop import Loop
+from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence, presliding
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.scene import Scene
+from ident.errors import IdentificationError
+from ident.whitening import autoregressive_whitening
+from robots.arrays import BoolArray, FloatArray
+
+_STEPS = 3
+"""Simulations by which the parameters settle (Gauss and Newton's steps, with the first one's columns)."""
+_OF_DRIVES = ("Ia", "Fv", "Fc")
+
+_STEP = 0.3
+"""A parameter's step changes the torque by so many times the noise."""
+
+
+def examine_in_loop(
+    base: BaseParameters,
+    scenes: Sequence[Scene],
+    prior: Prior | None,
+    start: FloatArray,
+    before: Examination | None = None,
+) -> Examination:
+    """Fit the present model to the recordings in closed loop.
+
+    Args:
+        base: the model.
+        scenes: recordings of trajectories that repeat.
+        prior: what is known of its parameters.
+        start: (b,) parameters to start from.
+        before: the same of the model with fewer effects, whose columns still serve.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated.
+    """
+    known = None if before is None else before.loop
+    loop = Loop.of(base.model, scenes) if known is None else known.loop
+    lengths = presliding(loop, base, start) if known is None else known.lengths
+    evidence, rest, noise = loop_evidence(loop, base, start, lengths)
+    segment = loop.segment()
+    used = evidence.moving() if before is None else before.used
+    whitening = autoregressive_whitening(noise, segment, used, 0) if before is None else before.whitening
+    if before is None or known is None:
+        evidence, columns = _usual_columns(evidence, prior is None)
+        white = whitening.apply(columns, segment, used)
+    else:
+        evidence = evidence.after(known)
+        old = before.regressor[: before.data_rows]
+        more = _columns(evidence, range(old.shape[1], base.independent.size))
+        white = np.concatenate([old, whitening.apply(more, segment, used)], axis=1)
+    beta = np.asarray(start, dtype=np.float64)
+    for step in range(_STEPS):
+        if step:
+            try:
+                moved, rest, _ = loop_evidence(loop, base, beta, lengths)
+            except IdentificationError:
+                break
+            evidence = moved.after(evidence)
+        torque = whitening.apply(rest[:, :, np.newaxis], segment, used)[:, 0] + white @ beta
+        y, x, _ = with_prior(torque, white, white, prior)
+        if before is not None:
+            # What was found has been fitted within what nature allows.
+            break
+        beta = _solved(x, y)
+    about = whitening.apply(evidence.screened_base(), segment, used)
+    about = with_prior(torque, about, about, prior)[1]
+    return Examination(
+        base,
+        tuple(scenes),
+        whitening,
+        used,
+        segment,
+        y,
+        x,
+        x,
+        beta,
+        noise,
+        True,
+        prior,
+        None,
+        evidence,
+        about,
+    )
+
+
+def _usual_columns(evidence: LoopEvidence, all_of_them: bool) -> tuple[LoopEvidence, FloatArray]:
+    """What the loop answers to each base parameter, rows × drives × b, and the evidence that knows how.
+
+    Those of the drives are simulated; from them follows how the loop answers, and the others about. That is
+    enough where a prior holds them; where nothing does, all are simulated.
+    """
+    names = evidence.base.names
+    drives = [k for k, name in enumerate(names) if name.startswith(_OF_DRIVES)]
+    columns = _columns(evidence, drives)
+    evidence = evidence.with_answer(columns, drives)
+    if all_of_them:
+        return evidence, _columns(evidence, range(len(names)))
+    about = evidence.screened_base()
+    about[:, :, drives] = columns
+    return evidence, about
+
+
+def _columns(evidence: LoopEvidence, which: Sequence[int]) -> FloatArray:
+    """What the loop answers to some base parameters, simulated: rows × drives × parameters."""
+    given = evidence.base_columns()
+    size = np.sqrt(np.mean(given**2, axis=0)) / evidence.noise[:, np.newaxis]
+    steps = _STEP / np.maximum(size.max(axis=0), 1e-12)
+    return np.stack([evidence.column(k, float(steps[k])) for k in which], axis=2)
+
+
+def loop_gap(
+    scenes: Sequence[Scene], lengths: FloatArray, models: Sequence[tuple[BaseParameters, FloatArray]]
+) -> Gap | None:
+    """rms per drive between the torque of the recordings and that of the simulated loop.
+
+    Args:
+        scenes: recordings.
+        lengths: pre-sliding ways of the drives' friction.
+        models: two, before and after a finding, with their base parameters.
+
+    Returns:
+        None where they cannot be simulated.
+    """
+    levels, floor = [], np.zeros(0)
+    try:
+        loop = Loop.of(models[0][0].model, scenes)
+        for base, beta in models:
+            evidence, rest, noise = loop_evidence(loop, base, beta, lengths)
+            moving = evidence.moving()
+            levels.append(_rms(rest, moving))
+            floor = _rms(noise, moving)
+    except IdentificationError:
+        return None
+    return Gap(levels[0], levels[1], floor)
+
+
+def _rms(rows: FloatArray, used: BoolArray) -> FloatArray:
+    """Per drive (n,), over the rows that count."""
+    squares = np.where(used, rows**2, 0.0).sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=0), 1)))
+
+
+def _solved(x: FloatArray, y: FloatArray) -> FloatArray:
+    scale = np.maximum(np.linalg.norm(x, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(x / scale, y, rcond=np.sqrt(DEPENDENT))[0] / scale)

@@ -1,0 +1,61 @@
+"""A drive gain that settles after a start: no name of the vocabulary, but a form that a residual can have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.effect import State
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.placed import (
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    drive_row,
+    drive_torque,
+    each_drive,
+    number,
+)
+from ident.effects.simulated import DriveChange, SimulatedParts
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """The share of the torque that is missing, at the start and in the end."""
+    drive, row, (settling,) = place.joints[0], drive_row(robot, place), shape
+
+    def law(state: State) -> FloatArray:
+        torque = -drive_torque(robot, present.torque(state), drive)
+        course = np.ones_like(torque) if state.time is None else np.exp(-state.time / settling)
+        return along(row, course * torque, (1.0 - course) * torque)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        # A simulation has one gain: that of the end.
+        share = float(np.clip(values[1], -0.9, 0.9))
+        return SimulatedParts(drives=(DriveChange(drive, gain=share / (1.0 - share)),))
+
+    names = (f"gain_cold{number(place)}", f"gain_warm{number(place)}")
+    return Parameters(names, ("1", "1"), ((-0.9, 0.9), (-0.9, 0.9))), law, parts
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("settling_time", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
+
+
+GAIN_DRIFT = Family(
+    "gain_drift",
+    "a drive gain that changes over the recording",
+    "drive",
+    each_drive,
+    _make,
+    _shapes,
+    needs_prior=True,
+    contains=("drive_gain_error",),
+)
+
+WITHOUT_A_NAME: tuple[Family, ...] = (GAIN_DRIFT,)
+"""Forms that a residual is described with where one of them explains it best."""

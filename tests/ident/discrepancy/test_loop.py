@@ -1,0 +1,75 @@
+"""The closed loop as evidence: bristles for signs, what repeats is simulated once."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robots
+from drivers.simulated import draw_truth
+from drivers.simulated.drawing import exercise
+from drivers.simulated.offline import simulate_offline
+from ident import Recording, RegressorModel, base_parameters, identify
+from ident.base import BaseParameters
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.loop import repeated, sample_of, settled
+from ident.discrepancy.loop_evidence import LoopEvidence
+from ident.discrepancy.loop_examination import examine_in_loop
+from ident.discrepancy.scene import make_scene
+from ident.discrepancy.settings import searching
+
+WIDTH = 2e-5
+"""rad over which the simulated arm's friction builds up."""
+
+
+@cache
+def examined() -> Examination:
+    plain = robots.load("tx40")
+    run = simulate_offline(plain, draw_truth(plain, 3), exercise(plain, duration=6.0), periods=2, seed=1)
+    recording = Recording("clean", run.time, run.reference, run.position, run.control_signal)
+    robot = searching(plain, recording)
+    base: BaseParameters = base_parameters(RegressorModel.of(robot))
+    beta = identify(plain, (recording,)).result.recommended.values
+    return examine_in_loop(base, (make_scene(robot, recording),), None, beta)
+
+
+def evidence() -> LoopEvidence:
+    found = examined().loop
+    assert found is not None
+    return found
+
+
+def test_a_period_stands_for_all() -> None:
+    found = evidence()
+    scene = found.loop.scenes[0]
+    start, period = settled(scene), scene.period or 0
+    index = np.array([0, start - 1, start, start + period - 1, start + period, start + 2 * period])
+    assert list(sample_of(scene, index)) == [0, start - 1, start, start + period - 1, start, start]
+    signal = np.arange(float(start + period))[:, np.newaxis]
+    whole = repeated(signal, scene)
+    assert whole.shape[0] == scene.recording.time.shape[0]
+    assert whole[start + period + 5, 0] == start + 5
+
+
+def test_the_pre_sliding_way_is_that_of_the_arm() -> None:
+    assert evidence().lengths == pytest.approx(np.full(6, WIDTH), rel=0.4)
+
+
+def test_a_clean_arm_leaves_noise_alone_reversals_included() -> None:
+    found = examined()
+    # Whitened, noise has a deviation of 1.
+    assert float(found.residual[: found.data_rows].std()) == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_loop_answers_a_torque_with_the_same_torque_a_little_later() -> None:
+    found = evidence()
+    names = found.base.names
+    which = [k for k, name in enumerate(names) if name.startswith(("Ia", "Fv", "Fc"))][:12]
+    exact = np.stack([found.column(k, 0.05) for k in which], axis=2)
+    assert found.answer is not None
+    assert found.answer[0].sum() == pytest.approx(1.0, abs=0.15)
+    about = found.screened_base()[:, :, which]
+    left = np.sum((about - exact)[20:] ** 2, axis=(0, 1)) / np.sum(exact[20:] ** 2, axis=(0, 1))
+    assert np.median(left) < 0.1
