@@ -1,7 +1,7 @@
 """A simulated year of nightly checks: false alarms without a change, and how soon three changes are named.
 
-``python benchmarks/year.py --picture docs/images/year.svg`` (about 15 minutes on one core) gives the figures of
-docs/how-to/schedule.md. Short: ``--nights 40 --after 12 --arms 1``.
+``python benchmarks/year.py --picture docs/images/year.svg`` (15 minutes on one core) gives the figures
+of docs/how-to/schedule.md. Short: ``--nights 40 --after 12 --arms 1``.
 """
 
 from __future__ import annotations

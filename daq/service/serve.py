@@ -39,6 +39,7 @@ def serve(service: Service, folder: Path, tell: Callable[[str], None]) -> None:
             h11_max_incomplete_event_size=32_768,
         )
         socket = config.bind_socket()
+        socket.listen(config.backlog)  # whoever reads the address may call at once
         host, port = socket.getsockname()[:2]
         shown = f"[{host}]" if ":" in host else host
         tell(f"http://{shown}:{port}/")
