@@ -55,10 +55,13 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("naming.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
+    parser.add_argument("--picture", type=Path, help="write the confusion matrix of the single scenarios")
     given = parser.parse_args()
     if given.report is None:
         campaign(tasks_of(given), given.size, given.jobs, given.out)
     print(report(given.report or given.out))
+    if given.picture:
+        picture(given.report or given.out, given.picture)
 
 
 def tasks_of(given: argparse.Namespace) -> list[Task]:
@@ -236,6 +239,7 @@ def report(path: Path) -> str:
     single = [line for line in lines if line["kind"] == "single"]
     clean = [line for line in lines if line["kind"] == "clean"]
     outside = [line for line in lines if line["kind"] == "outside"]
+    pairs = [line for line in lines if line["kind"] == "pair"]
     sizes: list[float] = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
     confident = [bool(line["findings"]) and not in_set(line) for line in single]
     named = [line for line in single if right_first(line)]
@@ -247,6 +251,10 @@ def report(path: Path) -> str:
         f"| mean size of the set | {np.mean(sizes or [np.nan]):.2f} |",
         f"| a wrong name, the truth not in the set | {share(confident)} |",
         f"| gap on validation ≤ 20 % of what it was, where named right | {share(map(_closed, named))} |",
+        f"| two hidden: both named first | {share(map(both_named, pairs))} |",
+        f"| two hidden: at least one | {share(bool(_of_pair(line)) for line in pairs)} |",
+        f"| two hidden: a finding that is neither | {share(map(spurious, pairs))} |",
+        f"| one hidden: more than one finding | {share(len(line['findings']) > 1 for line in single)} |",
         f"| clean arms with a finding | {share(bool(line['findings']) for line in clean)} |",
         f"| clean arms not called clean | {share(line['verdict'] != 'clean' for line in clean)} |",
         f"| outside the vocabulary: noticed | {share(line['verdict'] != 'clean' for line in outside)} |",
@@ -263,6 +271,55 @@ def report(path: Path) -> str:
         words = ", ".join(f"{name} ×{count}" for name, count in others.most_common())
         text.append(f"| {effect} | {share(map(right_first, rows))} | {share(map(in_set, rows))} | {words} |")
     return "\n".join(text) + "\n"
+
+
+def _of_pair(line: dict[str, Any]) -> set[int]:
+    """Which of two hidden effects (0, 1) are among the findings, with their place."""
+    found = set()
+    for index, (effect, axes) in enumerate(zip(line["effect"].split("+"), line["axes"], strict=True)):
+        alone = line | {"effect": effect, "axes": axes}
+        if any(_same(alone, finding["effect"], finding["joints"]) for finding in line["findings"]):
+            found.add(index)
+    return found
+
+
+def both_named(line: dict[str, Any]) -> bool:
+    """Both hidden effects are findings."""
+    return len(_of_pair(line)) == 2
+
+
+def spurious(line: dict[str, Any]) -> bool:
+    """More findings than hidden effects among them."""
+    return len(line["findings"]) > len(_of_pair(line))
+
+
+def picture(path: Path, file: Path) -> None:
+    """Hidden effect against what it was called, single scenarios."""
+    single = [line for line in _lines(path) if line["kind"] == "single" and "skipped" not in line]
+    columns = [*NAMES, "unnamed", "clean"]
+    counts = np.zeros((len(NAMES), len(columns)))
+    for line in single:
+        called = line["findings"][0]["effect"] if line["findings"] else line["verdict"]
+        counts[NAMES.index(line["effect"]), columns.index(called)] += 1
+    cell, left, top = 20, 210, 210
+    width, height = left + cell * len(columns) + 10, top + cell * len(NAMES) + 10
+    text = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif"'
+        f' font-size="12"><rect width="{width}" height="{height}" fill="white"/>'
+    ]
+    for column, name in enumerate(columns):
+        x = left + cell * column + 14
+        text.append(f'<text transform="translate({x} {top - 6}) rotate(-90)">{name}</text>')
+    for row, name in enumerate(NAMES):
+        y = top + cell * row
+        text.append(f'<text x="{left - 6}" y="{y + 14}" text-anchor="end">{name}</text>')
+        for column in range(len(columns)):
+            count, x = int(counts[row, column]), left + cell * column
+            shade = "#f3f3f3" if not count else "#7fb3e0" if row == column else "#f2b48a"
+            text.append(f'<rect x="{x}" y="{y}" width="{cell - 1}" height="{cell - 1}" fill="{shade}"/>')
+            if count:
+                text.append(f'<text x="{x + 9}" y="{y + 14}" text-anchor="middle">{count}</text>')
+    file.write_text("\n".join([*text, "</svg>"]) + "\n", encoding="utf-8")
 
 
 def _closed(line: dict[str, Any]) -> bool:
