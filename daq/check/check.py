@@ -66,7 +66,7 @@ def run_fleet(
 
 
 def _tried(request: CheckRequest) -> Recorded | Exception:
-    from daq.cli.errors import interruptions, user_errors
+    from daq.user_errors import interruptions, user_errors
 
     try:
         return record_check(request, Silent(), Nobody(), unconducted)

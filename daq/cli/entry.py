@@ -40,7 +40,7 @@ from daq.cli import (
 )
 from daq.cli.app import app
 from daq.cli.common import FAILED, INTERRUPTED, OK, say
-from daq.cli.errors import interruptions, user_errors
+from daq.user_errors import interruptions, user_errors
 
 __all__ = ["app", "main"]
 

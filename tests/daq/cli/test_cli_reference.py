@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -28,6 +29,13 @@ def options_in(text: str) -> dict[str, str]:
     }
 
 
+def parameters_of(name: str) -> list[Any]:
+    """Parameters of a command, or of all commands of a group."""
+    command = COMMANDS[name]
+    parts = getattr(command, "commands", {"": command}).values()
+    return [parameter for part in parts for parameter in part.params]
+
+
 def test_the_page_has_every_command() -> None:
     headings = re.findall(r"^## armhil (\w+)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert sorted(headings) == sorted(COMMANDS)
@@ -38,7 +46,7 @@ def test_a_command_has_an_example_and_all_its_options(name: str) -> None:
     text = section(f"armhil {name}")
     assert f"$ armhil {name}" in text
     options = {
-        parameter.opts[-1]: parameter for parameter in COMMANDS[name].params if parameter.opts[0][0] == "-"
+        parameter.opts[-1]: parameter for parameter in parameters_of(name) if parameter.opts[0][0] == "-"
     }
     documented = options_in(text)
     assert set(documented) == set(options) - {"--help"}
