@@ -10,30 +10,41 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from robots.arrays import FloatArray
-from robots.consistency import INT32_MAX, check_consistency
+from robots.consistency import check_consistency
+from robots.drive_description import (
+    Brake,
+    ControlSignal,
+    Drive,
+    DriveDynamics,
+    HomingSearch,
+    Identity,
+    TemperatureObject,
+)
 from robots.errors import ValueNotAllowed
+from robots.fields import Finite, Frozen, NonNegative, Positive, whole_number
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+__all__ = [
+    "Brake",
+    "Bus",
+    "ControlSignal",
+    "Controller",
+    "Drive",
+    "DriveDynamics",
+    "HomingSearch",
+    "Identification",
+    "Identity",
+    "Joint",
+    "Robot",
+    "TemperatureObject",
+]
+
 Coupling = Annotated[float, Field(ge=-1000, le=1000)]
 
 
-def _whole_number(value: object) -> object:
-    """Refuse ``true`` and ``1.0`` where a choice of whole numbers stands: Python calls them equal to 1."""
-    if type(value) is not int:
-        raise ValueNotAllowed((), "is not one of the choices")
-    return value
-
-
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Joint(_Frozen):
+class Joint(Frozen):
     """One joint of the URDF with the limits that planning and driving hold to."""
 
     name: str = Field(min_length=1, description="joint name in the URDF")
@@ -55,81 +66,7 @@ class Joint(_Frozen):
         return self
 
 
-class ControlSignal(_Frozen):
-    """The CANopen object that carries the control signal v_τ, and the value of one count of it."""
-
-    index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
-    subindex: int = Field(default=0, ge=0, le=255)
-    per_count: Positive = Field(description="control-signal units per count of the object")
-
-
-class DriveDynamics(_Frozen):
-    """What a data sheet or an earlier identification says of one drive, at the drive output.
-
-    It is a *prior*: planning checks torques with it and the identification compares with it.
-    """
-
-    inertia: NonNegative = Field(description="rotor and gear inertia Ia, kg·m² or kg")
-    viscous: NonNegative = Field(description="Fv, N·m·s/rad or N·s/m")
-    coulomb: NonNegative = Field(description="Fc, N·m or N")
-
-
-UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
-
-
-class Identity(_Frozen):
-    """What the drive's identity object (1018h) must say; only the entries given are compared."""
-
-    vendor: UInt32 | None = Field(default=None, description="1018:01")
-    product: UInt32 | None = Field(default=None, description="1018:02")
-    revision: UInt32 | None = Field(default=None, description="1018:03")
-    serial: UInt32 | None = Field(default=None, description="1018:04")
-
-
-class Brake(_Frozen):
-    """How long the holding brake takes, so that nothing moves against it or falls before it holds."""
-
-    release: NonNegative = Field(default=0.0, le=10.0, description="s from torque on to an open brake")
-    engage: NonNegative = Field(default=0.0, le=10.0, description="s from the command to a brake that holds")
-
-
-class TemperatureObject(_Frozen):
-    """The object in which a drive says how warm it is; none is standard."""
-
-    index: int = Field(ge=0x1000, le=0xFFFF)
-    subindex: int = Field(default=0, ge=0, le=255)
-    per_count: Positive = Field(default=1.0, description="°C per count of the object")
-
-
-class Drive(_Frozen):
-    """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
-
-    node_id: int = Field(ge=1, le=127)
-    encoder_counts: int = Field(
-        ge=1, le=INT32_MAX, description="counts per motor revolution, after quadrature"
-    )
-    gear: Positive = Field(description="motor revolutions per output revolution (or per metre)")
-    sign: Annotated[Literal[-1, 1], BeforeValidator(_whole_number)] = Field(
-        default=1, description="-1 where the motor turns against the drive output"
-    )
-    control_signal: ControlSignal
-    gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
-    gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
-    dynamics: DriveDynamics
-    identity: Identity = Identity()
-    eds: str | None = Field(
-        default=None, min_length=1, description="EDS or DCF of the drive, relative to robot.toml"
-    )
-    position_reference: Literal["absolute", "homing"] = Field(
-        default="absolute", description="homing: the position is lost with the supply and must be attested"
-    )
-    brake: Brake = Brake()
-    temperature: TemperatureObject | None = Field(
-        default=None, description="where the drive has its temperature; none where absent"
-    )
-
-
-class Controller(_Frozen):
+class Controller(Frozen):
     """The position loop inside the drives (eq. 4 of the paper); gains have one entry per drive.
 
     ``cascade_p_pi``: v = velocity_gain · (position_gain·e + feed_forward·q̇_r − q̇) + its integral,
@@ -176,7 +113,7 @@ class Controller(_Frozen):
         return self
 
 
-class Bus(_Frozen):
+class Bus(Frozen):
     """How the drives are reached when the command line does not say otherwise."""
 
     interface: str = "udp_multicast"
@@ -189,7 +126,7 @@ class Bus(_Frozen):
     master_node_id: int = Field(default=127, ge=1, le=127, description="node id in the master's heartbeat")
 
 
-class Identification(_Frozen):
+class Identification(Frozen):
     """How samples become rows: the settings of METHOD section 2, per arm."""
 
     cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
@@ -199,7 +136,7 @@ class Identification(_Frozen):
         default="chebyshev",
         description="chebyshev is MATLAB's decimate; fir reaches only four rows far",
     )
-    derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(_whole_number)] = Field(
+    derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(whole_number)] = Field(
         default=2, description="order of the central differences; 2 is the paper's"
     )
     trim_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = Field(
@@ -261,10 +198,10 @@ class Identification(_Frozen):
         return self
 
 
-class Robot(_Frozen):
+class Robot(Frozen):
     """One arm, described once. ``robots.load`` makes it; nothing changes it afterwards."""
 
-    format: Annotated[Literal[1], BeforeValidator(_whole_number)] = Field(
+    format: Annotated[Literal[1], BeforeValidator(whole_number)] = Field(
         description="version of this file format"
     )
     name: str = Field(pattern=r"^[a-z][a-z0-9_-]*$")

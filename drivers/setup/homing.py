@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from drivers.errors import DriveError
 from drivers.setup.drive import set_mode
 from drivers.setup.sdo import SdoAccess
 from robots.description import Robot
+from robots.drive_description import LARGEST_HOMING_SPEED
 
-HOMING_SHARE = 0.05
-"""Largest share of a joint's velocity and acceleration limits in a search."""
+HOMING_SHARE = LARGEST_HOMING_SPEED
 LARGEST_METHOD = 37
 
 
@@ -36,6 +37,25 @@ class Homing:
     travel: float
     share: float = HOMING_SHARE
     seconds: float = 60.0
+
+    @classmethod
+    def described(cls, robot: Robot, joint: str) -> Self:
+        """The search that the arm's description has for a joint's drive.
+
+        Raises:
+            DriveError: there is no such joint, or no search for it.
+        """
+        for each, drive in zip(robot.joint, robot.drive, strict=True):
+            if each.name != joint:
+                continue
+            if (search := drive.homing) is None:
+                raise DriveError(
+                    f"joint {joint}: its drive has no search for home; give it [drive.homing] in robot.toml"
+                )
+            return cls(joint, search.method, search.position, search.travel, search.speed, search.seconds)
+        raise DriveError(
+            f"no joint {joint!r} to home; allowed: {', '.join(each.name for each in robot.joint)}"
+        )
 
     def axis(self, robot: Robot) -> int:
         """Index of its drive, after a look at all values.

@@ -22,6 +22,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "### control_signal": robots.ControlSignal,
     "### dynamics": robots.DriveDynamics,
     "### identity": description.Identity,
+    "### homing": description.HomingSearch,
     "### brake": description.Brake,
     "### temperature": description.TemperatureObject,
     "## [controller]": robots.Controller,

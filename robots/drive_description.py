@@ -1,0 +1,111 @@
+"""What one drive of an arm is: counts, gear, gain, identity, and how it comes to know its position."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from robots.consistency import INT32_MAX
+from robots.errors import ValueNotAllowed
+from robots.fields import Finite, Frozen, NonNegative, Positive, whole_number
+
+LARGEST_HOMING_SPEED = 0.05
+"""Largest share of a joint's velocity and acceleration limits in a search for home."""
+
+
+class ControlSignal(Frozen):
+    """The CANopen object that carries the control signal v_τ, and the value of one count of it."""
+
+    index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
+    subindex: int = Field(default=0, ge=0, le=255)
+    per_count: Positive = Field(description="control-signal units per count of the object")
+
+
+class DriveDynamics(Frozen):
+    """What a data sheet or an earlier identification says of one drive, at the drive output.
+
+    It is a *prior*: planning checks torques with it and the identification compares with it.
+    """
+
+    inertia: NonNegative = Field(description="rotor and gear inertia Ia, kg·m² or kg")
+    viscous: NonNegative = Field(description="Fv, N·m·s/rad or N·s/m")
+    coulomb: NonNegative = Field(description="Fc, N·m or N")
+
+
+UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
+
+
+class Identity(Frozen):
+    """What the drive's identity object (1018h) must say; only the entries given are compared."""
+
+    vendor: UInt32 | None = Field(default=None, description="1018:01")
+    product: UInt32 | None = Field(default=None, description="1018:02")
+    revision: UInt32 | None = Field(default=None, description="1018:03")
+    serial: UInt32 | None = Field(default=None, description="1018:04")
+
+
+class Brake(Frozen):
+    """How long the holding brake takes, so that nothing moves against it or falls before it holds."""
+
+    release: NonNegative = Field(default=0.0, le=10.0, description="s from torque on to an open brake")
+    engage: NonNegative = Field(default=0.0, le=10.0, description="s from the command to a brake that holds")
+
+
+class TemperatureObject(Frozen):
+    """The object in which a drive says how warm it is; none is standard."""
+
+    index: int = Field(ge=0x1000, le=0xFFFF)
+    subindex: int = Field(default=0, ge=0, le=255)
+    per_count: Positive = Field(default=1.0, description="°C per count of the object")
+
+
+class HomingSearch(Frozen):
+    """How the drive searches its home by itself, in homing mode; `armhil home` has it do so."""
+
+    method: int = Field(ge=-128, le=37, description="6098h; the drive's manual says which ones it has; not 0")
+    position: Finite = Field(description="what the drive output reads at home, rad or m")
+    travel: Positive = Field(description="how far the drive output may move until home is found, rad or m")
+    speed: Positive = Field(
+        default=LARGEST_HOMING_SPEED,
+        le=LARGEST_HOMING_SPEED,
+        description="share of the joint's velocity and acceleration limits",
+    )
+    seconds: Positive = Field(default=60.0, description="how long the search may take")
+
+    @model_validator(mode="after")
+    def _a_method_is_a_number_of_one(self) -> Self:
+        if self.method == 0:
+            raise ValueNotAllowed(("method",), "is no method", "1 to 37, or a maker's own from -128 to -1")
+        return self
+
+
+class Drive(Frozen):
+    """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
+
+    node_id: int = Field(ge=1, le=127)
+    encoder_counts: int = Field(
+        ge=1, le=INT32_MAX, description="counts per motor revolution, after quadrature"
+    )
+    gear: Positive = Field(description="motor revolutions per output revolution (or per metre)")
+    sign: Annotated[Literal[-1, 1], BeforeValidator(whole_number)] = Field(
+        default=1, description="-1 where the motor turns against the drive output"
+    )
+    control_signal: ControlSignal
+    gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
+    gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
+    dynamics: DriveDynamics
+    identity: Identity = Identity()
+    eds: str | None = Field(
+        default=None, min_length=1, description="EDS or DCF of the drive, relative to robot.toml"
+    )
+    position_reference: Literal["absolute", "homing"] = Field(
+        default="absolute", description="homing: the position is lost with the supply and must be attested"
+    )
+    homing: HomingSearch | None = Field(
+        default=None, description="how the drive searches its home; none where absent"
+    )
+    brake: Brake = Brake()
+    temperature: TemperatureObject | None = Field(
+        default=None, description="where the drive has its temperature; none where absent"
+    )

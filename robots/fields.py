@@ -1,0 +1,26 @@
+"""What the tables of a robot.toml are made of: types of their values, and tables that do not change."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from robots.errors import ValueNotAllowed
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+def whole_number(value: object) -> object:
+    """Refuse ``true`` and ``1.0`` where a choice of whole numbers stands: Python calls them equal to 1."""
+    if type(value) is not int:
+        raise ValueNotAllowed((), "is not one of the choices")
+    return value
+
+
+class Frozen(BaseModel):
+    """A table that refuses keys it does not know, and never changes."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
