@@ -31,9 +31,16 @@ class FleetArm(BaseModel):
     channel: Name | None = Field(default=None, description="channel on it; the robot's where absent")
     simulated: bool = Field(default=False, description="start simulated drives on the bus")
     seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the simulated arm")
+    scenario: Name | None = Field(default=None, description="file of what the simulated arm has besides")
     trajectory: Name | None = Field(
         default=None, description="motion to drive; the accepted one where absent"
     )
+
+    @model_validator(mode="after")
+    def _hidden_in_a_simulated_arm(self) -> FleetArm:
+        if self.scenario is not None and not self.simulated:
+            raise ValueError("scenario without simulated = true; allowed: with simulated drives")
+        return self
 
     def order(self) -> ArmOrder:
         """Which arm, where.
@@ -43,7 +50,14 @@ class FleetArm(BaseModel):
         """
         robot = robots.load(self.robot)
         channel = Channel(self.interface or robot.bus.interface, self.channel or robot.bus.channel)
-        return ArmOrder(robot, self.robot, channel, self.simulated, self.seed)
+        return ArmOrder(
+            robot,
+            self.robot,
+            channel,
+            self.simulated,
+            self.seed,
+            scenario=None if self.scenario is None else Path(self.scenario),
+        )
 
 
 class Fleet(BaseModel):

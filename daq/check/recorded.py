@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from daq.catalogue.identity import sha256_of
 from daq.catalogue.values import Arm, Baseline, CatalogueError
 from daq.catalogue.who import is_gone
 from daq.check.request import CheckError, CheckRequest
+from daq.check.simulated_night import with_own_noise
 from daq.files.trajectory_file import SUFFIX, write_trajectory
 from daq.progress import Steps
 from daq.recording.reader import read_capture
@@ -71,6 +72,7 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
     catalogue, robot = request.catalogue, request.arm.robot
     runs.settle_abandoned(catalogue)
     free_dead_leases(catalogue, robot.name)
+    request = replace(request, arm=with_own_noise(request.arm, catalogue))
     with opened(request.arm, catalogue, steps) as arm:
         known = arms.register(catalogue, arm.identity)
         baseline = baselines.current(catalogue, known.id)
@@ -150,7 +152,7 @@ def _accepted_file(catalogue: Catalogue, baseline: Baseline) -> tuple[Path, str]
 
 def _read(file: Path, robot: Robot) -> Motion:
     trajectory = read_trajectory(file, robot)
-    return Motion(trajectory, file, sha256_of(file.read_bytes().hex()))
+    return Motion(trajectory, file, sha256_of(file.read_text(encoding="utf-8")))
 
 
 def _planned(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:

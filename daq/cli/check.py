@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -40,7 +41,14 @@ def check(
     interface: Interface = None,
     channel: ChannelName = None,
     simulated: Simulated = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm.")] = 0,
+    noise_seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Of its noise, to repeat a run.", show_default="another one for every run"),
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option(help="A scenario.toml: what the simulated arm has besides.")
+    ] = None,
     trajectory: Annotated[
         Path | None, typer.Option(help="What to drive.", show_default="the accepted one, else a new plan")
     ] = None,
@@ -114,8 +122,20 @@ def check(
             print_fleet(console, done)
             return done.exit_code
         assert robot is not None
-        order = arm_order_of(
-            robot, interface, channel, simulated=simulated, seed=seed, new_arm=new_arm, stands_at=stands_at
+        if not simulated and (scenario is not None or noise_seed is not None):
+            raise CheckError("--scenario and --noise-seed are of simulated drives; give --simulated")
+        order = replace(
+            arm_order_of(
+                robot,
+                interface,
+                channel,
+                simulated=simulated,
+                seed=seed,
+                new_arm=new_arm,
+                stands_at=stands_at,
+            ),
+            noise_seed=noise_seed,
+            scenario=scenario,
         )
         request = CheckRequest(
             order,

@@ -119,4 +119,7 @@ def _options(arm: FleetArm) -> list[str]:
     ):
         if value is not None:
             options += [name, value]
-    return [*options, *(["--simulated", "--seed", str(arm.seed)] if arm.simulated else [])]
+    if arm.simulated:
+        hidden = [] if arm.scenario is None else ["--scenario", arm.scenario]
+        options += ["--simulated", "--seed", str(arm.seed), *hidden]
+    return options

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -29,6 +30,8 @@ class ArmOrder:
         channel: the bus.
         simulated: start simulated drives on it.
         seed: of the simulated arm.
+        noise_seed: of its noise in this run; the arm's own where None.
+        scenario: file that says what the simulated arm has besides.
         new_arm: accept drives that the catalogue does not know under this name.
         stands_at: (n,) posture that somebody read off the arm, for drives that do not know theirs; rad or m.
     """
@@ -40,6 +43,8 @@ class ArmOrder:
     seed: int = 0
     new_arm: bool = False
     stands_at: tuple[float, ...] | None = None
+    noise_seed: int | None = None
+    scenario: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -51,8 +56,16 @@ class OpenArm:
 
 
 @contextmanager
-def opened(order: ArmOrder, catalogue: Catalogue | None, steps: Steps) -> Iterator[OpenArm]:
+def opened(
+    order: ArmOrder, catalogue: Catalogue | None, steps: Steps, *, allow_homing: bool = False
+) -> Iterator[OpenArm]:
     """The arm with its drives configured, known to the catalogue and leased, for the length of the block.
+
+    Args:
+        order: which arm, where.
+        catalogue: None where nothing is kept.
+        steps: shows what is done.
+        allow_homing: whether its drives may search their home.
 
     Raises:
         BusError, DriveError: the bus is occupied, or a drive refuses.
@@ -67,9 +80,16 @@ def opened(order: ArmOrder, catalogue: Catalogue | None, steps: Steps) -> Iterat
                     f"{order.channel} lives inside one process; the simulated drives have their own"
                 )
             with steps.step("Start simulated drives"):
-                stack.enter_context(SimulatedArm(order.source, order.channel, order.seed))
+                drives = SimulatedArm(
+                    order.source,
+                    order.channel,
+                    order.seed,
+                    noise_seed=order.noise_seed,
+                    scenario=order.scenario,
+                )
+                stack.enter_context(drives)
         with steps.step("Configure drives"):
-            session = stack.enter_context(ArmSession(order.robot, order.channel))
+            session = stack.enter_context(ArmSession(order.robot, order.channel, allow_jog=allow_homing))
         identity = identity_of_arm(order.robot, session.drives, simulated=order.simulated)
         if catalogue is not None:
             if not (order.simulated or order.new_arm):

@@ -60,8 +60,8 @@ class Recording:
             facts: for catalogue and capture besides.
         """
         run = {"kind": SIMULATED if self.order.simulated else "real", "note": self.note, **(facts or {})}
-        if self.order.simulated:
-            run["seed"] = str(self.order.seed)
+        simulated = _simulated_facts(self.order)
+        run |= {name: str(value) for name, value in simulated.items()}
         with (
             kept_run(
                 self.catalogue,
@@ -70,7 +70,7 @@ class Recording:
                 stage=stage,
                 capture=path,
                 trajectory=trajectory_words(trajectory),
-                facts={"channel": str(self.order.channel), **(facts or {})},
+                facts={"channel": str(self.order.channel), **simulated, **(facts or {})},
                 note=self.note,
             ) as kept,
             self.conducting() as conduct,
@@ -79,6 +79,15 @@ class Recording:
             result = stream_recorded(self.arm.session, order, self.watcher, conduct)
             kept.streamed(result, path)
         return kept, result
+
+
+def _simulated_facts(order: ArmOrder) -> dict[str, str | int]:
+    """What it takes to simulate a run again; nothing of a real arm."""
+    if not order.simulated:
+        return {}
+    noise = order.seed if order.noise_seed is None else order.noise_seed
+    hidden = {} if order.scenario is None else {"scenario": str(order.scenario)}
+    return {"seed": order.seed, "noise_seed": noise, **hidden}
 
 
 def require_completed(result: StreamResult, path: Path) -> None:

@@ -33,6 +33,7 @@ class SimulatedArm:
         robot_source: name of a shipped arm, or the path of a robot.toml; the process loads it itself.
         channel: which bus.
         seed: which arm is drawn around the description, and which noise it has.
+        noise_seed: other noise than that of the seed, on the same arm with the same drives.
         faults: what goes wrong.
         truth: an arm to simulate instead of one drawn from the seed.
         scenario: what the arm has besides, or the file that says so; only the process of the drives reads it.
@@ -50,6 +51,7 @@ class SimulatedArm:
         channel: Channel,
         seed: int = 0,
         *,
+        noise_seed: int | None = None,
         faults: Faults = NO_FAULTS,
         truth: PlantTruth | None = None,
         scenario: str | Path | Scenario | None = None,
@@ -60,6 +62,7 @@ class SimulatedArm:
             "interface": channel.interface,
             "channel": channel.name,
             "seed": seed,
+            "noise_seed": noise_seed,
             "faults": faults.as_dict(),
             "truth": truth.as_dict() if truth is not None else None,
             "scenario": _plain(scenario),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class DriveGroup:
         send: puts a frame on the bus: COB-ID and payload.
         faults: what goes wrong.
         scenario: what the arm has besides.
+        noise_seed: of its noise; the truth's own where None. The drives stay the same ones.
     """
 
     def __init__(
@@ -48,8 +50,11 @@ class DriveGroup:
         send: Callable[[int, bytes], None],
         faults: Faults = NO_FAULTS,
         scenario: Scenario = EMPTY,
+        *,
+        noise_seed: int | None = None,
     ) -> None:
-        self.bench = Bench(robot, truth, scenario)
+        noisy = truth if noise_seed is None else replace(truth, seed=noise_seed)
+        self.bench = Bench(robot, noisy, scenario)
         self.bench.compile_ahead()
         self._robot = robot
         self._faults = faults

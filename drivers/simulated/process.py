@@ -73,7 +73,9 @@ def main() -> int:
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
                 faults = Faults.from_dict(order["faults"])
-                group = DriveGroup(robot, truth, frame_sender(bus), faults, scenario)
+                group = DriveGroup(
+                    robot, truth, frame_sender(bus), faults, scenario, noise_seed=order["noise_seed"]
+                )
                 group.boot(time.monotonic())
                 # Answers in time even where ordinary processes keep the processors busy.
                 realtime.prepare(realtime.DRIVES_PRIORITY)

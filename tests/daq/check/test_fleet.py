@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,7 @@ def test_a_fleet_at_once_and_one_at_a_time(
     _through_dask(orders, alone)
 
 
-def _through_dask(orders: list[AnalysisOrder], alone: list[object]) -> None:
+def _through_dask(orders: list[AnalysisOrder], alone: Sequence[object]) -> None:
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
