@@ -113,8 +113,9 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
             session.close()
         plant = arm.truth()
     capture = read_capture(path)
+    recordings = tuple(capture_recordings(capture))
     with steps.step("Identify") as update:
-        fitted = identify(robot, tuple(capture_recordings(capture)), lambda step, share: update(share, step))
+        fitted = identify(robot, recordings, lambda step, share: update(share, step))
     truth = true_base_parameters(fitted.base, plant)
     (request.folder / "truth.json").write_text(json.dumps(plant.as_dict(), indent=2) + "\n", encoding="utf-8")
     report = write_results(
@@ -122,6 +123,7 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
         robot,
         fitted,
         [capture.path],
+        recordings,
         title=f"{robot.name}: demonstration on simulated drives",
         facts=report_facts(capture),
         truth=truth,

@@ -19,6 +19,7 @@ from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
+from daq.importing.load import capture_recordings
 from daq.progress import Steps
 from daq.recording.reader import read_capture
 from ident import Fitted
@@ -37,13 +38,15 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     """
     catalogue, robot = request.catalogue, request.arm.robot
     with steps.step("Compare with the baseline"):
+        capture = read_capture(recorded.capture)
         report = write_results(
             request.folder,
             robot,
             fitted,
             [recorded.capture],
+            capture_recordings(capture),
             title=f"{recorded.arm.label}: check",
-            facts=report_facts(read_capture(recorded.capture)),
+            facts=report_facts(capture),
         )
         made = Made(
             robot, [recorded.capture], {"command": IDENTIFY}, request.folder / f"{robot.name}{SUFFIX}", report

@@ -26,6 +26,7 @@ from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, descri
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
+from robots.arrays import FloatArray
 from trajectories import Conditions
 
 FROM_DESCRIPTION = "cad"
@@ -183,7 +184,16 @@ def _accepted(base: BaseParameters, path: Path, accepted: ModelFile) -> Prior:
             f"{path}: has no {missing[0]}; allowed: a model with the parameters of the model that is examined"
         )
     order = np.array([names.index(name) for name in base.names])
-    return accepted_prior(base, accepted.values[order], covariance[np.ix_(order, order)])
+    values, spread = accepted.values[order], covariance[np.ix_(order, order)]
+    return accepted_prior(base, values, spread, noise=_noise_of(base.model.robot, accepted))
+
+
+def _noise_of(robot: Robot, accepted: ModelFile) -> FloatArray | None:
+    """How loud the arm was; None where that is not known, or was seen through other filters than today's."""
+    noise, then = np.array(accepted.estimate.torque_noise), accepted.identification
+    now = robot.identification
+    same = (then.cutoff_hz, then.filter_order) == (now.cutoff_hz, now.filter_order)
+    return noise if same and noise.size == robot.n else None
 
 
 def _recordings(

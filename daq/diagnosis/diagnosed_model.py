@@ -15,6 +15,7 @@ from daq.files.model_file import ModelFile, ModelFileError, model_parameters, so
 from daq.files.toml_file import validation_line
 from ident import Parameter
 from ident.discrepancy import Diagnosis
+from ident.discrepancy.unrepeated import noise_level
 from ident.effects.vocabulary import entry_of
 from robots import Robot
 
@@ -42,7 +43,7 @@ def write_diagnosed_model(
 
 
 def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dict[str, object]:
-    base, examination = diagnosis.base, diagnosis.examinations[-1]
+    base, (first, examination) = diagnosis.base, diagnosis.examinations
     sigma = np.sqrt(np.diag(diagnosis.covariance))
     named = zip(base.names, diagnosis.beta, sigma, base.units, base.expressions, strict=True)
     parameters = tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named)
@@ -61,6 +62,7 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
             else "rows weighted by what is left of the residual",
             "rows": int(examination.used.sum()),
             "relative_error_percent": _relative_error(diagnosis),
+            "torque_noise": tuple(noise_level(first).tolist()) if first.repeats else (),
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),

@@ -61,6 +61,9 @@ class ModelEstimate(_Frozen):
     covariance: Annotated[str, Field(min_length=1)] = Field(description="what the standard deviations assume")
     rows: Annotated[int, Field(ge=1)]
     relative_error_percent: NonNegative
+    torque_noise: tuple[NonNegative, ...] = Field(
+        default=(), description="rms per joint of what does not repeat from period to period, N·m or N"
+    )
 
 
 class ModelParameter(_Frozen):
@@ -134,13 +137,16 @@ class ModelFile(_Frozen):
         return self
 
 
-def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFile:
+def model_of(
+    fitted: Fitted, captures: Sequence[Path], robot: Robot, torque_noise: Sequence[float] = ()
+) -> ModelFile:
     """The model that the verdict recommends, with where it came from.
 
     Args:
         fitted: the identification.
         captures: files or folders that it was made from; their checksums are computed here.
         robot: the arm, with the settings that were used.
+        torque_noise: (n,) rms of what did not repeat in them, N·m (or N); empty where nothing repeated.
 
     Raises:
         ModelFileError: a recording is gone, or the estimate has values that are not finite.
@@ -159,6 +165,7 @@ def model_of(fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFil
             "covariance": estimate.covariance_kind,
             "rows": result.rows,
             "relative_error_percent": estimate.relative_error_percent,
+            "torque_noise": tuple(torque_noise),
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
@@ -204,13 +211,15 @@ def source_sha256(path: Path) -> str:
     return sha256(lines.encode()).hexdigest()
 
 
-def write_model(path: Path, fitted: Fitted, captures: Sequence[Path], robot: Robot) -> ModelFile:
+def write_model(
+    path: Path, fitted: Fitted, captures: Sequence[Path], robot: Robot, torque_noise: Sequence[float] = ()
+) -> ModelFile:
     """Write the model that the verdict recommends.
 
     Raises:
         ModelFileError: it cannot be written, or is not a model; see :func:`model_of`.
     """
-    model = model_of(fitted, captures, robot)
+    model = model_of(fitted, captures, robot, torque_noise)
     write_model_file(path, model)
     return model
 

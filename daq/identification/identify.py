@@ -127,4 +127,12 @@ def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: F
     captures = [part.path for part in loaded]
     first = loaded[0].capture
     facts = {"Recordings": ", ".join(map(str, captures))} if first is None else report_facts(first)
-    return write_results(folder, robot, fitted, captures, title=f"{robot.name}: identification", facts=facts)
+    return write_results(
+        folder,
+        robot,
+        fitted,
+        captures,
+        _recordings(loaded),
+        title=f"{robot.name}: identification",
+        facts=facts,
+    )

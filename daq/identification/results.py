@@ -8,8 +8,9 @@ from pathlib import Path
 
 from daq.files.model_file import write_model
 from daq.identification.identification_json import identification_json
+from daq.identification.torque_noise import torque_noise
 from daq.report.page import ReportContent, write_report
-from ident import Fitted
+from ident import Fitted, Recording
 from robots import Robot
 
 
@@ -18,6 +19,7 @@ def write_results(
     robot: Robot,
     fitted: Fitted,
     captures: Sequence[Path],
+    recordings: Sequence[Recording],
     *,
     title: str,
     facts: Mapping[str, str],
@@ -30,6 +32,7 @@ def write_results(
         robot: the arm, with the settings that were used.
         fitted: the identification.
         captures: what it was made from.
+        recordings: what they hold.
         title: of the report.
         facts: how the data was made, label → text.
         truth: base parameters of a simulated arm by name, SI; None for a real one.
@@ -40,7 +43,8 @@ def write_results(
     content = identification_json(fitted.result, [str(path) for path in captures], truth)
     text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
     (folder / "result.json").write_text(text, encoding="utf-8")
-    write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot)
+    noise = torque_noise(robot, fitted.base.model.effects, recordings)
+    write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot, noise)
     report = folder / "report.html"
     write_report(
         report,
