@@ -138,7 +138,7 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
         def is_over() -> bool:
             return runs.get(catalogue, number).state != "running"
 
-        events: AsyncIterator[str] = hub.events(spool_path(Path(run.capture)), is_over)
+        events: AsyncIterator[bytes] = hub.events(spool_path(Path(run.capture)), is_over)
         return StreamingResponse(events, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 

@@ -1,40 +1,92 @@
-"""Server-sent events of a run under way: one reader per run, however many look on."""
+"""Server-sent events of a run under way: one reader per run, however many look on.
+
+A look at the file every tenth of a second makes one piece of bytes with everything that is new, and all who
+look on are sent that same piece: a further one costs a write to a socket and nothing else.
+"""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Sequence
 from pathlib import Path
 
 POLL = 0.1
-"""s between two looks at the file."""
+"""s between two looks at the file, and so between two pieces that are sent."""
 PATIENCE = 15.0
-"""s without a line after which a comment keeps the connection open."""
+"""s without anything new after which a comment keeps the connection open."""
 MOST_LOOKING = 200
 """Connections in all; more are refused."""
-_QUEUE = 50
+MOST_LINES = 300
+"""Lines of one look that are sent: as many as a page draws, where a reader comes late to a long run."""
+OVER = b"event: over\ndata: {}\n\n"
+STILL_THERE = b": still there\n\n"
+_WAITING = 50
 _PIECE = 262_144
+_QUIET = 10
+"""Looks without anything new after which somebody is asked whether the run is over."""
 
 
 class TooManyError(Exception):
     """More look on than are allowed."""
 
 
-class Hub:
-    """Hands the lines of live files to everybody who looks on."""
+class _Looker:
+    """One who looks on: what it has not been sent yet."""
 
     def __init__(self) -> None:
-        self._queues: dict[Path, set[asyncio.Queue[str | None]]] = {}
-        self._readers: dict[Path, asyncio.Task[None]] = {}
-        self._first: dict[Path, str] = {}
+        self.pieces: deque[bytes] = deque(maxlen=_WAITING)  # who is slow misses some, nobody waits for them
+        self.news = asyncio.Event()
+
+
+class _Run:
+    """One run that somebody looks on."""
+
+    def __init__(self) -> None:
+        self.lookers: set[_Looker] = set()
+        self.begin: bytes | None = None
+        self.recent: deque[bytes] = deque(maxlen=MOST_LINES)
+        self.is_over = False
+        self.reader: asyncio.Task[None] | None = None
+
+    def join(self, looker: _Looker) -> None:
+        """Who comes late is sent the last lines at once."""
+        self.lookers.add(looker)
+        if self.recent:
+            looker.pieces.append(b"".join(self.recent))
+        looker.news.set()
+
+    def tell(self, events: Sequence[bytes]) -> None:
+        piece = b"".join(events)
+        self.recent.extend(events)
+        for looker in self.lookers:
+            if piece:
+                looker.pieces.append(piece)
+            looker.news.set()
+
+    def end(self) -> None:
+        self.is_over = True
+        self.tell(())
+
+
+class Hub:
+    """Hands what is new in live files to everybody who looks on."""
+
+    def __init__(self) -> None:
+        self._runs: dict[Path, _Run] = {}
 
     @property
     def looking(self) -> int:
         """Open connections."""
-        return sum(map(len, self._queues.values()))
+        return sum(len(run.lookers) for run in self._runs.values())
 
-    async def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncIterator[str]:
-        """Server-sent events of a file until its run ends.
+    @property
+    def reading(self) -> int:
+        """Files that are read."""
+        return len(self._runs)
+
+    async def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncIterator[bytes]:
+        """Server-sent events of a file until its run ends; the line of its beginning comes first to each.
 
         Args:
             path: of the lines; may not be there yet.
@@ -45,35 +97,29 @@ class Hub:
         """
         if self.looking >= MOST_LOOKING:
             raise TooManyError(f"more than {MOST_LOOKING} look on already")
-        queue: asyncio.Queue[str | None] = asyncio.Queue(_QUEUE)
-        self._queues.setdefault(path, set()).add(queue)
-        if path in self._first:
-            queue.put_nowait(self._first[path])  # who comes late is told what this is
-        if path not in self._readers:
-            self._readers[path] = asyncio.create_task(self._read(path, is_over))
+        run = self._runs.setdefault(path, _Run())
+        looker = _Looker()
+        run.join(looker)
+        if run.reader is None:
+            run.reader = asyncio.create_task(self._read(run, path, is_over))
         try:
-            while True:
-                try:
-                    line = await asyncio.wait_for(queue.get(), PATIENCE)
-                except TimeoutError:
-                    yield ": still there\n\n"
-                    continue
-                if line is None:
-                    yield "event: over\ndata: {}\n\n"
-                    return
-                yield f"data: {line}\n\n"
+            async for piece in _sent(run, looker):
+                yield piece
         finally:
-            self._queues[path].discard(queue)
-            if not self._queues[path]:
-                del self._queues[path]
-                self._first.pop(path, None)
-                task = self._readers.pop(path, None)
-                if task is not None:
-                    task.cancel()
+            run.lookers.discard(looker)
+            if not run.lookers and self._runs.get(path) is run:
+                del self._runs[path]
+                run.reader.cancel()
 
-    async def _read(self, path: Path, is_over: Callable[[], bool]) -> None:
-        """Read the file as it grows."""
-        place, rest = 0, b""
+    async def _read(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
+        try:
+            await self._read_on(run, path, is_over)
+        finally:
+            run.end()
+
+    async def _read_on(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
+        """Read the file as it grows, until its run is over."""
+        place, rest, quiet = 0, b"", 0
         while True:
             piece = await asyncio.to_thread(_piece, path, place)
             if piece is None:
@@ -81,24 +127,44 @@ class Hub:
             place += len(piece)
             *lines, rest = (rest + piece).split(b"\n")
             for line in lines:
-                text = line.decode("utf-8", "replace")
-                if '"kind":"begin"' in text:
-                    self._first[path] = text
-                self._tell(path, text)
-                if '"kind":"end"' in text:
-                    self._tell(path, None)
-                    return
-            if not piece:
+                if b'"kind":"begin"' in line:
+                    run.begin = _event(line)
+            events = [_event(line) for line in lines if b'"kind":"begin"' not in line]
+            if lines:
+                run.tell(events[-MOST_LINES:])
+            if any(b'"kind":"end"' in line for line in lines):
+                return
+            quiet = 0 if piece else quiet + 1
+            if quiet == _QUIET:
+                quiet = 0
                 if await asyncio.to_thread(is_over):
-                    self._tell(path, None)
                     return
+            if len(piece) < _PIECE:
                 await asyncio.sleep(POLL)
 
-    def _tell(self, path: Path, line: str | None) -> None:
-        for queue in tuple(self._queues.get(path, ())):
-            if queue.full():
-                queue.get_nowait()  # who is slow misses lines, nobody waits for them
-            queue.put_nowait(line)
+
+async def _sent(run: _Run, looker: _Looker) -> AsyncIterator[bytes]:
+    """What one who looks on is sent."""
+    greeted: bytes | None = None
+    while True:
+        try:
+            await asyncio.wait_for(looker.news.wait(), PATIENCE)
+        except TimeoutError:
+            yield STILL_THERE
+            continue
+        looker.news.clear()
+        if run.begin is not None and run.begin is not greeted:
+            greeted = run.begin
+            yield run.begin
+        while looker.pieces:
+            yield looker.pieces.popleft()
+        if run.is_over:
+            yield OVER
+            return
+
+
+def _event(line: bytes) -> bytes:
+    return b"data: " + line + b"\n\n"
 
 
 def _piece(path: Path, place: int) -> bytes | None:

@@ -13,7 +13,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity
 from daq.service import live as live_module
-from daq.service.live import Hub, TooManyError
+from daq.service.live import MOST_LINES, OVER, Hub, TooManyError
 from daq.service.settings import Service
 from daq.service.spool import Spooling, spool_path
 from daq.session.states import Conduct
@@ -84,20 +84,20 @@ def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
     """All see the same lines in order; who comes late is told the beginning; one task reads the file."""
     path = tmp_path / "capture.live"
 
-    async def look() -> list[str]:
-        return [event async for event in hub.events(path, lambda: False)]
+    async def look() -> list[bytes]:
+        return [piece async for piece in hub.events(path, lambda: False)]
 
-    async def everything() -> list[list[str]]:
+    async def everything() -> list[list[bytes]]:
         tasks = [asyncio.create_task(look()) for _ in range(50)]
         await asyncio.sleep(0.05)
         with path.open("w") as file:
             file.write('{"kind":"begin"}\n')
-            for k in range(20):
-                file.write(f'{{"kind":"samples","cycle":{k}}}\n')
+            for k in range(0, 20, 2):
+                file.write("".join(f'{{"kind":"samples","cycle":{j}}}\n' for j in (k, k + 1)))
                 file.flush()
-                await asyncio.sleep(0.02)
+                await asyncio.sleep(0.04)
                 if k == 10:
-                    assert len(hub._readers) == 1 and hub.looking == 50
+                    assert hub.reading == 1 and hub.looking == 50
                     tasks.append(asyncio.create_task(look()))
             await asyncio.sleep(0.3)
             file.write('{"kind":"end"}\n')
@@ -105,16 +105,56 @@ def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
 
     hub = Hub()
     *early, late = asyncio.run(asyncio.wait_for(everything(), 30))
-    assert all(seen == early[0] for seen in early) and len(early[0]) == 23
-    assert late[0] == 'data: {"kind":"begin"}\n\n' and late[-1].startswith("event: over") and len(late) < 23
-    assert hub.looking == 0 and not hub._readers
+    for seen in (*early, late):
+        assert seen[0] == b'data: {"kind":"begin"}\n\n' and seen[-1] == OVER
+        cycles = [line["cycle"] for line in _lines(seen) if line["kind"] == "samples"]
+        assert cycles == list(range(20))  # who came late was sent what had been before
+    pieces = [tuple(map(id, seen)) for seen in early]
+    assert len(set(pieces)) == 1, "every piece is made once, for all"
+    assert len(early[0]) <= 13, "the lines of one look go together"
+    assert hub.looking == 0 and hub.reading == 0
+
+
+def _lines(pieces: list[bytes]) -> list[dict[str, object]]:
+    events = b"".join(pieces).decode().split("\n\n")
+    return [json.loads(event[6:]) for event in events if event.startswith("data: ")]
+
+
+def test_who_looks_first_and_late_is_told_the_beginning(tmp_path: Path) -> None:
+    """A run that has written more lines than are sent at once: the page cannot draw without the first."""
+    path = tmp_path / "capture.live"
+    lines = ['{"kind":"begin"}', *(f'{{"kind":"samples","cycle":{k}}}' for k in range(900)), '{"kind":"end"}']
+    path.write_text("\n".join(lines) + "\n")
+
+    async def look() -> list[bytes]:
+        return [piece async for piece in Hub().events(path, lambda: True)]
+
+    found = _lines(asyncio.run(asyncio.wait_for(look(), 30))[:-1])
+    assert found[0]["kind"] == "begin" and found[-1]["kind"] == "end"
+    assert [line["cycle"] for line in found[1:-1]] == list(range(900 - MOST_LINES + 1, 900))
+
+
+def test_who_comes_when_all_is_read_is_told_that_it_is_over(tmp_path: Path) -> None:
+    path = tmp_path / "capture.live"
+    path.write_text('{"kind":"begin"}\n{"kind":"end"}\n')
+
+    async def everything() -> list[bytes]:
+        hub = Hub()
+        first = hub.events(path, lambda: True)
+        await anext(first)  # keeps the run open: it does not read on
+        await asyncio.sleep(0.05)
+        late = [piece async for piece in hub.events(path, lambda: True)]
+        await first.aclose()
+        return late
+
+    assert asyncio.run(asyncio.wait_for(everything(), 30))[-1] == OVER
 
 
 def test_who_is_slow_holds_nobody_up(tmp_path: Path) -> None:
     path = tmp_path / "capture.live"
     path.write_text("".join(f'{{"cycle":{k}}}\n' for k in range(500)) + '{"kind":"end"}\n')
 
-    async def slow() -> list[str]:
+    async def slow() -> list[bytes]:
         seen = []
         async for event in Hub().events(path, lambda: True):
             seen.append(event)
@@ -122,14 +162,14 @@ def test_who_is_slow_holds_nobody_up(tmp_path: Path) -> None:
         return seen
 
     seen = asyncio.run(asyncio.wait_for(slow(), 30))
-    assert seen[-1].startswith("event: over") and len(seen) <= 52
+    assert seen[-1] == OVER and len(seen) <= 52
 
 
 def test_a_run_that_died_is_over(tmp_path: Path) -> None:
-    async def look() -> list[str]:
-        return [event async for event in Hub().events(tmp_path / "never.live", lambda: True)]
+    async def look() -> list[bytes]:
+        return [piece async for piece in Hub().events(tmp_path / "never.live", lambda: True)]
 
-    assert asyncio.run(asyncio.wait_for(look(), 30)) == ["event: over\ndata: {}\n\n"]
+    assert asyncio.run(asyncio.wait_for(look(), 30)) == [OVER]
 
 
 def test_more_than_are_allowed_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
