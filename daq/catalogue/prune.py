@@ -10,6 +10,7 @@ from daq.catalogue import baselines, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Run
 from daq.recording.capture import file_sha256
+from daq.service.spool import spool_path
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ def prune(catalogue: Catalogue, planned: PrunePlan) -> PrunePlan:
             if not reason:
                 try:
                     entry.path.unlink()
+                    spool_path(entry.path).unlink(missing_ok=True)
                 except OSError as error:
                     reason = f"{entry.path}: cannot be deleted: {error.strerror}"
             if not reason:

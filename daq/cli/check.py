@@ -93,7 +93,6 @@ def check(
     from daq.check.terminal import print_check, print_fleet
     from daq.files.run_folder import make_run_folder
     from daq.notify.notify import notify_of
-    from daq.service.spool import Spooling
     from daq.session.recorded_runs import unconducted
     from ident.drift import DriftSettings
 
@@ -148,7 +147,7 @@ def check(
             search,
             settings,
         )
-        watcher = Spooling(watcher_of(console, order.robot, quiet), order.robot, request.folder)
+        watcher = watcher_of(console, order.robot, quiet)
         result = run_check(request, steps_of(console, quiet), watcher, unconducted)
         for warning in result.warnings:
             say(f"WARNING: {warning}")

@@ -10,6 +10,7 @@ import typer
 from daq.cli.app import app
 from daq.cli.common import (
     OK,
+    CellOption,
     ChannelName,
     Interface,
     Json,
@@ -39,6 +40,7 @@ def commission(
     trajectory: Annotated[
         Path | None, typer.Option(help="A trajectory to commission with.", show_default="one is planned")
     ] = None,
+    cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the plan, s.")] = 12.0,
     periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
@@ -77,8 +79,10 @@ def commission(
     Example: [bold]armhil commission tx40[/]
     """
     from daq.files.run_folder import make_run_folder
-    from daq.session.commission import CommissionRequest, StageDone, plan_commission
+    from daq.session.cell import cell_of
+    from daq.session.commission import StageDone
     from daq.session.commission import commission as go_through
+    from daq.session.dry_run import CommissionRequest, plan_commission
     from daq.session.keyboard import by_keyboard
     from daq.session.session_json import commission_json
     from daq.session.session_terminal import print_done, print_planned
@@ -108,16 +112,17 @@ def commission(
         rounds=rounds,
         note=note or "",
         catalogue=catalogue_of(no_catalogue),
+        cell=cell_of(cell),
         confirm=asking(yes, simulated, as_json),
     )
     steps = steps_of(console, quiet)
     planned = plan_commission(request, steps)
-    print_planned(console, planned, move)
+    print_planned(console, planned, request, move)
     done: tuple[StageDone, ...] = ()
     if move:
         watcher = watcher_of(console, order.robot, quiet)
         done = go_through(request, planned, steps, watcher, by_keyboard)
         print_done(console, done)
     if as_json:
-        print_json(commission_json(planned, done, order))
+        print_json(commission_json(planned, done, request))
     return OK

@@ -33,6 +33,10 @@ StandsAt = Annotated[
     str | None,
     typer.Option("--stands-at", help="Posture read off the arm: n positions, comma.", show_default="none"),
 ]
+CellOption = Annotated[
+    Path | None,
+    typer.Option("--cell", help="cell.toml: what to keep clear of.", show_default="only the arm itself"),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
 RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil runs`).", metavar="RUN")]

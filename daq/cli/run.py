@@ -10,6 +10,7 @@ import typer
 from daq.cli.app import app
 from daq.cli.common import (
     OK,
+    CellOption,
     ChannelName,
     Interface,
     Json,
@@ -41,6 +42,7 @@ def run(
     approach: Annotated[
         bool, typer.Option("--approach", help="Go slowly to where the trajectory begins.")
     ] = False,
+    cell: CellOption = None,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
     note: Annotated[
@@ -59,6 +61,7 @@ def run(
     Example: [bold]armhil run tx40 runs/plan/tx40.trajectory.json --simulated --approach[/]
     """
     from daq.files.run_folder import make_run_folder
+    from daq.session.cell import cell_of
     from daq.session.keyboard import by_keyboard
     from daq.session.recorded_runs import require_completed
     from daq.session.run import RunRequest, run_trajectory
@@ -83,6 +86,7 @@ def run(
         approach,
         note or "",
         catalogue,
+        cell_of(cell),
         asking(yes, simulated, as_json),
     )
     watcher = watcher_of(console, order.robot, quiet)

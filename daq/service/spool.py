@@ -14,7 +14,7 @@ from typing import IO
 import numpy as np
 
 from daq.session.states import Conduct
-from daq.session.streaming import Watcher
+from daq.session.watching import Watcher
 from drivers import Samples, StreamResult
 from robots import Robot
 from trajectories import Trajectory
@@ -36,13 +36,13 @@ class Spooling:
     Args:
         inner: who watches besides.
         robot: the arm.
-        folder: of the recordings; a stream's file is that of the capture which is written there.
+        capture: that the stream is recorded in; the lines go beside it.
     """
 
-    def __init__(self, inner: Watcher, robot: Robot, folder: Path) -> None:
+    def __init__(self, inner: Watcher, robot: Robot, capture: Path) -> None:
         self._inner = inner
         self._robot = robot
-        self._path = spool_path(folder / "capture.mcap")
+        self._path = spool_path(capture)
         self._file: IO[str] | None = None
         self._total = 0
         self._next = 0.0

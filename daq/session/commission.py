@@ -2,87 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from daq.catalogue import arms
-from daq.catalogue.database import Catalogue
-from daq.catalogue.identity import identity_of_arm, sha256_of
 from daq.catalogue.kept_run import kept_run, trajectory_words
-from daq.catalogue.values import ArmIdentity
 from daq.doctor import examine
-from daq.files.trajectory_file import SUFFIX, write_trajectory
 from daq.progress import Steps
-from daq.session.bench import ArmOrder, OpenArm, opened
-from daq.session.estimates import Estimate, estimate, require_room
-from daq.session.motions import move_to, read_trajectory, refuse_undrivable, slowed
+from daq.session.bench import OpenArm, opened
+from daq.session.dry_run import CommissionRequest, Planned
+from daq.session.estimates import estimate
+from daq.session.motions import move_to, slowed
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.session_error import NotMoved, SessionError
-from daq.session.stages import (
-    SLOW_SPEED,
-    StageName,
-    StageStatus,
-    fingerprint,
-    stages_to_do,
-    status,
-)
+from daq.session.stages import StageName, fingerprint, stages_to_do, status
 from daq.session.streaming import Watcher
 from daq.session.warm_up import warm_up
-from trajectories import Trajectory, plan
-
-
-@dataclass(frozen=True)
-class CommissionRequest:
-    """What to walk through.
-
-    Attributes:
-        arm: which arm, where.
-        folder: for the trajectory and the recordings; exists and is writable.
-        trajectory: file of a motion; one is planned where None.
-        duration, periods, evaluations, seed: of the plan.
-        first, last: stages to begin and to end with; see :func:`daq.session.stages.stages_to_do`.
-        slow_speed: of the slow run; at most a tenth.
-        rounds: of the warm-up.
-        note: the operator's.
-        catalogue: where passes are kept; without one everything is gone through each time.
-        confirm: asked before each stage that moves; False ends it there.
-    """
-
-    arm: ArmOrder
-    folder: Path
-    trajectory: Path | None = None
-    duration: float = 12.0
-    periods: int = 2
-    evaluations: int = 6000
-    seed: int = 0
-    first: StageName | None = None
-    last: StageName | None = None
-    slow_speed: float = SLOW_SPEED
-    rounds: int = 1
-    note: str = ""
-    catalogue: Catalogue | None = None
-    confirm: Callable[[str], bool] = lambda question: True
-
-
-@dataclass(frozen=True)
-class Planned:
-    """What commissioning would do, known before anything moves.
-
-    Attributes:
-        file: of the trajectory.
-        sha256: of that file.
-        states: where each stage stands, as far as the arm is known.
-        estimates: of the stages that move and whose motion is known yet.
-    """
-
-    file: Path
-    sha256: str
-    trajectory: Trajectory
-    states: tuple[StageStatus, ...]
-    estimates: dict[StageName, Estimate]
+from trajectories import Trajectory
 
 
 @dataclass(frozen=True)
@@ -93,34 +30,6 @@ class StageDone:
     words: str
     run: int | None
     capture: Path | None
-
-
-def plan_commission(request: CommissionRequest, steps: Steps) -> Planned:
-    """The dry run: plan or read the trajectory, judge it, say what everything takes. No frame is sent.
-
-    Raises:
-        PlanError, TrajectoryFileError, TrajectoryError: there is no motion that may be driven.
-        SessionError: the slow run would not be slow, or there is no room for the recordings.
-    """
-    robot = request.arm.robot
-    if not 0.0 < request.slow_speed <= SLOW_SPEED:
-        raise SessionError(f"--slow-speed {request.slow_speed:g}; allowed: above 0, up to {SLOW_SPEED:g}")
-    file = request.trajectory or _planned_file(request, steps)
-    trajectory = read_trajectory(file, robot)
-    refuse_undrivable(robot, trajectory, file)
-    sha256 = sha256_of(file.read_text(encoding="utf-8"))
-    start = np.asarray(trajectory.position[0])
-    estimates = {
-        "warm-up": estimate(robot, warm_up(robot, start, rounds=request.rounds).duration),
-        "slow run": estimate(robot, trajectory.duration / request.slow_speed),
-        "full run": estimate(robot, trajectory.duration),
-    }
-    total = Estimate(
-        sum(part.seconds for part in estimates.values()), sum(part.size for part in estimates.values())
-    )
-    require_room(request.folder, total)
-    states = status(request.catalogue, _known_identity(request), sha256)
-    return Planned(file, sha256, trajectory, states, estimates)  # type: ignore[arg-type]
 
 
 def commission(
@@ -135,14 +44,14 @@ def commission(
         NotMoved: a stage was not confirmed; those before it have passed.
     """
     with opened(request.arm, request.catalogue, steps) as arm:
-        states = status(request.catalogue, arm.identity, planned.sha256)
+        states = status(request.catalogue, arm.identity, planned.sha256, request.cell.sha256)
         todo = stages_to_do(states, request.first, request.last)
-        walk = _Walk(request, planned, arm, steps, watcher, conducting)
+        walk = Walk(request, planned, arm, steps, watcher, conducting)
         return tuple(walk.through(name) for name in todo)
 
 
 @dataclass(frozen=True)
-class _Walk:
+class Walk:
     """One walk through the stages with one open arm."""
 
     request: CommissionRequest
@@ -162,27 +71,32 @@ class _Walk:
             return self._keep_still(name, f"{trajectory_words(self.planned.trajectory)}, {self.planned.file}")
         if name == "check":
             return self._keep_still(name, self._check())
-        motion = self._motion(name)
+        motion = self.motion(name)
         if motion is None:
             return self._keep_still(name, "the arm stands there already")
         if name not in ("approach", "return"):
             self._go_to_start()
         return self._drive(name, motion)
 
-    def _motion(self, name: StageName) -> Trajectory | None:
+    @property
+    def _fingerprint(self) -> dict[str, str]:
+        return fingerprint(self.arm.identity, self.planned.sha256, self.request.cell.sha256)
+
+    def motion(self, name: StageName) -> Trajectory | None:
+        """What a stage that moves drives, clear of the cell; None where the arm stands there already."""
         robot, trajectory = self.request.arm.robot, self.planned.trajectory
-        start = np.asarray(trajectory.position[0])
+        start, cell = np.asarray(trajectory.position[0]), self.request.cell
         if name == "approach":
-            return move_to(self.arm, start)
+            return move_to(self.arm, start, cell)
         if name == "return":
-            return move_to(self.arm, np.array(robot.home))
+            return move_to(self.arm, np.array(robot.home), cell)
         if name == "warm-up":
-            return warm_up(robot, start, rounds=self.request.rounds)
+            return warm_up(robot, start, cell, self.request.rounds)
         return slowed(trajectory, self.request.slow_speed) if name == "slow run" else trajectory
 
     def _go_to_start(self) -> None:
         """Where the arm was moved since its approach, it approaches again."""
-        way = move_to(self.arm, np.asarray(self.planned.trajectory.position[0]))
+        way = move_to(self.arm, np.asarray(self.planned.trajectory.position[0]), self.request.cell)
         if way is not None:
             self._drive("approach", way)
 
@@ -203,7 +117,7 @@ class _Walk:
             motion,
             path,
             stage=name,
-            facts=fingerprint(self.arm.identity, self.planned.sha256),
+            facts=self._fingerprint,
         )
         require_completed(result, path)
         return StageDone(name, f"{trajectory_words(motion)}", kept.number, path)
@@ -224,7 +138,7 @@ class _Walk:
     def _keep_still(self, name: StageName, words: str) -> StageDone:
         """Keep a stage that moved nothing."""
         facts = {"channel": str(self.request.arm.channel), "found": words}
-        facts |= fingerprint(self.arm.identity, self.planned.sha256)
+        facts |= self._fingerprint
         with kept_run(
             self.request.catalogue,
             self.arm.identity,
@@ -236,36 +150,6 @@ class _Walk:
         ) as kept:
             kept.outcome = "completed"
         return StageDone(name, words, kept.number, None)
-
-
-def _planned_file(request: CommissionRequest, steps: Steps) -> Path:
-    robot = request.arm.robot
-    with steps.step("Plan exciting trajectory") as update:
-        trajectory = plan(
-            robot,
-            cycle_time=robot.bus.cycle_time,
-            duration=request.duration,
-            seed=request.seed,
-            evaluations=request.evaluations,
-            periods=request.periods,
-            progress=lambda share, score: update(share, f"score {score:.2f}" if score < 1e3 else ""),
-        )
-    file = request.folder / f"{robot.name}{SUFFIX}"
-    write_trajectory(file, trajectory, robot)
-    return file
-
-
-def _known_identity(request: CommissionRequest) -> ArmIdentity | None:
-    """The arm, if the catalogue knows one of this name and kind; its drives have not been asked."""
-    if request.catalogue is None:
-        return None
-    wanted = identity_of_arm(request.arm.robot, simulated=request.arm.simulated)
-    known = [
-        arm
-        for arm in arms.every(request.catalogue, name=wanted.name)
-        if arm.simulated == wanted.simulated and arm.serials
-    ]
-    return replace(wanted, serials=known[0].serials) if len(known) == 1 else None
 
 
 def _free(folder: Path, name: str) -> Path:

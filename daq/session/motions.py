@@ -8,12 +8,13 @@ import numpy as np
 
 from daq.files.trajectory_file import read_motion
 from daq.session.bench import OpenArm
+from daq.session.cell import Cell
 from daq.session.session_error import SessionError
 from daq.session.streaming import slower
 from drivers.session import START_TOLERANCE
 from robots import Robot
 from robots.arrays import FloatArray
-from trajectories import Conditions, Margins, Trajectory, approach
+from trajectories import Trajectory, approach
 from trajectories.motions.trajectory import stretched
 
 APPROACH_SPEED = 0.1
@@ -66,23 +67,49 @@ def slowed(trajectory: Trajectory, speed: float) -> Trajectory:
     )
 
 
-def refuse_undrivable(robot: Robot, trajectory: Trajectory, path: Path) -> None:
-    """Does the motion keep every limit of the arm?
+def refuse_undrivable(robot: Robot, trajectory: Trajectory, path: Path, cell: Cell | None = None) -> None:
+    """Does the motion keep every limit of the arm, and clear of everything in its cell?
 
     Raises:
         SessionError: names what it breaks first.
     """
-    conditions = Conditions(margins=Margins(position=0.0, velocity=1.0, torque=1.0))
     start = np.asarray(trajectory.position[0])
+    conditions = (cell or Cell()).conditions
     problems = conditions.judge(robot, start=start).judge(trajectory.motion).problems
     if problems:
         raise SessionError(f"{path}: must not be driven: {problems[0]}; `armhil plan --check` tells more")
 
 
-def move_to(arm: OpenArm, goal: FloatArray) -> Trajectory | None:
-    """The slow move from where the arm stands to a posture (n,); None where it stands there already."""
+def move_to(arm: OpenArm, goal: FloatArray, cell: Cell | None = None) -> Trajectory | None:
+    """The slow move from where the arm stands to a posture (n,); None where it stands there already.
+
+    Where something is in the way it goes around, with a stop on the way.
+
+    Raises:
+        TrajectoryError: there is no way that keeps clear of everything.
+    """
     actual = arm.session.actual_position()
     if (np.abs(actual - goal) <= START_TOLERANCE).all():
         return None
-    robot = arm.session.robot
-    return approach(robot, actual, goal, robot.bus.cycle_time, APPROACH_SPEED)
+    return slow_way(arm.session.robot, actual, goal, APPROACH_SPEED, cell)
+
+
+def slow_way(
+    robot: Robot, start: FloatArray, goal: FloatArray, speed: float, cell: Cell | None = None
+) -> Trajectory:
+    """From rest at one posture (n,) to rest at another, clear of everything in the cell.
+
+    Raises:
+        TrajectoryError: there is no such way.
+    """
+    conditions = (cell or Cell()).conditions
+    return approach(
+        robot,
+        start,
+        goal,
+        robot.bus.cycle_time,
+        speed,
+        conditions.surroundings,
+        conditions.tool,
+        conditions.tool_speed,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.kept_run import trajectory_words
 from daq.progress import Steps
 from daq.session.bench import ArmOrder, OpenArm, opened
+from daq.session.cell import Cell
 from daq.session.estimates import Estimate, estimate, require_room
 from daq.session.motions import move_to, read_trajectory, refuse_undrivable
 from daq.session.recorded_runs import Conducting, Recording, require_completed
@@ -35,6 +36,7 @@ class RunRequest:
         approach: go slowly to where the trajectory begins, if the arm stands elsewhere.
         note: the operator's.
         catalogue: where it is kept; nowhere where None.
+        cell: what approach and trajectory have to keep clear of.
         confirm: asked just before the arm moves, with what it is going to do; False means it stays.
     """
 
@@ -45,6 +47,7 @@ class RunRequest:
     approach: bool = False
     note: str = ""
     catalogue: Catalogue | None = None
+    cell: Cell = field(default_factory=Cell)
     confirm: Callable[[str], bool] = lambda question: True
 
 
@@ -69,24 +72,25 @@ def run_trajectory(request: RunRequest, steps: Steps, watcher: Watcher, conducti
     """
     robot = request.arm.robot
     trajectory = read_trajectory(request.trajectory, robot, request.speed)
-    refuse_undrivable(robot, trajectory, request.trajectory)
+    refuse_undrivable(robot, trajectory, request.trajectory, request.cell)
     wanted = estimate(robot, trajectory.duration)
     require_room(request.folder, wanted)
     with opened(request.arm, request.catalogue, steps) as arm:
-        move = way_to(arm, trajectory, allowed=request.approach)
+        move = way_to(arm, trajectory, request.cell, allowed=request.approach)
         if not request.confirm(_question(robot, trajectory, move, wanted)):
             raise NotMoved("not confirmed, nothing moved")
         recording = Recording(arm, request.arm, request.catalogue, watcher, conducting, request.note)
+        facts = {"cell_sha256": request.cell.sha256} if request.cell.sha256 else None
         if move is not None:
             path = request.folder / "approach.mcap"
-            _, result = recording.record("run", "Approach", move, path, stage="approach")
+            _, result = recording.record("run", "Approach", move, path, stage="approach", facts=facts)
             require_completed(result, path)
         path = request.folder / "capture.mcap"
-        kept, result = recording.record("run", "Run", trajectory, path)
+        kept, result = recording.record("run", "Run", trajectory, path, facts=facts)
     return RunResult(path, result, kept.number)
 
 
-def way_to(arm: OpenArm, trajectory: Trajectory, *, allowed: bool) -> Trajectory | None:
+def way_to(arm: OpenArm, trajectory: Trajectory, cell: Cell, *, allowed: bool) -> Trajectory | None:
     """The slow move to where a trajectory begins; None where the arm stands there.
 
     Raises:
@@ -96,7 +100,7 @@ def way_to(arm: OpenArm, trajectory: Trajectory, *, allowed: bool) -> Trajectory
     if not allowed:
         _require_start(arm, trajectory)
         return None
-    return move_to(arm, np.asarray(trajectory.position[0]))
+    return move_to(arm, np.asarray(trajectory.position[0]), cell)
 
 
 def _require_start(arm: OpenArm, trajectory: Trajectory) -> None:

@@ -7,7 +7,8 @@ from importlib.metadata import version
 from typing import Any
 
 from daq.session.bench import ArmOrder
-from daq.session.commission import Planned, StageDone
+from daq.session.commission import StageDone
+from daq.session.dry_run import CommissionRequest, Planned
 from daq.session.run import RunResult
 
 
@@ -30,14 +31,17 @@ def run_json(result: RunResult, order: ArmOrder) -> dict[str, Any]:
     }
 
 
-def commission_json(planned: Planned, done: Sequence[StageDone], order: ArmOrder) -> dict[str, Any]:
+def commission_json(
+    planned: Planned, done: Sequence[StageDone], request: CommissionRequest
+) -> dict[str, Any]:
     """Of ``armhil commission``: where each stage stood at the beginning, and what was gone through."""
     return {
         "armhil": version("armhil"),
-        "robot": order.robot.name,
-        "channel": str(order.channel),
+        "robot": request.arm.robot.name,
+        "channel": str(request.arm.channel),
         "trajectory": str(planned.file),
         "trajectory_sha256": planned.sha256,
+        "cell_sha256": request.cell.sha256 or None,
         "stages": [_stage(planned, k) for k in range(len(planned.states))],
         "done": [
             {

@@ -10,13 +10,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from daq.catalogue.kept_run import trajectory_words
-from daq.session.commission import Planned, StageDone
+from daq.session.commission import StageDone
+from daq.session.dry_run import CommissionRequest, Planned
 from daq.session.stages import MOVING, PURPOSES, StageStatus
 
 _STATES = {"passed": "[green]passed[/]", "open": "[bold]open[/]", "locked": "[dim]locked[/]"}
 
 
-def print_planned(console: Console, planned: Planned, move: bool) -> None:
+def print_planned(console: Console, planned: Planned, request: CommissionRequest, move: bool) -> None:
     """The stages, what each takes, and how to go on."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("stage", "", "what happens", "takes"):
@@ -26,6 +27,8 @@ def print_planned(console: Console, planned: Planned, move: bool) -> None:
     console.print(table)
     words = trajectory_words(planned.trajectory)
     console.print(f"Trajectory: {words}, {escape(str(planned.file))}", soft_wrap=True, highlight=False)
+    around = request.cell.words or "nothing but the arm itself; --cell CELL.toml says what stands around it"
+    console.print(f"Keeps clear of: {escape(around)}", soft_wrap=True, highlight=False)
     if not move:
         console.print(
             "Dry run: nothing was sent and nothing moved. To go on:"

@@ -1,7 +1,7 @@
 """The stages of commissioning, and which of them are open: each after the one before it has passed.
 
-What has passed is read from the catalogue. It counts for one arm (its drives), one description (robot.toml)
-and one trajectory; a change of any of them locks what it opened.
+What has passed is read from the catalogue. It counts for one arm (its drives), one description (robot.toml),
+one trajectory and one cell (cell.toml); a change of any of them locks what it opened.
 """
 
 from __future__ import annotations
@@ -46,27 +46,40 @@ class StageStatus:
     run: Run | None
 
 
-def fingerprint(identity: ArmIdentity, trajectory_sha256: str) -> dict[str, str]:
-    """What a pass counts for, besides the arm; kept among the facts of its run."""
-    return {"description": identity.description_sha256, "trajectory_sha256": trajectory_sha256}
+def fingerprint(identity: ArmIdentity, trajectory_sha256: str, cell_sha256: str = "") -> dict[str, str]:
+    """What a pass counts for, besides the arm; kept among the facts of its run.
+
+    Args:
+        identity: of the arm.
+        trajectory_sha256: of the trajectory's file.
+        cell_sha256: of the cell file; empty where there is none.
+    """
+    return {
+        "description": identity.description_sha256,
+        "trajectory_sha256": trajectory_sha256,
+        "cell_sha256": cell_sha256,
+    }
 
 
 def status(
-    catalogue: Catalogue | None, identity: ArmIdentity | None, trajectory_sha256: str
+    catalogue: Catalogue | None,
+    identity: ArmIdentity | None,
+    trajectory_sha256: str,
+    cell_sha256: str = "",
 ) -> tuple[StageStatus, ...]:
     """Where each stage stands, in order.
 
     Args:
         catalogue: where passes are kept; None where there is none.
         identity: of the arm; None where it is not known which one it is.
-        trajectory_sha256: of the trajectory's file.
+        trajectory_sha256, cell_sha256: as in :func:`fingerprint`.
     """
     passed: dict[str, Run] = {}
     arm = None if catalogue is None or identity is None else arms.find(catalogue, identity)
     if catalogue is not None and identity is not None and arm is not None:
-        wanted = fingerprint(identity, trajectory_sha256)
+        wanted = fingerprint(identity, trajectory_sha256, cell_sha256)
         for run in runs.every(catalogue, arm=arm.label, kind="commission"):
-            if run.outcome == "completed" and wanted.items() <= run.facts.items():
+            if run.outcome == "completed" and wanted == {name: run.facts.get(name, "") for name in wanted}:
                 passed.setdefault(run.stage, run)
     states = []
     is_open = True
@@ -96,8 +109,8 @@ def stages_to_do(
     begin = todo if first is None else names.index(first)
     if begin > todo:
         raise SessionError(
-            f"stage {first} is locked: {names[todo]} has not passed yet on this arm with this description"
-            " and this trajectory"
+            f"stage {first} is locked: {names[todo]} has not passed yet on this arm with this description,"
+            " this trajectory and this cell"
         )
     end = len(names) if last is None else names.index(last) + 1
     if first is not None and end <= begin:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from daq.identification.run_facts import outcome_facts, run_facts
 from daq.recording.capture import Facts
@@ -12,35 +11,13 @@ from daq.recording.fault_ring import FaultRing
 from daq.recording.listener import listening
 from daq.recording.recorder import Recorder
 from daq.recording.temperatures import drive_temperatures
+from daq.service.spool import Spooling
 from daq.session.states import Conduct
+from daq.session.watching import Nobody, Watcher
 from drivers import ArmSession, Samples, StreamResult
 from trajectories import Repeat, Trajectory
 
-
-class Watcher(Protocol):
-    """Sees a stream: a terminal, a web page, nobody."""
-
-    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
-        """A stream is about to start."""
-
-    def samples(self, samples: Samples) -> None:
-        """Samples have come; called often, so it has to be quick."""
-
-    def end(self, result: StreamResult | None) -> None:
-        """It is over; None where it did not start or ended with an error."""
-
-
-class Nobody:
-    """Nobody watches."""
-
-    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
-        """Nobody watches."""
-
-    def samples(self, samples: Samples) -> None:
-        """Nobody watches."""
-
-    def end(self, result: StreamResult | None) -> None:
-        """Nobody watches."""
+__all__ = ["Nobody", "StreamOrder", "Watcher", "period_ends", "slower", "stream_recorded"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +42,8 @@ def stream_recorded(
 ) -> StreamResult:
     """Stream a motion, record it, and let it be watched and conducted.
 
+    What surrounds a fault is kept as a capture of its own, and other processes can look on.
+
     Args:
         session: open.
         order: what to stream.
@@ -79,6 +58,7 @@ def stream_recorded(
     run = {"channel": str(session.channel), **order.run}
     facts = run_facts(robot, run, trajectory, session.drives)
     result = None
+    watcher = Spooling(watcher, robot, order.path)
     watcher.begin(order.title, trajectory, conduct)
     try:
         with (

@@ -252,8 +252,12 @@ def test_prune_asks_and_never_takes_what_a_baseline_rests_on(
         code, out, _ = armhil("prune", "--older-than", 0)
         assert code == 0 and "0 recordings" in out.splitlines()[-1]
     assert all(path.exists() for path in (*pair, foreign))
+    live = [path.with_suffix(".live") for path in pair]
+    for path in live:
+        path.write_text("{}\n", encoding="utf-8")
     done = ask("prune", "--older-than", 0, "--yes")
     assert [entry["run"] for entry in done["deleted"]] == [2]
+    assert [path.exists() for path in live] == [True, False], "what others looked at goes with its recording"
     assert pair[0].exists() and foreign.exists() and not pair[1].exists()
     shown = ask("show", 2)
     assert (shown["capture"], shown["capture_state"], len(shown["models"])) == (None, "gone", 1)

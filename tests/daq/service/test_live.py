@@ -48,7 +48,7 @@ def samples(robot: Robot, first: int, count: int, late: int | None = None) -> Sa
 
 def test_what_is_spooled(emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("daq.service.spool.INTERVAL", 0.0)
-    spool = Spooling(Nobody(), emps, tmp_path)
+    spool = Spooling(Nobody(), emps, tmp_path / "capture.mcap")
     motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
     spool.begin("Check", motion, Conduct())
     spool.samples(samples(emps, 0, 5))
@@ -63,7 +63,7 @@ def test_what_is_spooled(emps: Robot, tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_few_lines_are_written_however_many_samples_come(emps: Robot, tmp_path: Path) -> None:
-    spool = Spooling(Nobody(), emps, tmp_path)
+    spool = Spooling(Nobody(), emps, tmp_path / "capture.mcap")
     motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
     spool.begin("Check", motion, Conduct())
     for k in range(200):
@@ -73,7 +73,7 @@ def test_few_lines_are_written_however_many_samples_come(emps: Robot, tmp_path: 
 
 
 def test_a_folder_that_is_gone_stops_no_arm(emps: Robot, tmp_path: Path) -> None:
-    spool = Spooling(Nobody(), emps, tmp_path / "gone")
+    spool = Spooling(Nobody(), emps, tmp_path / "gone" / "capture.mcap")
     motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
     spool.begin("Check", motion, Conduct())
     spool.samples(samples(emps, 0, 5))

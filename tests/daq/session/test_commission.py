@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import sys
@@ -20,7 +21,9 @@ from daq.doctor_check import Check
 from daq.progress import Silent
 from daq.recording.reader import read_capture
 from daq.session import commission as commission_module
-from daq.session.commission import CommissionRequest, Planned, StageDone, commission, plan_commission
+from daq.session.cell import cell_of
+from daq.session.commission import StageDone, commission
+from daq.session.dry_run import CommissionRequest, Planned, plan_commission
 from daq.session.estimates import FIXED_BYTES, estimate
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import NotMoved, SessionError
@@ -91,6 +94,10 @@ def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: P
         (edited / "robot.toml").write_text(text + "# another limit\n", encoding="utf-8")
         arm = replace(request.arm, robot=robots.load(edited), source=str(edited))
         assert letters(plan_commission(replace(request, arm=arm), Silent())) == "ollllll"
+        # Nor for another cell.
+        (tmp_path / "cell.toml").write_text("format = 1\nfloor = -1.0\n", encoding="utf-8")
+        walled = replace(request, cell=cell_of(tmp_path / "cell.toml"))
+        assert letters(plan_commission(walled, Silent())) == "ollllll"
         other = tmp_path / "other"
         other.mkdir()
         longer = written(other, emps, there_and_back(emps, distance=0.02))
@@ -165,15 +172,23 @@ def test_the_command_is_dry_unless_told(
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "a")
     assert code == 0 and answer is not None and answer["done"] == []
     assert [stage["state"] for stage in answer["stages"]] == ["open", *["locked"] * 6]
+    assert answer["cell_sha256"] is None and "Keeps clear of: nothing but the arm itself" in err
     assert answer["stages"][4]["seconds"] == pytest.approx(10 * answer["stages"][5]["seconds"], rel=0.01)
     assert "Dry run: nothing was sent and nothing moved" in err
     assert listen_for_traffic(channel, 0.1) == frozenset()
     # A real arm asks; nobody can answer here, and there are no drives either.
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "b", "--from", "fast")
     assert (code, answer) == (2, None) and "--from fast; allowed: plan, check, approach" in err
+    missing = tmp_path / "none.toml"
+    code, answer, err = call("--trajectory", motion, "--out", tmp_path / "b", "--cell", missing)
+    assert (code, answer) == (2, None) and f"{missing}: " in err
+    cell = tmp_path / "cell.toml"
+    cell.write_text("format = 1\nfloor = -1.0\n", encoding="utf-8")
     code, answer, err = call(
         "--trajectory",
         motion,
+        "--cell",
+        cell,
         "--out",
         tmp_path / "c",
         "--move",
@@ -184,6 +199,8 @@ def test_the_command_is_dry_unless_told(
     )
     assert code == 0 and answer is not None, err
     assert [stage["stage"] for stage in answer["done"]] == ["plan", "check"]
+    assert answer["cell_sha256"] == hashlib.sha256(cell.read_bytes()).hexdigest()
+    assert f"Keeps clear of: {cell}: floor at -1 m" in " ".join(err.split())
 
 
 def test_estimates(emps: Robot, tx40: Robot) -> None:

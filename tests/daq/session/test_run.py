@@ -20,6 +20,7 @@ from daq.catalogue.values import ArmMismatch, LeaseHeld
 from daq.cli import entry as cli
 from daq.progress import Silent
 from daq.recording.reader import read_capture
+from daq.service.spool import spool_path
 from daq.session.bench import opened, refuse_strangers
 from daq.session.motions import read_trajectory, slowed
 from daq.session.recorded_runs import Recording, unconducted
@@ -181,7 +182,13 @@ def test_the_command_refuses_asks_approaches_and_records(
     assert code == 0, err
     answer = json.loads(out)
     assert (answer["outcome"], answer["cycles"], answer["run"]) == ("completed", len(beside.time), 2)
-    assert {path.name for path in (tmp_path / "b").iterdir()} == {"approach.mcap", "capture.mcap"}
+    names = {path.name for path in (tmp_path / "b").iterdir()}
+    assert names == {"approach.mcap", "approach.live", "capture.mcap", "capture.live"}
+    lines = [
+        json.loads(line) for line in spool_path(tmp_path / "b" / "capture.mcap").read_text().splitlines()
+    ]
+    assert [line["kind"] for line in (lines[0], lines[1], lines[-1])] == ["begin", "samples", "end"]
+    assert lines[0]["cycles"] == answer["cycles"] and lines[-1]["outcome"] == "completed", "others look on"
     with Catalogue() as catalogue:
         run, move = runs.every(catalogue)
     assert (run.stage, move.stage, run.note) == ("", "approach", "second")

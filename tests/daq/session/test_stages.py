@@ -73,7 +73,18 @@ def test_a_pass_counts_for_one_arm_one_description_and_one_trajectory() -> None:
         ):
             assert states(catalogue, other) == "ollllll"
         assert states(catalogue, trajectory="d4" * 32) == "ollllll"
+        found = status(catalogue, identity(), TRAJECTORY, "e5" * 32)
+        assert [entry.state for entry in found] == ["open", *["locked"] * 6], "in another cell"
         assert states(catalogue) == "ppppppp"
+
+
+def test_what_passed_before_cells_were_remembered_counts_where_there_is_none() -> None:
+    with Catalogue() as catalogue:
+        facts = {"description": identity().description_sha256, "trajectory_sha256": TRAJECTORY}
+        run = runs.begin(catalogue, identity(), "commission", stage="plan", facts=facts)
+        runs.finish(catalogue, run.id, "completed")
+        assert states(catalogue) == "polllll"
+        assert status(catalogue, identity(), TRAJECTORY, "e5" * 32)[0].state == "open"
 
 
 def test_what_is_to_be_done() -> None:
