@@ -143,10 +143,11 @@ def _check_motion(robot: Robot, recordings: tuple[Recording, ...]) -> None:
     travel = np.max([np.ptp(recording.position, axis=0) for recording in recordings], axis=0)
     still = np.flatnonzero(travel < _STANDS_STILL * (robot.upper - robot.lower))
     if still.size:
-        named = ", ".join(f"joint {joint + 1}" for joint in still)
+        named = ", ".join(str(joint + 1) for joint in still)
+        stand = f"joint {named} does not move" if still.size == 1 else f"joints {named} do not move"
         joint = int(still[0])
         unit = "m" if robot.joint[joint].kind == "prismatic" else "rad"
         raise IdentificationError(
-            f"{recordings[0].name}: {named} does not move ({travel[joint]:.2g} {unit} in all), so its inertia"
+            f"{recordings[0].name}: {stand} ({travel[joint]:.2g} {unit} in all), so inertia"
             " and friction cannot be seen; record a motion of every joint"
         )

@@ -86,7 +86,7 @@ def test_a_sound_recording_is_let_through(tx40: Robot, sound: Recording) -> None
         (swapped, "run: the control signal of joint . is far smoother than its position.* swapped"),
         (
             constant_joint,
-            r"run: joint 4 does not move \(0 rad in all\), so its inertia and friction cannot be seen",
+            r"run: joint 4 does not move \(0 rad in all\), so inertia and friction cannot be seen",
         ),
         (not_recorded, "run: the control signal of drive 2 is 0 throughout; was it recorded"),
         (flipped, "joint 3: viscous and Coulomb friction come out negative.* sign"),
