@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -57,6 +62,21 @@ def test_any_seed_gives_the_same_set(tx40: BaseParameters) -> None:
         other = base_parameters(tx40.model, seed=seed)
         assert np.array_equal(other.independent, tx40.independent)
         assert np.allclose(other.relation, tx40.relation, atol=1e-9)
+
+
+def test_any_number_of_blas_threads_gives_the_same_set(tx40: BaseParameters) -> None:
+    program = (
+        "import robots; from ident import RegressorModel, base_parameters;"
+        "base = base_parameters(RegressorModel.of(robots.load('tx40')));"
+        "print(';'.join(base.expressions))"
+    )
+    for threads in ("1", "3"):
+        variables = {f"{library}_NUM_THREADS": threads for library in ("OMP", "OPENBLAS", "MKL")}
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])} | variables
+        printed = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        )
+        assert printed.stdout.strip() == ";".join(tx40.expressions), threads
 
 
 def test_standard_vector_keeps_the_base_vector_and_stays_near_the_prior(tx40: BaseParameters) -> None:
