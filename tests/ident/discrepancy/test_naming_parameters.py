@@ -1,0 +1,117 @@
+"""Scoring of the blind campaign: what was found beside what the plant really has."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robots
+from benchmarks import naming
+from benchmarks.naming_parameters import compared, coverage
+from drivers.simulated import draw_truth
+from ident.effects.vocabulary import family_named
+from robots import Robot
+
+
+class _Nothing:
+    """A present model without torques, of which only names of parameters are asked."""
+
+
+def arm() -> Robot:
+    return robots.load("tx40")
+
+
+ENTRIES = {
+    "viscous_friction": {"drive": 3, "change": 0.2},
+    "coulomb_friction": {"drive": 3, "change": 0.2},
+    "asymmetric_friction": {"drive": 3, "coulomb": 0.1, "viscous": 0.2},
+    "stribeck_friction": {"drive": 3, "rise": 0.5, "speed": 0.1, "exponent": 1.0},
+    "nonlinear_viscous_friction": {"drive": 3, "share": 0.5, "exponent": 0.5, "reference": 1.0},
+    "load_dependent_friction": {"drive": 3, "coefficient": 0.1},
+    "position_dependent_friction": {"drive": 3, "wave": 0.3, "order": 2.0},
+    "joint_elasticity": {"drive": 3, "stiffness": 2000.0},
+    "backlash": {"drive": 3, "width": 0.001},
+    "wrist_coupling": {
+        "joints": [2, 3],
+        "ratios": [0.5, 1.0],
+        "inertia": 0.01,
+        "viscous": 0.1,
+        "coulomb": 0.2,
+    },
+    "gear_ripple": {"drive": 3, "amplitude": 1e-4, "order": 2.0},
+    "drive_gain_error": {"drive": 3, "change": 0.1},
+    "current_offset": {"drive": 3, "torque": 0.5},
+    "torque_ripple": {"drive": 3, "amplitude": 0.3, "order": 2.0},
+    "saturation": {"drive": 3, "limit": 1.5},
+    "rotor_inertia": {"drive": 3, "change": 0.01},
+    "current_loop_lag": {"drive": 3, "time_constant": 0.003},
+    "payload": {"mass": 0.5, "centre": [0.01, 0.02, 0.05]},
+    "gravity_spring": {"joint": 3, "torsion": 5.0, "centre": 0.3},
+    "base_tilt": {"roll": 0.01, "pitch": 0.02},
+    "time_delay": {"drive": 3, "position": 0.002},
+    "cable_spring": {"joint": 3, "stiffness": 1.0, "cubic": 2.0, "centre": 0.1},
+    "contact": {"joint": 3, "upper": 1.0, "stiffness": 50.0},
+}
+SHAPES = {"exponent": 1.0, "power": 0.5, "ratio": 0.5, "periods_per_turn": 2.0, "side": 1.0}
+
+
+@pytest.mark.parametrize("effect", ENTRIES)
+def test_every_compared_parameter_is_one_that_the_search_reports(effect: str) -> None:
+    robot, entry = arm(), ENTRIES[effect]
+    place = next(p for p in family_named(effect).places(robot) if not p.joints or p.joints[-1] == 2)
+    shapes = family_named(effect).shapes(robot, place)
+    values = tuple(SHAPES.get(shape.name, shape.grid[0]) for shape in shapes)
+    placed = family_named(effect).effect(robot, place, values, _Nothing())  # type: ignore[arg-type]
+    parameters = dict.fromkeys(placed.parameter_names, (1.0, 0.1))
+    parameters |= {shape.name: (value, 0.1) for shape, value in zip(shapes, values, strict=True)}
+    joints = [joint + 1 for joint in place.joints]
+    scenario = {effect: entry if effect in ("payload", "base_tilt") else [entry]}
+    pairs = compared(robot, draw_truth(robot, 7), scenario, effect, joints, parameters)
+    assert pairs
+    assert all(np.isfinite(triple).all() for triple in pairs.values())
+
+
+def test_a_found_value_stands_beside_the_arms_own_figure() -> None:
+    robot = arm()
+    truth = draw_truth(robot, 7)
+    scenario = {"viscous_friction": [{"drive": 3, "change": 0.2}]}
+    pairs = compared(robot, truth, scenario, "viscous_friction", [3], {"Fv3": (0.5, 0.01)})
+    assert pairs == {"Fv": [0.5, 0.01, pytest.approx(0.2 * truth.parameters["Fv3"])]}
+    assert compared(robot, truth, scenario, "viscous_friction", [2], {"Fv2": (0.5, 0.01)}) == {}
+    assert compared(robot, truth, scenario, "coulomb_friction", [3], {"Fc3": (0.5, 0.01)}) == {}
+
+
+def test_another_law_is_not_compared() -> None:
+    robot = arm()
+    scenario = {"stribeck_friction": [{"drive": 3, "rise": 0.5, "speed": 0.1, "exponent": 2.0}]}
+    found = {"Fs3": (0.5, 0.01), "stribeck_speed": (0.1, 0.01), "exponent": (1.0, 0.0)}
+    assert compared(robot, draw_truth(robot, 7), scenario, "stribeck_friction", [3], found) == {}
+
+
+def test_the_share_within_three_deviations() -> None:
+    lines = [{"compared": {"payload": {"M_payload": [1.0, 0.1, true]}}} for true in (1.0, 1.29, 1.31, 2.0)]
+    assert coverage([*lines, {}]) == {"payload: M_payload": [True, True, False, False]}
+
+
+def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: Path) -> None:
+    line = {
+        "kind": "single",
+        "effect": "payload",
+        "seed": 1,
+        "axes": [],
+        "verdict": "named",
+        "findings": [{"effect": "payload", "joints": [], "set": []}],
+        "floor": [1.0, 1.0],
+        "level": [[3.0, 1.0], [1.25, 0.75]],
+        "explainable": [[8.0**0.5, 0.0], [0.75, 0.0]],
+        "compared": {"payload": {"M_payload": [1.0, 0.1, 1.05]}},
+    }
+    file = tmp_path / "naming.jsonl"
+    file.write_text(json.dumps(line) + "\n", encoding="utf-8")
+    text = naming.report(file)
+    assert "where named right | 0 % [0, 79] of 1 |" in text
+    assert "joints taken together | 100 % [21, 100] of 1 |" in text
+    assert "| payload: M_payload | 100 % [21, 100] of 1 |" in text
