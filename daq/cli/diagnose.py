@@ -95,7 +95,7 @@ def diagnose(
         keep_diagnose_request(catalogue, request, result)
     if as_json:
         print_json(content)
-    print_diagnosis(console, result.diagnosis, result.series.checks, result.apart)
+    print_diagnosis(console, result.diagnosis, result.series.checks, result.apart, result.blind)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
         console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)

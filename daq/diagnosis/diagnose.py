@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from daq.diagnosis.blind_spots import BlindSpot, blind_spots
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
 from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
@@ -71,6 +72,7 @@ class DiagnoseResult:
         diagnosis: of the search.
         series: relative errors, gate 1 and pictures, before anything was found and after each finding.
         apart: what to do about each ambiguous finding; planned where results are written.
+        blind: what these recordings could not have shown.
         content: what ``--json`` prints.
         folder: of the results; None where nothing was written.
     """
@@ -79,6 +81,7 @@ class DiagnoseResult:
     diagnosis: Diagnosis
     series: Series
     apart: tuple[TellingApart, ...]
+    blind: tuple[BlindSpot, ...]
     content: dict[str, Any]
     folder: Path | None
 
@@ -106,8 +109,9 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
             series = before_and_after(diagnosis, uncut, validation, robot.identification)
         apart = _apart(robot, request, diagnosis, steps)
         names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
-        content = diagnosis_json(diagnosis, series.checks, apart, robot.name, *names)
-        result = DiagnoseResult(robot, diagnosis, series, apart, content, folder)
+        blind = blind_spots(diagnosis)
+        content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
+        result = DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder)
         if folder is not None:
             _write(folder, request, result)
     return result
@@ -234,6 +238,8 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
     if request.without:
         facts["Left out of the model"] = ", ".join(request.without)
     facts["Prior"] = request.prior or "none: after a refit"
-    page = DiagnosisContent(f"{robot.name}: diagnosis", robot, diagnosis, result.series, result.apart, facts)
+    page = DiagnosisContent(
+        f"{robot.name}: diagnosis", robot, diagnosis, result.series, result.apart, result.blind, facts
+    )
     write_diagnosis_page(folder / "diagnosis.html", page)
     write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from daq.diagnosis.blind_spots import BlindSpot
+from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import TellingApart, Unsettled
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
@@ -19,6 +21,7 @@ def diagnosis_json(
     diagnosis: Diagnosis,
     checks: Sequence[ModelCheck],
     apart: Sequence[TellingApart],
+    blind: Sequence[BlindSpot],
     robot: str,
     fit: Sequence[str],
     validation: Sequence[str],
@@ -29,6 +32,7 @@ def diagnosis_json(
         diagnosis: of the search.
         checks: of the model before anything was found and after each finding.
         apart: what to do about each ambiguous finding.
+        blind: what these recordings could not have shown.
         robot: name of the arm.
         fit, validation: where the recordings came from, as the user named them.
     """
@@ -69,6 +73,16 @@ def diagnosis_json(
             }
             for item in diagnosis.unrepeated
         ],
+        "blind_spots": [
+            {
+                "effect": spot.effect,
+                "joints": list(spot.joints),
+                "smallest": _number(spot.smallest),
+                "sentence": spot.words(),
+                "settled_by": spot.settled_by,
+            }
+            for spot in blind
+        ],
     }
 
 
@@ -93,7 +107,10 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "threshold": _number(finding.threshold),
         "held_out_gain": _number(finding.held_out_gain),
         "indistinguishable_from": _names(finding.indistinguishable_from),
-        "alternatives": [_candidate(candidate) for candidate in finding.indistinguishable_from],
+        "alternatives": [
+            _candidate(candidate) | {"settled_by": settled_by((finding.effect, *candidate.effects))}
+            for candidate in finding.indistinguishable_from
+        ],
         "ranking": [_candidate(candidate) for candidate in finding.ranking],
         "gap": _gap(finding.gap),
     }

@@ -9,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation, share_words
 from daq.diagnosis.telling_apart import TellingApart
 from daq.report.numbers import percent, probability, significant, with_sigma
@@ -19,7 +20,11 @@ _COLOURS = {"clean": "green", "named": "cyan", "ambiguous": "yellow", "unnamed":
 
 
 def print_diagnosis(
-    console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck], apart: Sequence[TellingApart]
+    console: Console,
+    diagnosis: Diagnosis,
+    checks: Sequence[ModelCheck],
+    apart: Sequence[TellingApart],
+    blind: Sequence[BlindSpot] = (),
 ) -> None:
     """Print findings and gaps, then what it all means.
 
@@ -28,6 +33,7 @@ def print_diagnosis(
         diagnosis: of the search.
         checks: of the model before anything was found and after each finding.
         apart: what to do about each ambiguous finding.
+        blind: what these recordings could not have shown.
     """
     for number, finding in enumerate(diagnosis.findings, start=1):
         console.print(_finding_table(number, finding))
@@ -49,6 +55,10 @@ def print_diagnosis(
     console.print(recommendation(diagnosis), highlight=False, markup=False)
     for ambiguous in apart:
         _print_apart(console, ambiguous)
+    if blind:
+        console.print("Could be there unseen:")
+    for spot in blind:
+        console.print(f"  {spot.words()}", highlight=False, markup=False)
 
 
 def _print_gate(console: Console, before: ModelCheck, after: ModelCheck) -> None:

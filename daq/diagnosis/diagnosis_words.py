@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from daq.diagnosis.settled_by import settled_by
 from daq.report.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
@@ -65,9 +66,11 @@ def _cannot_tell(finding: Finding) -> str:
     others = ", ".join(candidate.words() for candidate in finding.indistinguishable_from[:5])
     more = len(finding.indistinguishable_from) - 5
     rest = f" and {more} more" if more > 0 else ""
+    first = finding.indistinguishable_from[0]
     return (
         f"This data cannot tell {finding.effect.replace('_', ' ')} from {others}{rest}."
-        " The discriminating trajectory would."
+        " Drive the discriminating trajectory, if there is one, or settle it without:"
+        f" {settled_by((finding.effect, *first.effects))}."
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import robots
 from daq.diagnosis import telling_apart
+from daq.diagnosis.diagnosis_words import recommendation
 from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from ident import RegressorModel, base_parameters
@@ -17,7 +18,7 @@ from ident.discrepancy import Candidate
 from ident.discrepancy.before_after import Stage
 from ident.discrepancy.present import Present
 from ident.effects.family import PlacedEffect
-from ident.effects.vocabulary import family_named
+from ident.effects.vocabulary import VOCABULARY, family_named
 from robots import Robot
 
 
@@ -83,5 +84,40 @@ def test_what_a_refit_swallows_is_settled_without_motion(
 
 def test_the_most_specific_advice_comes_first() -> None:
     assert "tool off" in settled_by(("payload", "drive_gain_error"))
-    assert "known payload" in settled_by(("drive_gain_error", "base_tilt"))
-    assert settled_by(("gear_ripple", "base_tilt")).startswith("change one of the causes")
+    assert "known payload" in settled_by(("drive_gain_error", "rotor_inertia"))
+    assert settled_by(("gear_ripple", "base_tilt")).startswith("put a level on the base")
+
+
+NOT_BY_MOTION = (
+    ("current_offset", "asymmetric_friction", "an offset stays"),
+    ("time_delay", "current_loop_lag", "step the control signal"),
+    ("stribeck_friction", "nonlinear_viscous_friction", "creep"),
+    ("gravity_spring", "contact", "clear the surroundings"),
+    ("drive_gain_error", "drive_gain_error", "known payload"),
+    ("backlash", "joint_elasticity", "play moves without force"),
+    ("drive_gain_error", "payload", "take the tool off"),
+)
+"""What hardly any motion tells apart, one effect at two places among it, and what does."""
+
+
+@pytest.mark.parametrize(("one", "other", "how"), NOT_BY_MOTION)
+def test_what_no_motion_tells_apart_is_said_with_what_does(one: str, other: str, how: str) -> None:
+    assert how in settled_by((one, other))
+    assert settled_by((one, other)) == settled_by((other, one))
+
+
+def test_every_effect_and_every_pair_that_is_easily_confused_has_an_answer() -> None:
+    for family in VOCABULARY:
+        assert settled_by((family.name,))
+        for other in family.confused_with:
+            assert settled_by((family.name, other)) == settled_by((other, family.name))
+
+
+def test_an_ambiguous_finding_is_told_with_what_settles_it(stage: Stage) -> None:
+    finding = SimpleNamespace(
+        effect="backlash", indistinguishable_from=(candidate(stage, "joint_elasticity"),)
+    )
+    diagnosis: Any = SimpleNamespace(verdict="ambiguous", findings=(finding,))
+    words = recommendation(diagnosis)
+    assert words.startswith("This data cannot tell backlash from joint_elasticity (joint 1).")
+    assert "play moves without force" in words

@@ -1,0 +1,102 @@
+"""One finding as the page shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from daq.diagnosis.diagnosis_json import trajectory_name
+from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
+from daq.diagnosis.joint_units import torque_units
+from daq.diagnosis.plots import Plot, portrait_plot
+from daq.diagnosis.ranking_table import RankRow, ranking_rows
+from daq.diagnosis.telling_apart import TellingApart
+from daq.report.numbers import correlation, percent, probability, with_sigma
+from ident.discrepancy import Finding, FoundParameter
+from ident.discrepancy.before_after import Series
+from robots.description import Robot
+
+_MODES = {
+    "prior": "against a model that existed before",
+    "refit": "after a refit of the base parameters",
+}
+
+
+@dataclass(frozen=True)
+class FindingView:
+    """One finding as the template shows it."""
+
+    number: int
+    words: str
+    sentence: str
+    mode: str
+    p_value: str
+    closed: str
+    parameters: tuple[tuple[str, ...], ...]
+    here: tuple[Plot, ...]
+    elsewhere: tuple[Plot, ...]
+    ranking: tuple[RankRow, ...]
+    errors: tuple[ErrorRow, ...]
+    gate: GateChange
+    gap: tuple[GapRow, ...]
+    apart: TellingApart | None
+    pairs: tuple[tuple[str, str, str], ...]
+    file: str
+
+
+def finding_view(
+    number: int,
+    finding: Finding,
+    robot: Robot,
+    series: Series,
+    apart: TellingApart | None,
+    joints: list[str],
+) -> FindingView:
+    """One finding for the page.
+
+    Args:
+        number: from 1.
+        finding: of the search.
+        robot: the arm.
+        series: of the whole diagnosis.
+        apart: what to do about it where it is ambiguous.
+        joints: headings.
+    """
+    before, after = series.checks[number - 1 : number + 1]
+    shown = {joint - 1 for joint in finding.joints} or {finding.portrait.joint}
+    pictures = series.portraits[number - 1]
+    return FindingView(
+        number=number,
+        words=finding.words(),
+        sentence=finding.sentence,
+        mode=_MODES[finding.mode],
+        p_value=probability(finding.p_value),
+        closed=percent(100.0 * finding.held_out_gain),
+        parameters=tuple(_parameter_row(p) for p in finding.parameters),
+        here=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint in shown),
+        elsewhere=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint not in shown),
+        ranking=ranking_rows(finding),
+        errors=error_rows(before, after, joints),
+        gate=gate_change(before, after),
+        gap=gap_rows(finding.gap, joints, torque_units(robot)),
+        apart=apart,
+        pairs=_pairs(apart),
+        file=trajectory_name(number),
+    )
+
+
+def _parameter_row(parameter: FoundParameter) -> tuple[str, ...]:
+    unit = "" if parameter.unit == "1" else parameter.unit
+    if parameter.value == 0.0 and parameter.sigma == 0.0:
+        return parameter.name, "not seen", "", ""
+    return (parameter.name, *with_sigma(parameter.value, parameter.sigma), unit)
+
+
+def _pairs(apart: TellingApart | None) -> tuple[tuple[str, str, str], ...]:
+    """What a planned motion does for each pair: the pair, correlation before and after."""
+    if apart is None or apart.discrimination is None:
+        return ()
+    found = apart.discrimination
+    return tuple(
+        (f"{last.first} – {last.second}", correlation(first.correlation), correlation(last.correlation))
+        for first, last in zip(found.separation_before, found.separation_after, strict=True)
+    )
