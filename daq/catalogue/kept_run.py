@@ -37,6 +37,7 @@ class KeptRun:
             "missed_cycles": result.missed_cycles,
             "late_cycles": result.late_cycles,
             "incomplete_cycles": result.incomplete_cycles,
+            "ending": result.ending,
         }
 
 

@@ -75,6 +75,7 @@ def outcome_facts(result: StreamResult) -> Facts:
         "incomplete_cycles": str(result.incomplete_cycles),
         "incomplete_before": str(result.incomplete_before),
         "overflows": str(result.overflows),
+        "ending": result.ending,
         "notes": "; ".join(result.notes),
     }
 

@@ -32,7 +32,7 @@ def pressed(key: str, conduct: Conduct) -> bool:
     wish = KEYS.get(key.lower())
     if wish == "pause" and conduct.state in (SessionState.PAUSING, SessionState.PAUSED):
         wish = "resume"
-    return wish is not None and conduct.wish(wish, f"key {key.lower()}: {wish}")
+    return wish is not None and conduct.wish(wish, f"by the operator, key {key.lower()}")
 
 
 def help_line(state: SessionState) -> str:

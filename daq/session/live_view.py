@@ -69,9 +69,11 @@ class LiveView:
         if result is not None:
             missed = f", {result.missed_cycles} missed" if result.missed_cycles else ""
             self._console.print(
-                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles} cycles{missed}",
+                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles} cycles{missed};"
+                f" {result.ending}",
                 highlight=False,
                 markup=False,
+                soft_wrap=True,
             )
 
     def picture(self) -> RenderableType:

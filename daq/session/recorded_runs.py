@@ -99,7 +99,9 @@ def require_completed(result: StreamResult, path: Path) -> None:
     """
     if result.outcome == "stopped":
         raise RunInterrupted(
-            f"stopped ({result.reason}): axes at rest and disabled, {result.cycles} cycles kept in {path}"
+            f"stopped ({result.reason}): {result.ending}; {result.cycles} cycles kept in {path}"
         )
     if result.outcome != "completed":
-        raise RunFailed(f"the run ended early: {result.reason}; {result.cycles} cycles kept in {path}")
+        raise RunFailed(
+            f"the run ended early: {result.reason}; {result.ending}; {result.cycles} cycles kept in {path}"
+        )

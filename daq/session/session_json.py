@@ -28,6 +28,8 @@ def run_json(result: RunResult, order: ArmOrder) -> dict[str, Any]:
         "late_cycles": stream.late_cycles,
         "incomplete_cycles": stream.incomplete_cycles,
         "pauses": list(stream.pauses),
+        "at_rest": not stream.rest_unconfirmed,
+        "torque_off": not stream.torque_unconfirmed,
     }
 
 

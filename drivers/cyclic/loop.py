@@ -9,6 +9,7 @@ import can
 
 from drivers.bus.ports import frame_port
 from drivers.cyclic.cycle import Cycle
+from drivers.cyclic.ending import how_it_is_left
 from drivers.cyclic.job import HomingJob, Job
 from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
 from drivers.cyclic.ring import Ring
@@ -56,9 +57,10 @@ class Loop:
         if cycle.watch.halting and cycle.commanded:
             quick_stop(cycle, record=False)
         disable(cycle)
+        torque, moving = how_it_is_left(cycle)
         for axis in retire(cycle):
             self._notes.append(f"{cycle.job.drives[axis]} did not confirm the end of its watch (1016)")
-        return self._result()
+        return self._result(torque, moving)
 
     def _move(self) -> None:
         watch = self.cycle.watch
@@ -78,7 +80,7 @@ class Loop:
         else:
             self._follower.come_to_rest()
 
-    def _result(self) -> StreamResult:
+    def _result(self, torque: tuple[str, ...], moving: tuple[str, ...]) -> StreamResult:
         cycle = self.cycle
         cycle.publish()
         outcome, reason = cycle.watch.verdict()
@@ -96,4 +98,6 @@ class Loop:
             notes=(*self._notes, *reports),
             overflows=cycle.exchange.overflows(),
             pauses=tuple(self._follower.pauses),
+            torque_unconfirmed=torque,
+            rest_unconfirmed=moving,
         )

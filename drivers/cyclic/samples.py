@@ -91,3 +91,18 @@ class StreamResult:
     """Rows before which the arm rested on request: between such a row and the one before, time has passed."""
     cpu_share: float = 0.0
     """Processor time of the cyclic process over the time it ran: 0.1 is a tenth of a core."""
+    torque_unconfirmed: tuple[str, ...] = ()
+    """Drives that have not confirmed at the end that their torque is off."""
+    rest_unconfirmed: tuple[str, ...] = ()
+    """Drives that were not seen at rest at the end."""
+
+    @property
+    def ending(self) -> str:
+        """How the arm was left, in words."""
+        if not (self.torque_unconfirmed or self.rest_unconfirmed):
+            return "the arm is at rest and its torque is off"
+        parts = ["the arm is at rest"] if not self.rest_unconfirmed else []
+        parts += ["torque is off"] if not self.torque_unconfirmed else []
+        for what, drives in (("at rest", self.rest_unconfirmed), ("without torque", self.torque_unconfirmed)):
+            parts += [f"NOT KNOWN to be {what}: {', '.join(drives)}"] if drives else []
+        return "; ".join(parts)

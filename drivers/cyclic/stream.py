@@ -33,8 +33,13 @@ log = logging.getLogger(__name__)
 FETCH_SECONDS = 0.05
 """Between two batches."""
 
-PLAIN_REASONS = ("abort requested", "halt requested")
-"""What the cyclic process says of a request; who asked knows a better one."""
+REQUESTED = {
+    "abort requested": "",
+    "halt requested": "",
+    "stop requested: the period was finished": ", at the end of the period",
+    "stop requested in a pause": ", in a pause",
+}
+"""What the cyclic process says of a request, and what that adds to the reason of who asked."""
 
 OnSamples = Callable[[Samples], None]
 
@@ -64,11 +69,12 @@ def run_stream(job: Job, on_samples: OnSamples, control: StreamControl) -> Strea
             ring.close()
             if process.stdout is not None:
                 process.stdout.close()
-        result = _result(answer, process.returncode, errors)
+        result = _result(answer, process.returncode, errors, job)
     for note in result.notes:
         log.info("cyclic process: %s", note)
-    reason = control.reason
-    return replace(result, reason=reason) if reason and result.reason in PLAIN_REASONS else result
+    if (asked := control.reason) and result.reason in REQUESTED:
+        return replace(result, reason=asked + REQUESTED[result.reason])
+    return result
 
 
 def _start(job: Job, ring: Ring, errors: IO[bytes]) -> subprocess.Popen[bytes]:
@@ -126,16 +132,21 @@ def _signals_abort(control: StreamControl) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _result(answer: bytes, code: int, errors: IO[bytes]) -> StreamResult:
+def _result(answer: bytes, code: int, errors: IO[bytes], job: Job) -> StreamResult:
     if answer.strip():
         message = json.loads(answer)
         if "bus_error" in message:
             raise BusError(message["bus_error"])
         fields = message["result"]
-        return StreamResult(**{**fields, "notes": tuple(fields["notes"]), "pauses": tuple(fields["pauses"])})
+        lists = ("notes", "pauses", "torque_unconfirmed", "rest_unconfirmed")
+        return StreamResult(**fields | {name: tuple(fields[name]) for name in lists})
     errors.seek(0)
     log.error("the cyclic process failed: %s", errors.read().decode(errors="replace").strip())
-    return StreamResult("aborted", f"the cyclic process ended without a result (exit code {code})", 0, 0, 0)
+    reason = f"the cyclic process ended without a result (exit code {code})"
+    # The drives have missed their master by now and stopped by themselves; nobody has seen it.
+    return StreamResult(
+        "aborted", reason, 0, 0, 0, torque_unconfirmed=job.drives, rest_unconfirmed=job.drives
+    )
 
 
 def _samples(rows: NDArray[Any], job: Job) -> Samples:

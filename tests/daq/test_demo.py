@@ -205,7 +205,8 @@ def test_ctrl_c_while_the_arm_moves(
     assert not capture.damage
     (line,) = err.splitlines()
     assert line == (
-        f"armhil: stopped (Ctrl-C): axes at rest and disabled, {len(capture.samples)} cycles kept in {path}"
+        f"armhil: stopped (Ctrl-C): the arm is at rest and its torque is off;"
+        f" {len(capture.samples)} cycles kept in {path}"
     )
     assert_ramped_down(tx40, capture)
 

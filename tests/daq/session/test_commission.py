@@ -26,7 +26,7 @@ from daq.session.commission import StageDone, commission
 from daq.session.dry_run import CommissionRequest, Planned, plan_commission
 from daq.session.estimates import FIXED_BYTES, estimate
 from daq.session.recorded_runs import unconducted
-from daq.session.session_error import NotMoved, SessionError
+from daq.session.session_error import NotMoved, RunInterrupted, SessionError
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from daq.session.warm_up import MOST, SHARE, warm_up
@@ -129,7 +129,8 @@ def test_a_stage_that_is_stopped_has_not_passed(request_for: CommissionRequest) 
     with Catalogue() as catalogue:
         request = replace(request_for, catalogue=catalogue)
         planned = plan_commission(request, Silent())
-        with pytest.raises(Exception, match=r"^stopped \(somebody came too close\): axes at rest"):
+        ended = r"^stopped \(somebody came too close\): the arm is at rest and its torque is off; \d+ cycles"
+        with pytest.raises(RunInterrupted, match=ended):
             commission(request, planned, Silent(), Stopper(), unconducted)
         assert letters(plan_commission(request, Silent())) == "pppolll"
         assert runs.every(catalogue)[0].outcome == "stopped"

@@ -40,8 +40,10 @@ def test_single_keys_conduct_and_the_terminal_is_given_back(terminal: tuple[int,
         assert termios.tcgetattr(program)[3] & termios.ISIG, "Ctrl-C keeps its meaning"
         os.write(keyboard, b"xs")
         wait_for(conduct, SessionState.STOPPING)
+        assert conduct.control.reason == "by the operator, key s"
         os.write(keyboard, b"h")
         wait_for(conduct, SessionState.HALTING)
+        assert conduct.control.reason == "by the operator, key h"
     assert termios.tcgetattr(program) == before
     os.write(keyboard, b"a\n")
     assert os.read(program, 10) == b"a\n", "nobody reads it away any more"

@@ -86,8 +86,9 @@ def test_a_pipe_gets_two_lines(tx40: Robot, batch: Samples) -> None:
     trajectory = there_and_back(tx40)
     view.begin("Run", trajectory, Conduct())
     view.samples(batch)
-    view.end(StreamResult("stopped", "key s: stop", 100, 3, 0))
+    view.end(StreamResult("stopped", "by the operator, key s, at the end of the period", 100, 3, 0))
     assert out.getvalue().splitlines() == [
         f"Run: {trajectory.duration:.1f} s …",
-        "Run: stopped (key s: stop); 100 cycles, 3 missed",
+        "Run: stopped (by the operator, key s, at the end of the period); 100 cycles, 3 missed;"
+        " the arm is at rest and its torque is off",
     ]

@@ -22,6 +22,7 @@ from daq.progress import Silent
 from daq.recording.reader import read_capture
 from daq.service.spool import spool_path
 from daq.session.bench import opened, refuse_strangers
+from daq.session.keyboard import pressed
 from daq.session.motions import read_trajectory, slowed
 from daq.session.recorded_runs import Recording, unconducted
 from daq.session.run import RunRequest, run_trajectory
@@ -50,7 +51,8 @@ class Conductor:
 
     def samples(self, samples: Samples) -> None:
         for row in [row for row in self._wishes if len(samples) and samples.cycle[-1] >= row]:
-            assert self._conduct.wish(self._wishes.pop(row))
+            key = self._wishes.pop(row)[0]
+            assert pressed(key, self._conduct)
         self.note()
 
     def note(self) -> None:
@@ -129,18 +131,22 @@ def test_pause_stop_and_abort_on_the_bus(
         assert period <= result.cycles < period + 200, "it finished its period, and not the next one"
         capture = read_capture(path)
         assert np.abs(capture.samples.position[-1] - start).max() < 0.01
-        assert capture.outcome is not None and capture.outcome["reason"].startswith("stop requested")
+        told = "by the operator, key s, at the end of the period"
+        assert capture.outcome is not None and capture.outcome["reason"] == told
+        assert capture.outcome["ending"] == "the arm is at rest and its torque is off"
 
         aborted, result, path = drive("abort", {period // 4: "abort"})
         assert (aborted.states[-1], result.outcome, result.reason) == (
             S.ABORTING,
             "stopped",
-            "abort requested",
+            "by the operator, key a",
         )
         assert result.cycles < period, "it came to rest at once"
 
         last, middle, first = runs.every(catalogue)
         assert [run.outcome for run in (first, middle, last)] == ["completed", "stopped", "stopped"]
+        assert [run.reason for run in (middle, last)] == [told, "by the operator, key a"]
+        assert last.facts["ending"] == "the arm is at rest and its torque is off"
         assert first.capture == str(tmp_path / "pause.mcap") and first.note == "noted"
         assert last.capture_sha256 == read_capture(path).sha256
         assert last.facts["cycles"] == result.cycles and last.arm == "emps"
