@@ -1,7 +1,8 @@
 """Parameters that the search found beside the truth's, where the plant has that very parameter.
 
 The plant's effects are not those of the vocabulary: a bristle's width is no parameter of a law without one,
-and such pairs are left out. What is compared has the same definition on both sides, up to a formula given here.
+and such pairs are left out. What is compared has the same definition on both sides, up to a formula that
+stands here.
 Only the scoring reads this; the search never sees a scenario.
 """
 

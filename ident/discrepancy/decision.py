@@ -13,7 +13,10 @@ from ident.discrepancy.present import Present
 from ident.discrepancy.refine import Component, refine
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
+from ident.effects.gain_drift import WITHOUT_A_NAME
 from robots.arrays import FloatArray
+
+_FORMS = frozenset(family.name for family in WITHOUT_A_NAME)
 
 _LEADERS = 15
 """Single effects that are tried as one half of a pair."""
@@ -133,7 +136,14 @@ def _confirmed(examination: Examination, library: Library, rows: int) -> Library
 
 
 def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:
-    return best_per_place(pairs(library, ranking[:_LEADERS], library.score, rows))
+    """A form without a name is no half of a pair: it would take the name away from the other half."""
+    leaders = [found for found in ranking if not _is_form(found.trials[0])][:_LEADERS]
+    both = pairs(library, leaders, library.score, rows)
+    return best_per_place([pair for pair in both if not any(map(_is_form, pair.trials))])
+
+
+def _is_form(trial: Trial) -> bool:
+    return trial.family.name in _FORMS
 
 
 def _alike(chosen: Score, rivals: Sequence[Score], allowed: float) -> tuple[Score, ...]:

@@ -1,0 +1,62 @@
+"""Rules of the decision: what may be half of a pair, and how well a shape is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robots
+from ident.discrepancy.decision import _best_pair
+from ident.discrepancy.library import Library, Trial
+from ident.discrepancy.refine import Component, beside_factor
+from ident.discrepancy.scoring import best_per_place, singles
+from ident.effects.family import Place
+from ident.effects.gain_drift import GAIN_DRIFT
+from ident.effects.placed import Family
+from ident.effects.vocabulary import family_named
+from robots import Robot
+
+
+class _Nothing:
+    """A present model without torques; no column is asked for here."""
+
+
+def _trial(robot: Robot, family: Family, drive: int, start: int, count: int) -> Trial:
+    place = next(p for p in family.places(robot) if p.joints == (drive,))
+    shape = tuple(s.grid[0] for s in family.shapes(robot, place))
+    effect = family.effect(robot, place, shape, _Nothing())  # type: ignore[arg-type]
+    end = start + count
+    return Trial(family, place, effect, start, end, len(shape), np.eye(count), 0.0)
+
+
+def test_a_form_without_a_name_is_no_half_of_a_pair() -> None:
+    robot = robots.load("tx40")
+    trials = (
+        _trial(robot, family_named("viscous_friction"), 0, 0, 1),
+        _trial(robot, GAIN_DRIFT, 1, 1, 2),
+        _trial(robot, family_named("coulomb_friction"), 2, 3, 1),
+    )
+    # The drift of the gain explains most, dry friction on another drive least.
+    products = np.array([60.0, 70.0, 70.0, 40.0])
+    columns = np.eye(4, dtype=np.float32)
+    library = Library(trials, np.eye(4), products, columns)
+    found = _best_pair(library, best_per_place(singles(library, products, 1000)), 1000)
+    assert [sorted(trial.family.name for trial in pair.trials) for pair in found] == [
+        ["coulomb_friction", "viscous_friction"]
+    ]
+
+
+@pytest.mark.parametrize(("name", "wider"), [("joint_elasticity", True), ("hysteresis", False)])
+def test_a_factor_away_from_one_widens_what_is_said_of_the_shape(name: str, wider: bool) -> None:
+    family = family_named(name)
+    sizes = (2e-4, 0.05) if wider else (0.05,)
+    noise = np.full(len(sizes), 1e-6)
+    said = beside_factor(Component(family, Place("drive", (2,)), sizes), noise, np.array([0.9]))
+    expected = np.hypot(1e-6, 0.1 * np.array(sizes)) if wider else noise
+    assert said == pytest.approx(expected)
+
+
+def test_what_is_not_searched_for_keeps_no_deviation() -> None:
+    backlash = Component(family_named("backlash"), Place("drive", (2,)), (1e-3, 1.0))
+    said = beside_factor(backlash, np.array([1e-6, 0.0]), np.array([0.8]))
+    assert said == pytest.approx([2e-4, 0.0], rel=1e-3)
