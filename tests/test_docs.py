@@ -6,7 +6,7 @@ reader would have it:
 
 - ``armhil demo`` runs for real, but is made short: options that make the motion and the search for it brief
   are put behind what the text says, and a channel of the test's own. ``.ci/run`` runs it at full length.
-  ``armhil check``, ``armhil commission`` and ``armhil run`` get a channel of the test's own too.
+  ``armhil check``, ``commission``, ``home``, ``jog`` and ``run`` get a channel of the test's own too.
 - ``armhil test`` only collects one file: the tests are what is running already.
 - Files that a reader is told to bring (a log, a column map) are made here, and ``robots/`` is a copy.
 """
@@ -117,7 +117,7 @@ def as_run(words: list[str], channel: Channel) -> list[str]:
     words = ["./armhil", *words[1:]]
     if words[1] == "demo" and "--help" not in words:
         return [*words, *SHORT_DEMO, "--channel", channel.name]
-    if words[1] in {"check", "commission", "run"}:
+    if words[1] in {"check", "commission", "home", "jog", "run"}:
         return [*words, "--channel", channel.name]
     if words[1] == "test":
         return [*words[:2], *NO_TESTS, *words[2:]]

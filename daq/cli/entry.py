@@ -22,8 +22,10 @@ from daq.cli import (
     doctor,
     export,
     gain,
+    home,
     identify,
     import_,
+    jog,
     note,
     plan,
     prune,
@@ -47,7 +49,7 @@ __all__ = ["app", "main"]
 # Importing one of these adds its command to the app; groups and order are those of the help.
 GROUPS = {
     "From an arm to a model": (demo, identify, diagnose, gain, controller),
-    "Driving an arm": (plan, commission, run),
+    "Driving an arm": (plan, home, jog, commission, run),
     "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
     "Recordings": (import_, export, recover),

@@ -10,6 +10,7 @@ import numpy as np
 from daq.catalogue.kept_run import kept_run, trajectory_words
 from daq.doctor import examine
 from daq.progress import Steps
+from daq.session.attestation import attested_words
 from daq.session.bench import OpenArm, opened
 from daq.session.dry_run import CommissionRequest, Planned
 from daq.session.estimates import estimate
@@ -123,7 +124,11 @@ class Walk:
         return StageDone(name, f"{trajectory_words(motion)}", kept.number, path)
 
     def _check(self) -> str:
-        """Machine, bus and drives; the drives have answered and agree with the description already."""
+        """Machine, bus and drives; the drives have answered and agree with the description already.
+
+        Raises:
+            SessionError: the machine is unfit, or nobody has said where the arm stands.
+        """
         found = examine(self.request.arm.robot)  # the bus is ours: the drives have answered on it
         failed = [check for check in found if check.status == "failed"]
         if failed:
@@ -133,7 +138,8 @@ class Walk:
         doubtful = [check.name for check in found if check.status != "ok"]
         serials = ", ".join("?" if s is None else str(s) for s in self.arm.identity.serials)
         rest = f"look at {', '.join(doubtful)}" if doubtful else "all is well"
-        return f"drives {serials}; {rest}"
+        posture = attested_words(self.request.catalogue, self.arm.identity, self.request.arm)
+        return f"drives {serials}; {posture}; {rest}"
 
     def _keep_still(self, name: StageName, words: str) -> StageDone:
         """Keep a stage that moved nothing."""

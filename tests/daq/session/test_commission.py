@@ -25,6 +25,7 @@ from daq.session.cell import cell_of
 from daq.session.commission import StageDone, commission
 from daq.session.dry_run import CommissionRequest, Planned, plan_commission
 from daq.session.estimates import FIXED_BYTES, estimate
+from daq.session.home import HomeRequest, home
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import NotMoved, RunInterrupted, SessionError
 from daq.session.states import Conduct
@@ -47,7 +48,8 @@ def letters(planned: Planned) -> str:
 @pytest.fixture
 def request_for(emps: Robot, bench: Channel, tmp_path: Path) -> CommissionRequest:
     motion = written(tmp_path, emps, there_and_back(emps, distance=0.01, speed=1.0))
-    return CommissionRequest(order(emps, bench), tmp_path, motion)
+    arm = order(emps, bench, stands_at=tuple(emps.home))
+    return CommissionRequest(arm, tmp_path, motion)
 
 
 def go(request: CommissionRequest) -> tuple[StageDone, ...]:
@@ -146,6 +148,19 @@ def test_an_unfit_machine_does_not_pass_the_check(
         with pytest.raises(SessionError, match=r"^stage check: clock: stands still; wind it up; see"):
             go(request)
         assert letters(plan_commission(request, Silent())) == "polllll"
+
+
+def test_the_check_asks_who_has_looked_at_the_arm(emps: Robot, request_for: CommissionRequest) -> None:
+    arm = replace(request_for.arm, stands_at=None)
+    with Catalogue() as catalogue:
+        request = replace(request_for, arm=arm, catalogue=catalogue, last="check")
+        with pytest.raises(SessionError, match="nobody has compared the drives' positions with this arm"):
+            go(request)
+        assert letters(plan_commission(request, Silent())) == "polllll"
+        attested = home(HomeRequest(arm, request.folder, catalogue=catalogue), Silent(), unconducted)
+        done = go(request)
+        assert names(done) == ["check"]
+        assert f"posture attested by {runs.every(catalogue)[0].who} in run {attested.run}" in done[0].words
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.11, 1.0, float("nan")])

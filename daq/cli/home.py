@@ -1,0 +1,107 @@
+"""`armhil home`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daq.cli.app import app
+from daq.cli.common import (
+    OK,
+    ChannelName,
+    Interface,
+    Json,
+    NewArm,
+    NoCatalogue,
+    Quiet,
+    Simulated,
+    StandsAt,
+    Yes,
+    arm_order_of,
+    asking,
+    catalogue_of,
+    console_of,
+    print_json,
+    steps_of,
+)
+
+
+@app.command()
+def home(
+    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    joint: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Number or name; its drive searches; may be repeated.",
+            show_default="those that forget their position",
+        ),
+    ] = None,
+    search: Annotated[
+        bool, typer.Option("--search/--no-search", help="Whether drives search their home.")
+    ] = True,
+    interface: Interface = None,
+    channel: ChannelName = None,
+    simulated: Simulated = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    stands_at: StandsAt = None,
+    new_arm: NewArm = False,
+    note: Annotated[str | None, typer.Option(help="To be remembered.", show_default="none")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-home-<robot>")
+    ] = None,
+    yes: Yes = False,
+    quiet: Quiet = False,
+    no_catalogue: NoCatalogue = False,
+    as_json: Json = False,
+) -> int:
+    """Have drives search their home, then compare what they say with the arm; keys: a stop, h halt.
+
+    Example: [bold]armhil home tx40 --simulated[/]
+    """
+    from daq.files.run_folder import make_run_folder
+    from daq.session.home import HomeRequest
+    from daq.session.home import home as go_home
+    from daq.session.home_terminal import print_posture
+    from daq.session.keyboard import by_keyboard
+    from daq.session.moves_json import home_json
+
+    console = console_of(as_json)
+    order = arm_order_of(
+        robot, interface, channel, simulated=simulated, seed=seed, new_arm=new_arm, stands_at=stands_at
+    )
+    request = HomeRequest(
+        order,
+        make_run_folder(out, f"home-{order.robot.name}"),
+        (tuple(joint) if joint else None) if search else (),
+        note or "",
+        catalogue_of(no_catalogue),
+        asking(yes, simulated, as_json),
+        _looking(simulated, as_json),
+        lambda posture: print_posture(console, order.robot, posture),
+    )
+    result = go_home(request, steps_of(console, quiet), by_keyboard)
+    if as_json:
+        print_json(home_json(result, order))
+    where = "not kept" if result.run is None else f"kept as run {result.run}"
+    console.print(f"[green]Attested[/], {where}.", highlight=False)
+    return OK
+
+
+def _looking(simulated: bool, as_json: bool) -> Callable[[str], bool]:
+    """Who looks at the arm: a person at the terminal; ``--yes`` has no eyes.
+
+    Raises:
+        NotMoved: when asked where nobody can answer.
+    """
+    from daq.session.session_error import NotMoved
+
+    def look(question: str) -> bool:
+        if not sys.stdin.isatty():
+            raise NotMoved("somebody has to look at the arm; give --stands-at where nobody can answer")
+        return typer.confirm(question, err=as_json)
+
+    return (lambda question: True) if simulated else look
