@@ -58,8 +58,17 @@ class Spooling:
         except OSError as error:
             log.warning("%s: nobody can look on: %s", self._path, error)
             return
-        names = [joint.name for joint in self._robot.joint]
-        self._write({"kind": "begin", "title": title, "joints": names, "cycles": self._total})
+        joints = self._robot.joint
+        units = [("rad", "N·m") if joint.kind == "revolute" else ("m", "N") for joint in joints]
+        self._write(
+            {
+                "kind": "begin",
+                "title": title,
+                "joints": [joint.name for joint in joints],
+                "units": units,
+                "cycles": self._total,
+            }
+        )
 
     def samples(self, samples: Samples) -> None:
         """Samples have come: one line for all of them, ten times a second at most."""

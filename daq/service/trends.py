@@ -11,7 +11,8 @@ from markupsafe import Markup, escape
 from daq.catalogue.values import TrendPoint
 from daq.report.numbers import significant
 
-_WIDTH, _HEIGHT = 640, 200
+_SIZES = {"wide": (1120, 260), "narrow": (340, 210), "small": (160, 40)}
+"""Of the picture on a desk, on a phone, where letters must not shrink with it, and in the list."""
 _LEFT, _BOTTOM, _TOP = 74, 24, 12
 BAND = 3.0
 """Half width of the accepted band in run-to-run deviations."""
@@ -23,7 +24,7 @@ class Trend:
 
     Attributes:
         name, unit: of it.
-        picture: inline SVG.
+        picture: inline SVG; on its own page for a wide and for a narrow window, one of which is shown.
         low, high: of the accepted band; None where there is no baseline.
         points: (run, date, value, σ, whether it lies in the band) newest first, for the table.
     """
@@ -64,7 +65,8 @@ def trend_of(points: Sequence[TrendPoint], baseline_model: int | None, *, small:
         )
         for point in reversed(points)
     )
-    picture = _picture(points, values, low, high, small)
+    kinds = ("small",) if small else ("wide", "narrow")
+    picture = Markup("").join(_picture(points, values, low, high, kind) for kind in kinds)
     return Trend(points[0].name, points[0].unit, picture, low, high, rows)
 
 
@@ -73,9 +75,10 @@ def _picture(
     values: np.ndarray,
     low: float | None,
     high: float | None,
-    small: bool,
+    kind: str,
 ) -> Markup:
-    width, height = (160, 40) if small else (_WIDTH, _HEIGHT)
+    small = kind == "small"
+    width, height = _SIZES[kind]
     left, bottom, top = (4, 4, 4) if small else (_LEFT, _BOTTOM, _TOP)
     times = np.array([point.at.timestamp() for point in points])
     t0, t1 = float(times[0]), float(times[-1])
@@ -98,8 +101,7 @@ def _picture(
     name = escape(points[0].name)
     ends = f"from {significant(float(values[0]))} to {significant(float(values[-1]))}"
     label = f"{name}: {len(points)} runs, {ends}"
-    kind = "trend small" if small else "trend"
-    parts = [f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{label}">']
+    parts = [f'<svg class="trend {kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{label}">']
     if low is not None and high is not None:
         parts.append(
             f'<rect class="band" x="{left}" width="{width - left - 4}" y="{y(high):.1f}" '
@@ -110,10 +112,12 @@ def _picture(
             f'<text x="{left - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{significant(value)}</text>'
             for value in (bottom_value + margin, top_value - margin)
         ]
-        parts.append(f'<text x="{left}" y="{height - 6}">{points[0].at:%Y-%m-%d}</text>')
-        parts.append(
-            f'<text x="{width - 4}" y="{height - 6}" text-anchor="end">{points[-1].at:%Y-%m-%d}</text>'
-        )
+        when = "%H:%M" if points[0].at.date() == points[-1].at.date() else "%Y-%m-%d"
+        ends_of_time = ((left, "start", points[0]), (width - 4, "end", points[-1]))
+        parts += [
+            f'<text x="{place}" y="{height - 6}" text-anchor="{anchor}">{point.at.strftime(when)}</text>'
+            for place, anchor, point in ends_of_time
+        ]
     path = " ".join(f"{x(t):.1f},{y(v):.1f}" for t, v in zip(times, values, strict=True))
     parts.append(f'<polyline class="line" points="{path}"/>')
     for point, time, value in zip(points, times, values, strict=True):

@@ -55,6 +55,7 @@ def test_what_is_spooled(emps: Robot, tmp_path: Path, monkeypatch: pytest.Monkey
     spool.samples(samples(emps, 5, 5, late=2))
     spool.end(None)
     begin, one, two, end = lines_of(spool_path(tmp_path / "capture.mcap"))
+    assert begin["units"] == [["m", "N"]]
     assert begin["joints"] == [joint.name for joint in emps.joint] and begin["cycles"] == len(motion.time)
     assert one["cycle"] == 4 and one["missed"] == 0
     assert two["cycle"] == 9 and two["missed"] == 2

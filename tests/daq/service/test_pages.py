@@ -58,7 +58,8 @@ def test_a_run_shows_gates_findings_and_parameters(client: TestClient) -> None:
 def test_a_trend_marks_what_left_the_band(client: TestClient) -> None:
     text = client.get("/arms/emps-sim?parameter=Fc1").text
     chosen = text[text.index('class="card chart"') : text.index("As a table")]
-    assert chosen.count('class="out"') == 1 and chosen.count('class="in"') == 11
+    assert chosen.count('class="trend wide"') == chosen.count('class="trend narrow"') == 1
+    assert chosen.count('class="out"') == 2 and chosen.count('class="in"') == 22  # both sizes
     assert text.count("◆ outside</td>") == 1
     assert '<h2 id="trend">Fc1' in client.get("/arms/emps-sim?parameter=nonsense").text
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import socket
-import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import uvicorn
 from fastapi.testclient import TestClient
 
 from daq.catalogue.database import Catalogue
-from daq.service.app import create_app
 from daq.service.settings import Service, ServiceError, read_service
+from tests.daq.service.serving import running
 
 READ, DRIVE = "read-token-of-the-test", "drive-token-of-the-test"
 Clients = Callable[[Service], TestClient]
@@ -147,25 +144,3 @@ def test_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file.write_text("format = 1\nport = 99999\n")
     with pytest.raises(ServiceError, match=r"service\.toml:2: port"):
         read_service(None)
-
-
-class running:  # noqa: N801 (a block that serves)
-    """A service on a free port for the length of a block."""
-
-    def __init__(self, service: Service, catalogue: Catalogue, folder: Path) -> None:
-        self._server = uvicorn.Server(
-            uvicorn.Config(
-                create_app(service, catalogue, folder), port=0, log_level="error", access_log=False
-            )
-        )
-        self._thread = threading.Thread(target=self._server.run, daemon=True)
-
-    def __enter__(self) -> int:
-        self._thread.start()
-        while not self._server.started:
-            time.sleep(0.02)
-        return int(self._server.servers[0].sockets[0].getsockname()[1])
-
-    def __exit__(self, *_: object) -> None:
-        self._server.should_exit = True
-        self._thread.join(10)
