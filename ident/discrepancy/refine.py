@@ -199,17 +199,46 @@ def _solve(
     exact: bool = True,
 ) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
     """Linear parameters, gain, partialled columns and how many belong to each effect."""
-    blocks = [partialled(examination, c.effect(examination, present), exact) for c in components]
+    effects = [component.effect(examination, present) for component in components]
+    blocks = [partialled(examination, effect, exact) for effect in effects]
     if any(block is None for block in blocks):
         return None
     columns = np.concatenate([block for block in blocks if block is not None], axis=1)
     counts = [block.shape[1] for block in blocks if block is not None]
     residual = examination.residual
     if fixed is None:
-        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        fixed = np.linalg.lstsq(columns / scale, residual, rcond=np.sqrt(_DEPENDENT))[0] / scale
+        bounds = np.array([limit for effect in effects for limit in effect.bounds])
+        fixed = within_bounds(columns, residual, bounds)
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
+
+
+def within_bounds(columns: FloatArray, residual: FloatArray, bounds: FloatArray) -> FloatArray:
+    """Least squares (p,) with each parameter within what nature allows.
+
+    One that would leave its bounds is held at the one it would leave by, and the others are fitted beside it:
+    to cut it off afterwards would leave them where they made up for what it must not be.
+
+    Args:
+        columns: (N, p).
+        residual: (N,).
+        bounds: (p, 2), lowest and highest.
+    """
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    unit, held = columns / scale, np.zeros(scale.size, dtype=np.bool_)
+    values = np.zeros(scale.size)
+    while not held.all():
+        rest = residual - columns[:, held] @ values[held]
+        free = ~held
+        values[free] = np.linalg.lstsq(unit[:, free], rest, rcond=np.sqrt(_DEPENDENT))[0] / scale[free]
+        beyond = np.maximum(bounds[:, 0] - values, values - bounds[:, 1]) * scale
+        beyond[held] = 0.0
+        worst = int(np.argmax(beyond))
+        if beyond[worst] <= 0.0:
+            break
+        values[worst] = np.clip(values[worst], *bounds[worst])
+        held[worst] = True
+    return values
 
 
 def _values(components: Sequence[Component]) -> list[float]:

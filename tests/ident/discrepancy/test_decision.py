@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 import robots
 from ident.discrepancy.decision import _best_pair
 from ident.discrepancy.library import Library, Trial
-from ident.discrepancy.refine import Component, beside_factor
+from ident.discrepancy.refine import Component, beside_factor, within_bounds
 from ident.discrepancy.scoring import best_per_place, singles
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT
@@ -60,3 +61,16 @@ def test_what_is_not_searched_for_keeps_no_deviation() -> None:
     backlash = Component(family_named("backlash"), Place("drive", (2,)), (1e-3, 1.0))
     said = beside_factor(backlash, np.array([1e-6, 0.0]), np.array([0.8]))
     assert said == pytest.approx([2e-4, 0.0], rel=1e-3)
+
+
+def test_a_parameter_at_its_bound_leaves_the_others_at_their_best() -> None:
+    generator = np.random.default_rng(3)
+    columns = generator.normal(size=(300, 3))
+    columns[:, 1] += 2.0 * columns[:, 0]
+    residual = columns @ np.array([-3.0, 2.0, 0.5]) + 0.1 * generator.normal(size=300)
+    bounds = np.array([[0.0, np.inf], [0.0, np.inf], [-np.inf, np.inf]])
+    found = within_bounds(columns, residual, bounds)
+    reference = lsq_linear(columns, residual, (bounds[:, 0], bounds[:, 1])).x
+    assert found == pytest.approx(reference, abs=1e-6)
+    unbounded = within_bounds(columns, residual, np.tile([-np.inf, np.inf], (3, 1)))
+    assert unbounded == pytest.approx(np.linalg.lstsq(columns, residual, rcond=None)[0])
