@@ -74,7 +74,9 @@ def check(capture: Capture, cycles: int) -> None:
     expected = samples(0, cycles)
     rows = capture.samples.cycle
     for field in fields(Samples):
-        assert np.array_equal(getattr(capture.samples, field.name), getattr(expected, field.name)[rows])
+        np.testing.assert_array_equal(
+            getattr(capture.samples, field.name), getattr(expected, field.name)[rows], strict=True
+        )
 
 
 def damage(trials: int, seconds: float = 20.0) -> None:

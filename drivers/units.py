@@ -24,12 +24,15 @@ class Units:
         counts_per_output_unit: c, (n,), signed: counts per rad (or m) of drive output.
         control_signal_per_count: (n,), control-signal units per count of the drive's object.
         joints: names, for messages.
+        counts_per_second: (n,), encoder counts per second in one unit of the drive's velocity object; NaN for
+            drives whose velocity is not recorded. None where none is.
     """
 
     transmission: FloatArray
     counts_per_output_unit: FloatArray
     control_signal_per_count: FloatArray
     joints: tuple[str, ...]
+    counts_per_second: FloatArray | None = None
 
     @classmethod
     def of(cls, robot: Robot) -> Self:
@@ -38,6 +41,9 @@ class Units:
             counts_per_output_unit=robot.counts_per_output_unit,
             control_signal_per_count=np.array([d.control_signal.per_count for d in robot.drive]),
             joints=tuple(joint.name for joint in robot.joint),
+            counts_per_second=np.array(
+                [np.nan if d.velocity is None else d.velocity.counts_per_second for d in robot.drive]
+            ),
         )
 
     def counts(self, position: ArrayLike) -> NDArray[np.int32]:
@@ -67,6 +73,19 @@ class Units:
     def control_signal(self, raw: IntArray | NDArray[np.int32]) -> FloatArray:
         """Raw values of the control-signal object (… × n) to v_τ."""
         return np.asarray(raw * self.control_signal_per_count)
+
+    def velocity(self, raw: IntArray | NDArray[np.int32]) -> FloatArray:
+        """Raw values of the velocity object (… × n) to joint velocities, rad/s or m/s.
+
+        NaN for a joint that a drive moves whose velocity is not recorded.
+        """
+        if self.counts_per_second is None or np.isnan(self.counts_per_second).all():
+            return np.full(np.shape(raw), np.nan)
+        unknown = np.isnan(self.counts_per_second)
+        found = self.position(raw * np.where(unknown, 0.0, self.counts_per_second))
+        depends = np.abs(np.linalg.inv(self.transmission)) > 1e-12
+        found[..., (depends & unknown).any(axis=1)] = np.nan
+        return found
 
     def output_span(self, joint_span: FloatArray) -> FloatArray:
         """The largest drive-output motion that joint motions within ±joint_span make, (n,)."""

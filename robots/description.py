@@ -22,6 +22,7 @@ from robots.drive_description import (
     HomingSearch,
     Identity,
     TemperatureObject,
+    VelocityObject,
 )
 from robots.errors import ValueNotAllowed
 from robots.fields import Finite, Frozen, NonNegative, Positive, whole_number
@@ -39,6 +40,7 @@ __all__ = [
     "Joint",
     "Robot",
     "TemperatureObject",
+    "VelocityObject",
 ]
 
 Coupling = Annotated[float, Field(ge=-1000, le=1000)]

@@ -60,6 +60,16 @@ class TemperatureObject(Frozen):
     per_count: Positive = Field(default=1.0, description="°C per count of the object")
 
 
+class VelocityObject(Frozen):
+    """The object in which a drive says how fast it is; 606Ch is the profile's."""
+
+    index: int = Field(default=0x606C, ge=0x1000, le=0xFFFF)
+    subindex: int = Field(default=0, ge=0, le=255)
+    counts_per_second: Positive = Field(
+        default=1.0, description="encoder counts per second in one unit of the object"
+    )
+
+
 class HomingSearch(Frozen):
     """How the drive searches its home by itself, in homing mode; `armhil home` has it do so."""
 
@@ -108,4 +118,7 @@ class Drive(Frozen):
     brake: Brake = Brake()
     temperature: TemperatureObject | None = Field(
         default=None, description="where the drive has its temperature; none where absent"
+    )
+    velocity: VelocityObject | None = Field(
+        default=None, description="where the drive has its velocity; not recorded where absent"
     )

@@ -18,6 +18,7 @@ Values = NDArray[Any]
 _NAMES = {
     "reference": "q_ref",
     "position": "q",
+    "velocity": "qd",
     "control_signal": "v",
     "torque": "tau",
     "following_error": "e",
@@ -39,6 +40,8 @@ def quantities(capture: Capture, robot: Robot) -> dict[str, Values]:
     if capture.has_reference:
         found[_NAMES["reference"]] = samples.reference
     found[_NAMES["position"]] = samples.position
+    if np.isfinite(samples.velocity).any():
+        found[_NAMES["velocity"]] = samples.velocity
     found[_NAMES["control_signal"]] = samples.control_signal
     found[_NAMES["torque"]] = robot.joint_torque(samples.control_signal)
     if capture.has_reference:

@@ -30,7 +30,8 @@ class SampleMessages:
         self._torque = robot.gains[:, np.newaxis] * robot.transmission_matrix
         names = [joint.name for joint in robot.joint]
         self._reference = messages.joint_state_layout(names) if reference else None
-        self._measured = messages.joint_state_layout(names, effort=True)
+        self._velocity = any(drive.velocity is not None for drive in robot.drive)
+        self._measured = messages.joint_state_layout(names, velocity=self._velocity, effort=True)
         self._status = messages.cycle_status_layout(names)
 
     def rows(self, samples: Samples, stamps: IntArray) -> dict[str, Rows]:
@@ -43,6 +44,8 @@ class SampleMessages:
         error = samples.reference - samples.position
         torque = samples.control_signal @ self._torque
         measured = {"position": samples.position, "effort": torque}
+        if self._velocity:
+            measured["velocity"] = samples.velocity
         status: dict[str, NDArray[Any]] = {
             "cycle": samples.cycle,
             "lateness": samples.lateness,
@@ -73,7 +76,9 @@ def samples_of(
     """
     state = messages.joint_state_layout(joints)
     layouts = {
-        MEASURED_TOPIC: (messages.joint_state_layout(joints, effort=True),),
+        MEASURED_TOPIC: tuple(
+            messages.joint_state_layout(joints, velocity=velocity, effort=True) for velocity in (True, False)
+        ),
         STATUS_TOPIC: (
             messages.cycle_status_layout(joints),
             messages.cycle_status_layout(joints, following_error=False),
@@ -93,7 +98,7 @@ def samples_of(
 
 _FIELDS = {
     REFERENCE_TOPIC: ("position",),
-    MEASURED_TOPIC: ("position",),
+    MEASURED_TOPIC: ("position", "velocity"),
     STATUS_TOPIC: ("cycle", "lateness", "control_signal", "statusword", "complete"),
 }
 
@@ -113,7 +118,9 @@ def _decoded(
             continue
         sequences.append(run.sequence.astype(np.int64))
         for name in names:
-            parts[name].append(found[name].copy())
+            has = name in (found.dtype.names or ())
+            # Only the velocity may be missing: where no PDO carried it.
+            parts[name].append(found[name].copy() if has else np.full_like(found["position"], np.nan))
     assert empty is not None
     columns = {name: np.concatenate(values or [empty[name]]) for name, values in parts.items()}
     return np.concatenate(sequences or [np.zeros(0, dtype=np.int64)]), columns, undecodable
@@ -144,6 +151,7 @@ def _aligned(
         statusword=status["statusword"],
         complete=status["complete"],
         lateness=status["lateness"],
+        velocity=picked[MEASURED_TOPIC]["velocity"],
     )
 
 

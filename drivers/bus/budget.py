@@ -23,6 +23,8 @@ EMCY_PER_SECOND = 1
 """Of each drive."""
 _HEARTBEATS_PER_WATCH = 4
 _LONGEST_CYCLE = 1.0
+_VELOCITY_BITS = 32
+"""Of 606Ch (CiA 402-2)."""
 SIXTEEN_BIT_SIGNALS = frozenset({0x6077, 0x6074, 0x6078})
 """Torque actual value, torque demand, current actual value: INTEGER16 in CiA 402-2."""
 
@@ -75,7 +77,7 @@ class BusBudget:
         """Of the links as they are mapped."""
         tpdos: dict[int, int] = {}
         for link in links:
-            for layout in tpdo_layouts(link.control_signal_bits):
+            for layout in tpdo_layouts(link.control_signal_bits, link.velocity_bits):
                 tpdos[layout.size] = tpdos.get(layout.size, 0) + 1
         beats = sum(1 / link.heartbeat for link in links if link.heartbeat > 0)
         beats += _HEARTBEATS_PER_WATCH / budgets.watch_seconds
@@ -146,6 +148,7 @@ def nominal_links(robot: Robot) -> tuple[DriveLink, ...]:
             node=drive.node_id,
             name=joint.name,
             control_signal_bits=16 if drive.control_signal.index in SIXTEEN_BIT_SIGNALS else 32,
+            velocity_bits=0 if drive.velocity is None else _VELOCITY_BITS,
             heartbeat=0.1,
         )
         for joint, drive in zip(robot.joint, robot.drive, strict=True)

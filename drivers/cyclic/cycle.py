@@ -149,6 +149,7 @@ class Cycle:
             *self.latched,
             *seen.position,
             *seen.control_signal,
+            *seen.velocity,
             *seen.statusword,
         )
         self._pending = row, seen.complete

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Callable, Sequence
 
@@ -14,6 +15,7 @@ from drivers.cyclic.layout import (
     SYNC_COB_ID,
     DriveLink,
     emcy_cob_id,
+    fits_beside_position,
     heartbeat_cob_id,
     rpdo_cob_id,
     sdo_answer_cob_id,
@@ -39,6 +41,10 @@ def receive_cob_ids(links: Sequence[DriveLink]) -> list[int]:
     return [kind(link.node) for link in links for kind in kinds]
 
 
+def _layouts(link: DriveLink) -> tuple[struct.Struct, ...]:
+    return tpdo_layouts(link.control_signal_bits, link.velocity_bits)
+
+
 class Exchange:
     """The latest word of each drive, and the frames to and from them.
 
@@ -61,6 +67,8 @@ class Exchange:
         self.statusword = [0] * n
         self.position = [0] * n
         self.control_signal = [0] * n
+        self.velocity = [0] * n
+        """Of drives that send it; else 0."""
         self.complete = [False] * n
         self.doubled = [False] * n
         """Drives whose answer to the SYNC before came after the next one's: theirs was one SYNC late."""
@@ -84,7 +92,7 @@ class Exchange:
         self._heartbeat_id = heartbeat_cob_id(master_node)
         self._nodes = [link.node for link in links]
         self._send_rpdos = port.prepare([rpdo_cob_id(link.node) for link in links], RPDO.size)
-        self._whole = [(1 << len(tpdo_layouts(link.control_signal_bits))) - 1 for link in links]
+        self._whole = [(1 << len(_layouts(link))) - 1 for link in links]
         self._parts = [0] * n
         self._missing = n
         self._sorters = self._make_sorters(links)
@@ -93,13 +101,17 @@ class Exchange:
     def _make_sorters(self, links: Sequence[DriveLink]) -> dict[int, Callable[[bytes], None]]:
         sorters: dict[int, Callable[[bytes], None]] = {}
         for axis, link in enumerate(links):
-            layouts = tpdo_layouts(link.control_signal_bits)
+            layouts = _layouts(link)
             if len(layouts) == 1:
                 sorters[tpdo_cob_id(link.node)] = self._whole_tpdo(axis, layouts[0].size, layouts[0].unpack)
             else:
-                state, signal = layouts
-                sorters[tpdo_cob_id(link.node)] = self._state_tpdo(axis, state.size, state.unpack)
-                sorters[second_tpdo_cob_id(link.node)] = self._signal_tpdo(axis, signal.size, signal.unpack)
+                first, second = layouts
+                beside = fits_beside_position(link.control_signal_bits)
+                signal = [self.control_signal]
+                state = [self.statusword, self.position, *(signal if beside else [])]
+                rest = [*([] if beside else signal), *([self.velocity] if link.velocity_bits else [])]
+                sorters[tpdo_cob_id(link.node)] = self._part_of_tpdo(axis, 1, first, state)
+                sorters[second_tpdo_cob_id(link.node)] = self._part_of_tpdo(axis, 2, second, rest)
             sorters[emcy_cob_id(link.node)] = self._emcy(axis)
             sorters[heartbeat_cob_id(link.node)] = self._heartbeat(axis)
             sorters[sdo_answer_cob_id(link.node)] = self._sdo_answer(axis)
@@ -212,23 +224,17 @@ class Exchange:
 
         return sort
 
-    def _state_tpdo(
-        self, axis: int, size: int, unpack: Callable[[bytes], tuple[int, ...]]
+    def _part_of_tpdo(
+        self, axis: int, part: int, layout: struct.Struct, places: list[list[int]]
     ) -> Callable[[bytes], None]:
+        """For one of a drive's two TPDOs, with the lists that its values go to."""
+        size, unpack = layout.size, layout.unpack
+
         def sort(data: bytes) -> None:
             if len(data) == size:
-                self.statusword[axis], self.position[axis] = unpack(data)
-                self._note_part(axis, 1)
-
-        return sort
-
-    def _signal_tpdo(
-        self, axis: int, size: int, unpack: Callable[[bytes], tuple[int, ...]]
-    ) -> Callable[[bytes], None]:
-        def sort(data: bytes) -> None:
-            if len(data) == size:
-                (self.control_signal[axis],) = unpack(data)
-                self._note_part(axis, 2)
+                for place, value in zip(places, unpack(data), strict=True):
+                    place[axis] = value
+                self._note_part(axis, part)
 
         return sort
 

@@ -83,7 +83,8 @@ class DriveLink:
     Attributes:
         node: node id.
         name: how messages name the drive.
-        control_signal_bits: width of the control signal; above 16 it has a second TPDO.
+        control_signal_bits: width of the control signal; above 16 it is in a second TPDO.
+        velocity_bits: width of the velocity, which is in a second TPDO; 0 where it is not sent.
         interpolated: whether the drive runs in interpolated position mode (ip) and not in csp.
         heartbeat: s between the drive's heartbeats (1017h); 0 where it sends none.
         watches: whether the drive's heartbeat consumer (1016h) is set to this master.
@@ -92,6 +93,7 @@ class DriveLink:
     node: int
     name: str
     control_signal_bits: int = 16
+    velocity_bits: int = 0
     interpolated: bool = False
     heartbeat: float = 0.0
     watches: bool = False
@@ -102,25 +104,42 @@ def rpdo_objects(interpolated: bool) -> tuple[MappedObject, ...]:
     return CONTROLWORD, INTERPOLATION_DATA if interpolated else TARGET_POSITION
 
 
-def tpdo_objects(control_signal: MappedObject) -> tuple[tuple[MappedObject, ...], ...]:
+def tpdo_objects(
+    control_signal: MappedObject, velocity: MappedObject | None = None
+) -> tuple[tuple[MappedObject, ...], ...]:
     """What the drive's TPDOs carry: one where all fits into its eight bytes, else two of the same SYNC.
 
     Raises:
-        DriveError: the control-signal object is no integer of 8, 16 or 32 bits.
+        DriveError: the control-signal or the velocity object is no integer of 8, 16 or 32 bits.
     """
-    if control_signal.bits not in SIGNED_FORMATS:
-        allowed = ", ".join(str(bits) for bits in SIGNED_FORMATS)
-        raise DriveError(
-            f"control-signal object {control_signal} has {control_signal.bits} bits; allowed: {allowed}"
-        )
-    if control_signal.bits <= PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits:
-        return ((STATUSWORD, ACTUAL_POSITION, control_signal),)
-    return (STATUSWORD, ACTUAL_POSITION), (control_signal,)
+    for name, found in (("control-signal", control_signal), ("velocity", velocity)):
+        if found is not None and found.bits not in SIGNED_FORMATS:
+            allowed = ", ".join(str(bits) for bits in SIGNED_FORMATS)
+            raise DriveError(f"{name} object {found} has {found.bits} bits; allowed: {allowed}")
+    first, second = [STATUSWORD, ACTUAL_POSITION], [] if velocity is None else [velocity]
+    if fits_beside_position(control_signal.bits):
+        first.append(control_signal)
+    else:
+        second.insert(0, control_signal)
+    return tuple(tuple(entries) for entries in (first, second) if entries)
 
 
-def tpdo_layouts(control_signal_bits: int) -> tuple[struct.Struct, ...]:
-    """One layout per TPDO: statusword and actual position, and the control signal with them or alone."""
+def fits_beside_position(control_signal_bits: int) -> bool:
+    """Whether a control signal has room in the TPDO of statusword and actual position."""
+    return control_signal_bits <= PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits
+
+
+def tpdo_layouts(control_signal_bits: int, velocity_bits: int = 0) -> tuple[struct.Struct, ...]:
+    """One layout per TPDO: statusword and actual position, and what is in :func:`tpdo_objects` beside them.
+
+    Args:
+        control_signal_bits: width of the control signal.
+        velocity_bits: width of the velocity; 0 where it is not sent.
+    """
+    first, second = "<Hi", "" if not velocity_bits else SIGNED_FORMATS[velocity_bits]
     signal = SIGNED_FORMATS[control_signal_bits]
-    if control_signal_bits <= PDO_BITS - STATUSWORD.bits - ACTUAL_POSITION.bits:
-        return (struct.Struct("<Hi" + signal),)
-    return struct.Struct("<Hi"), struct.Struct("<" + signal)
+    if fits_beside_position(control_signal_bits):
+        first += signal
+    else:
+        second = signal + second
+    return tuple(struct.Struct(form) for form in (first, *(["<" + second] if second else [])))

@@ -32,7 +32,7 @@ _HEADER_BYTES = 8 * _HEADER_WORDS
 
 def row_layout(n: int) -> tuple[struct.Struct, np.dtype[Any]]:
     """A row as the writer packs it and as the reader sees it; counts and raw values, n axes each."""
-    layout = struct.Struct(f"=qd{n}i{n}i{n}i{n}H{n}?")
+    layout = struct.Struct(f"=qd{n}i{n}i{n}i{n}i{n}H{n}?")
     columns = np.dtype(
         [
             ("cycle", "i8"),
@@ -40,6 +40,7 @@ def row_layout(n: int) -> tuple[struct.Struct, np.dtype[Any]]:
             ("target", "i4", (n,)),
             ("position", "i4", (n,)),
             ("control_signal", "i4", (n,)),
+            ("velocity", "i4", (n,)),
             ("statusword", "u2", (n,)),
             ("complete", "?", (n,)),
         ]

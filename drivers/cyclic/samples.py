@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal, Self
 
 import numpy as np
@@ -35,6 +35,12 @@ class Samples:
     lateness: FloatArray
     """(N,) s from the deadline that followed the previous SYNC's to the SYNC; more than one period
     means that deadlines were skipped."""
+    velocity: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """N × n, rad/s or m/s: as the drives report it (606Ch); NaN where they were not asked to."""
+
+    def __post_init__(self) -> None:
+        if not self.velocity.size:
+            object.__setattr__(self, "velocity", np.full(self.position.shape, np.nan))
 
     def __len__(self) -> int:
         return len(self.cycle)

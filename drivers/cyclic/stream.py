@@ -160,4 +160,5 @@ def _samples(rows: NDArray[Any], job: Job) -> Samples:
         statusword=rows["statusword"].copy(),
         complete=rows["complete"].copy(),
         lateness=rows["lateness"].copy(),
+        velocity=job.units.velocity(rows["velocity"]),
     )

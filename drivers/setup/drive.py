@@ -47,6 +47,8 @@ class DriveReport:
     mode: int
     """6060h: 8 is csp, 7 is ip."""
     control_signal_bits: int
+    velocity_bits: int
+    """0 where the velocity is not sent."""
     heartbeat: float
     """s between its heartbeats; 0 where it sends none."""
     watches: bool
@@ -69,6 +71,7 @@ class DriveReport:
             node=self.node_id,
             name=name,
             control_signal_bits=self.control_signal_bits,
+            velocity_bits=self.velocity_bits,
             interpolated=self.mode == objects.INTERPOLATED_POSITION,
             heartbeat=self.heartbeat,
             watches=self.watches,
@@ -100,9 +103,11 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     _refuse_torque(sdo)
     identity = _identity(sdo, drive, findings)
     modes = sdo.read_optional(objects.SUPPORTED_MODES)
-    control_signal = _control_signal(sdo, drive)
+    control_signal = _mapped(sdo, drive.control_signal.index, drive.control_signal.subindex)
+    wanted = drive.velocity
+    velocity = None if wanted is None else _mapped(sdo, wanted.index, wanted.subindex)
     mode = _choose_mode(sdo, modes, findings)
-    map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION)
+    map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION, velocity)
     set_mode(sdo, mode)
     _set_period(sdo, robot.bus.cycle_time)
     heartbeat = _set_heartbeat(sdo, findings)
@@ -128,6 +133,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
         supported_modes=modes,
         mode=mode,
         control_signal_bits=control_signal.bits,
+        velocity_bits=0 if velocity is None else velocity.bits,
         heartbeat=heartbeat,
         watches=watches,
         deadline=deadline,
@@ -252,10 +258,9 @@ def _choose_mode(sdo: SdoAccess, modes: int | None, findings: list[Finding]) -> 
     )
 
 
-def _control_signal(sdo: SdoAccess, drive: Drive) -> MappedObject:
-    """The control-signal object with the width that the drive itself gives it."""
-    signal = drive.control_signal
-    return MappedObject(signal.index, signal.subindex, 8 * len(sdo.read(signal.index, signal.subindex)))
+def _mapped(sdo: SdoAccess, index: int, subindex: int) -> MappedObject:
+    """An object with the width that the drive itself gives it."""
+    return MappedObject(index, subindex, 8 * len(sdo.read(index, subindex)))
 
 
 def set_mode(sdo: SdoAccess, mode: int) -> None:

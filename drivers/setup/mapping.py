@@ -23,13 +23,19 @@ _RESERVED = frozenset({0x000, 0x080, 0x100})
 """NMT, SYNC, TIME."""
 
 
-def map_pdos(sdo: SdoAccess, node: int, control_signal: MappedObject, interpolated: bool) -> None:
+def map_pdos(
+    sdo: SdoAccess,
+    node: int,
+    control_signal: MappedObject,
+    interpolated: bool,
+    velocity: MappedObject | None = None,
+) -> None:
     """Map one RPDO and as many TPDOs as the cycle needs; switch every other PDO off.
 
     Raises:
-        DriveError: a refused or changed value; the control signal has no possible width.
+        DriveError: a refused or changed value; control signal or velocity has no possible width.
     """
-    tpdos = tpdo_objects(control_signal)
+    tpdos = tpdo_objects(control_signal, velocity)
     silence_pdos(sdo, objects.RPDO_COMMUNICATION, used=1)
     silence_pdos(sdo, objects.TPDO_COMMUNICATION, used=len(tpdos))
     _map(

@@ -55,6 +55,11 @@ class Drive:
         self._send = send
         signal = robot.drive[axis].control_signal
         self._control_key = (signal.index, signal.subindex)
+        velocity = robot.drive[axis].velocity
+        self._velocity_units = {(0x606C, 0): 1.0}
+        """Objects that tell the velocity, with encoder counts per second in one unit of each."""
+        if velocity is not None:
+            self._velocity_units[velocity.index, velocity.subindex] = velocity.counts_per_second
         self._counts_per_unit = abs(float(robot.counts_per_output_unit[axis]))
         self._next_heartbeat = 0.0
         saturation = robot.controller.saturation[axis] / signal.per_count
@@ -63,6 +68,8 @@ class Drive:
         self._zero = None if robot.drive[axis].position_reference == "homing" else 0
         """Encoder counts at which the drive reads 0; where it forgets them, it wakes up at 0."""
         self._encoder = 0
+        self._speed = 0.0
+        """Encoder counts per second, as of the latest SYNC period."""
         self.changed_values: dict[tuple[int, int], int] = {}
         """Objects that this device has otherwise than the EDS says, after every reset."""
         self._start()
@@ -75,6 +82,9 @@ class Drive:
         if not dictionary.has(*self._control_key):
             width = "h" if control_signal_bits(self._robot, self._axis) == 16 else "i"
             dictionary.add(Entry(*self._control_key, width, "ro", 0, None, None, mappable=True))
+        for key in self._velocity_units:
+            if not dictionary.has(*key):
+                dictionary.add(Entry(*key, "i", "ro", 0, None, None, mappable=True))
         set_parameters(dictionary, self._robot, self._axis, self._serial)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
         dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
@@ -216,12 +226,13 @@ class Drive:
         home = self.homing.watch(position)
         if home is not None or self._zero is None:
             self._zero = position if home is None else home
-        speed = (position - self._encoder) / self.sync_period
+        self._speed = (position - self._encoder) / self.sync_period
         self._encoder = position
         position, set_point = position - self._zero, set_point - self._zero
         dictionary.set(0x6062, 0, set_point)
         dictionary.set(0x6064, 0, position)
-        dictionary.set(0x606C, 0, round(max(-(2.0**31), min(speed, 2.0**31 - 1))))
+        for key, unit in self._velocity_units.items():
+            dictionary.set(*key, round(max(-(2.0**31), min(self._speed / unit, 2.0**31 - 1))))
         dictionary.set(0x60F4, 0, set_point - position)
         dictionary.set(*self._control_key, control_signal)
         self._watch_following_error(abs(set_point - position))
@@ -289,7 +300,7 @@ class Drive:
 
     @property
     def _stands(self) -> bool:
-        return abs(self.dictionary.integer(0x606C)) / self._counts_per_unit < _STANDSTILL_SPEED
+        return abs(self._speed) / self._counts_per_unit < _STANDSTILL_SPEED
 
     @property
     def _interpolating(self) -> bool:

@@ -21,7 +21,7 @@ from drivers.bus.channel import Channel
 from drivers.bus.error_frames import ERROR_FLAG
 from drivers.cia402 import objects
 from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
-from drivers.cyclic.layout import DriveLink
+from drivers.cyclic.layout import DriveLink, second_tpdo_cob_id
 from drivers.cyclic.loop import Loop
 from drivers.cyclic.requests import Request
 from drivers.cyclic.ring import Ring
@@ -29,6 +29,7 @@ from drivers.cyclic.samples import StreamResult
 from drivers.setup.guarding import consumer_word
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.group import DriveGroup
+from drivers.simulated.parameters import control_signal_bits
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.truth import PlantTruth
 from drivers.units import Units
@@ -38,6 +39,7 @@ from robots.arrays import FloatArray
 CHANNEL = Channel("virtual", "in-process")
 _NMT_START = bytes([0x01, 0x00])
 _RING_ROWS = 1 << 16
+_VELOCITY_BITS = 32
 
 
 class MasterKilled(Exception):
@@ -111,6 +113,9 @@ class InProcessBus(can.BusABC):
             deadline = round(1000 * watch_seconds).to_bytes(2, "little")
             drive.dictionary.write(objects.RPDO_COMMUNICATION, 5, deadline)
             drive.dictionary.write(objects.ABORT_OPTION, 0, (1).to_bytes(2, "little"))
+            if drive.dictionary.integer(objects.TPDO_MAPPING + 1, 0):
+                cob_id = second_tpdo_cob_id(drive.node_id)
+                drive.dictionary.write(objects.TPDO_COMMUNICATION + 1, 1, cob_id.to_bytes(4, "little"))
         self.group.receive(0x000, _NMT_START, self.now)
 
     @property
@@ -216,8 +221,15 @@ def _job(robot: Robot, reference: FloatArray, budgets: Budgets) -> Job:
         channel=CHANNEL,
         bitrate=robot.bus.bitrate,
         links=tuple(
-            DriveLink(drive.node_id, f"drive of joint {joint.name}", heartbeat=0.1, watches=True)
-            for joint, drive in zip(robot.joint, robot.drive, strict=True)
+            DriveLink(
+                drive.node_id,
+                f"drive of joint {joint.name}",
+                control_signal_bits=control_signal_bits(robot, axis),
+                velocity_bits=0 if drive.velocity is None else _VELOCITY_BITS,
+                heartbeat=0.1,
+                watches=True,
+            )
+            for axis, (joint, drive) in enumerate(zip(robot.joint, robot.drive, strict=True))
         ),
         cycle_time=robot.bus.cycle_time,
         units=units,

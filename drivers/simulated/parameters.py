@@ -54,12 +54,17 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
     dictionary.set(0x6076, 0, _uint32(rated * 1000))
     signal = drive.control_signal
     word = signal.index << 16 | signal.subindex << 8
+    second = []
     if control_signal_bits(robot, axis) == _FITTING_BITS:
         dictionary.set(0x1A00, 3, word | _FITTING_BITS)
     else:
         dictionary.set(0x1A00, 0, 2)
-        dictionary.set(0x1A01, 1, word | _WIDE_BITS)
-        dictionary.set(0x1A01, 0, 1)
+        second.append(word | _WIDE_BITS)
+    if drive.velocity is not None:
+        second.append(drive.velocity.index << 16 | drive.velocity.subindex << 8 | _WIDE_BITS)
+    for number, entry in enumerate(second, start=1):
+        dictionary.set(0x1A01, number, entry)
+    dictionary.set(0x1A01, 0, len(second))
     _set_period(dictionary, robot.bus.cycle_time)
 
 

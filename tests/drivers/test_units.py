@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,7 @@ from drivers import DriveError
 from drivers.cyclic.layout import MappedObject, tpdo_layouts, tpdo_objects
 from drivers.units import Units
 from robots import Robot
+from robots.description import VelocityObject
 
 FACTORS = st.floats(1.0, 1e6) | st.floats(-1e6, -1.0)
 
@@ -70,5 +73,34 @@ def test_mapping_words_and_the_room_in_a_tpdo() -> None:
     words = [[e.word for e in entries] for entries in tpdo_objects(MappedObject(0x30D1, 2, 32))]
     assert words == [[0x60410010, 0x60640020], [0x30D10220]], "a second one where the first is full"
     assert [layout.size for layout in tpdo_layouts(32)] == [6, 4]
+    velocity = MappedObject(0x606C, 0, 32)
+    words = [[e.word for e in entries] for entries in tpdo_objects(MappedObject(0x6077, 0, 16), velocity)]
+    assert words == [[0x60410010, 0x60640020, 0x60770010], [0x606C0020]]
+    assert [layout.size for layout in tpdo_layouts(16, 32)] == [8, 4]
+    words = [[e.word for e in entries] for entries in tpdo_objects(MappedObject(0x30D1, 2, 32), velocity)]
+    assert words == [[0x60410010, 0x60640020], [0x30D10220, 0x606C0020]]
+    assert [layout.size for layout in tpdo_layouts(32, 32)] == [6, 8]
+    with pytest.raises(DriveError, match="velocity object 606C:00 has 64 bits; allowed: 8, 16, 32"):
+        tpdo_objects(MappedObject(0x6077, 0, 16), MappedObject(0x606C, 0, 64))
     with pytest.raises(DriveError, match="30D1:02 has 24 bits; allowed: 8, 16, 32"):
         tpdo_objects(MappedObject(0x30D1, 2, 24))
+
+
+def test_velocities_go_the_way_of_positions(tx40: Robot) -> None:
+    """In rev/min of the motor, signs, gears and the coupled wrist as for positions."""
+    rate = np.array([0.3, -1.2, 0.7, 2.0, -0.4, 1.1])
+    per_minute = tuple(VelocityObject(counts_per_second=d.encoder_counts / 60) for d in tx40.drive)
+    told = with_velocity(tx40, per_minute)
+    motors = tx40.transmission_matrix @ rate * tx40.counts_per_output_unit
+    raw = motors / [v.counts_per_second for v in per_minute]
+    np.testing.assert_allclose(Units.of(told).velocity(raw), rate, rtol=1e-12)
+    # Joint 6 is moved by the drives of joints 5 and 6.
+    some = Units.of(with_velocity(tx40, (*per_minute[:4], None, per_minute[5]))).velocity(raw)
+    np.testing.assert_allclose(some[:4], rate[:4], rtol=1e-12)
+    assert np.isnan(some[4:]).all()
+    assert np.isnan(Units.of(tx40).velocity(raw)).all()
+
+
+def with_velocity(robot: Robot, velocities: Sequence[VelocityObject | None]) -> Robot:
+    pairs = zip(robot.drive, velocities, strict=True)
+    return robot.model_copy(update={"drive": tuple(d.model_copy(update={"velocity": v}) for d, v in pairs)})

@@ -24,6 +24,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "### identity": description.Identity,
     "### homing": description.HomingSearch,
     "### brake": description.Brake,
+    "### velocity": description.VelocityObject,
     "### temperature": description.TemperatureObject,
     "## [controller]": robots.Controller,
     "## [bus]": robots.Bus,

@@ -49,7 +49,9 @@ def assert_true(capture: Capture) -> None:
     assert np.array_equal(cycles, np.unique(cycles))
     expected = samples(0, CYCLES)
     for field in fields(Samples):
-        assert np.array_equal(getattr(capture.samples, field.name), getattr(expected, field.name)[cycles])
+        np.testing.assert_array_equal(
+            getattr(capture.samples, field.name), getattr(expected, field.name)[cycles], strict=True
+        )
     told = {cycle for gap in capture.damage.gaps for cycle in range(gap.first, gap.last + 1)}
     end = CYCLES if capture.outcome is not None else int(cycles[-1]) + 1
     assert told == set(range(end)) - set(cycles.tolist())

@@ -9,7 +9,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from daq.exporting.export import export_capture
 from daq.recording.capture import OUTCOME, Capture, CaptureError, Gap
 from daq.recording.frames import Frames
 from daq.recording.reader import read_capture, read_frames
@@ -35,6 +36,7 @@ from daq.recording.topics import (
 )
 from drivers import Samples
 from robots import Robot
+from robots.description import VelocityObject
 from tests.daq.captures import BATCH, PERIOD, facts, outcome, record, record_cycles, samples, traffic
 
 PROCESS = Path(__file__).with_name("recording_process.py")
@@ -44,8 +46,7 @@ LARGEST_LOSS = 0.3
 def assert_same(found: Samples, expected: Samples) -> None:
     for field in fields(Samples):
         mine, theirs = getattr(found, field.name), getattr(expected, field.name)
-        assert mine.dtype == theirs.dtype, field.name
-        assert np.array_equal(mine, theirs), field.name
+        np.testing.assert_array_equal(mine, theirs, field.name, strict=True)
 
 
 def assert_whole(capture: Capture, cycles: int) -> None:
@@ -69,6 +70,26 @@ def test_what_is_recorded_is_read_back(tmp_path: Path, tx40: Robot, monkeypatch:
 def test_one_axis(tmp_path: Path, emps: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     capture = read_capture(record_cycles(tmp_path / "run.mcap", emps, 120, monkeypatch))
     assert_same(capture.samples, samples(0, 120, joints=1))
+
+
+def test_velocities_are_recorded_where_drives_send_them(
+    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sending = tx40.model_copy(
+        update={"drive": tuple(d.model_copy(update={"velocity": VelocityObject()}) for d in tx40.drive)}
+    )
+    plain = samples(0, 60)
+    given = replace(plain, velocity=np.cos(plain.position) * 3.0)
+    given.velocity[7, 2] = np.nan
+    path = record(tmp_path / "run.mcap", sending, [given], monkeypatch)
+    assert_same(read_capture(path).samples, given)
+    measured = [decoded for _, decoded in decoded_by_mcap(path)[MEASURED_TOPIC]]
+    np.testing.assert_array_equal([m.velocity for m in measured], given.velocity)
+    exported = np.genfromtxt(export_capture(path, "csv").path, delimiter=",", names=True)
+    np.testing.assert_array_equal(exported["qd_joint_3"], given.velocity[:, 2])
+    without = record(tmp_path / "without.mcap", tx40, [given], monkeypatch)
+    assert np.isnan(read_capture(without).samples.velocity).all()
+    assert "qd_joint_3" not in export_capture(without, "csv").path.read_text().splitlines()[0]
 
 
 def decoded_by_mcap(path: Path) -> dict[str, list[tuple[Any, Any]]]:

@@ -45,7 +45,7 @@ def assert_recovered(source: Path, out: Path) -> int:
     cycles = capture.samples.cycle
     for field in fields(Samples):
         expected = getattr(samples(0, CYCLES), field.name)[cycles]
-        assert np.array_equal(getattr(capture.samples, field.name), expected)
+        np.testing.assert_array_equal(getattr(capture.samples, field.name), expected, strict=True)
     told = {cycle for gap in capture.damage.gaps for cycle in range(gap.first, gap.last + 1)}
     end = CYCLES if capture.outcome is not None else int(cycles[-1]) + 1
     assert told == set(range(end)) - set(cycles.tolist())

@@ -13,7 +13,7 @@ from tests.drivers.fake_arm import Clock
 
 
 def row(k: int) -> tuple[float, ...]:
-    return (k, k * 0.5, k + 1, k + 2, -k, -k - 1, 3, 4, 0xFFFF, 1, True, False)
+    return (k, k * 0.5, k + 1, k + 2, -k, -k - 1, 3, 4, 7 - k, 8, 0xFFFF, 1, True, False)
 
 
 def test_rows_come_back_as_written_also_around_the_end() -> None:
@@ -26,6 +26,7 @@ def test_rows_come_back_as_written_also_around_the_end() -> None:
     rows = np.concatenate([*seen, ring.read()])
     assert rows["cycle"].tolist() == list(range(11))
     assert rows["position"].tolist() == [[-k, -k - 1] for k in range(11)]
+    assert rows["velocity"].tolist() == [[7 - k, 8] for k in range(11)]
     assert rows["statusword"][0].tolist() == [0xFFFF, 1]
     assert rows["complete"][5].tolist() == [True, False]
     ring.close()

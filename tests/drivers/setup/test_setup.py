@@ -21,7 +21,7 @@ from drivers.simulated.object_dictionary import EDS_PATH
 from drivers.simulated.process import frame_sender, serve
 from drivers.simulated.truth import nominal_truth
 from robots import Robot
-from robots.description import ControlSignal, Identity
+from robots.description import ControlSignal, Identity, VelocityObject
 
 Change = Callable[[DriveGroup], None]
 
@@ -286,6 +286,19 @@ def test_a_wide_control_signal_has_a_tpdo_of_its_own(tx40: Robot, channel: Chann
             assert drive.second_tpdo.cob_id == 0x280 + drive.node_id and drive.second_tpdo.valid
             assert drive.second_tpdo.maps(0x30D1) and not drive.tpdo.maps(0x30D1)
         assert session.bus_budget().bits_per_cycle == 55 + 6 * (115 + 115 + 95)
+
+
+def test_a_velocity_that_is_to_be_recorded_has_the_second_tpdo(tx40: Robot, channel: Channel) -> None:
+    fast = drives_changed(tx40, velocity=VelocityObject())
+    with drives(fast, channel) as group, ArmSession(fast, channel) as session:
+        assert {report.velocity_bits for report in session.drives} == {32}
+        for drive in group.drives:
+            assert drive.second_tpdo.cob_id == 0x280 + drive.node_id and drive.second_tpdo.valid
+            assert drive.second_tpdo.maps(0x606C) and drive.tpdo.maps(0x6077)
+        assert session.bus_budget().bits_per_cycle == 55 + 6 * (115 + 135 + 95)
+    full = fast.model_copy(update={"bus": fast.bus.model_copy(update={"bitrate": 500_000})})
+    with drives(full, channel), pytest.raises(DriveError, match="loads a bus of 500 kbit/s"):
+        ArmSession(full, channel).open()
 
 
 def test_a_bus_that_would_be_too_full_is_refused(tx40: Robot, channel: Channel) -> None:
