@@ -10,6 +10,7 @@ from scipy import stats
 
 from ident.drift.change_point import change_shape, find_change
 from ident.drift.geometry import Geometry
+from ident.drift.learning import beyond_warmth
 from ident.drift.naming import Explained, effect_amounts, explain
 from ident.drift.patterns import Pattern, patterns_of
 from ident.drift.run_to_run import run_to_run_covariance, temperature_slopes
@@ -93,15 +94,19 @@ def _learning(
     patterns: Sequence[Pattern],
     settings: DriftSettings,
 ) -> Comparison:
-    """Two runs and their covariances: told where significant *and* large, since arms vary from run to run."""
+    """Two runs and their covariances: told where significant *and* large, since arms vary from run to run.
+
+    What most of all varies is friction, with the temperature of gears whose slopes are not known yet: only
+    what lies beyond the warmth that there may be counts as large.
+    """
     tonight = series.nights[-1]
     covariance = tonight.covariance + baseline.covariance
     wald = _one_run(baseline, tonight)
     change = tonight.values - baseline.values
     level = settings.false_alarms_per_year / settings.nights_per_year
     torque, usual = geometry.torque_rms(change), geometry.torque_rms(geometry.beta)
-    large = bool((torque > settings.tolerance * usual).any())
-    changed = large and wald.p_value < level
+    beyond = geometry.torque_rms(beyond_warmth(change, baseline, tonight, geometry, patterns, settings))
+    changed = bool((beyond > settings.tolerance * usual).any()) and wald.p_value < level
     explained = explain(change, covariance, patterns, geometry, settings.level) if changed else None
     moved = _parameters(change, covariance, geometry, settings.level, None) if changed else ()
     return _comparison(
@@ -319,7 +324,8 @@ def _comparison(
         alarms=() if watched is None or state == "unchanged" else watched.alarms,
         torque_change=torque,
         torque_rms=geometry.torque_rms(geometry.beta),
-        large=bool((torque > settings.tolerance * geometry.torque_rms(geometry.beta)).any()),
+        large=state == "changed"
+        and bool((torque > settings.tolerance * geometry.torque_rms(geometry.beta)).any()),
         unexplained=None if explained is None else explained.unexplained,
     )
     learned = sum(night.clean for night in series.nights[:-1])

@@ -47,6 +47,9 @@ class DriftSettings:
             up to which a change is only a warning.
         negligible: the same share, below which a change is not worth a word however sure it is: what a
             smooth temperature model leaves over a year is of that size.
+        friction_per_kelvin: relative change of friction that an arm which is still being learned may show
+            for each kelvin.
+        unknown_warmth: difference of temperature that is allowed for where none is recorded, K.
         thermometer_sigma: by how much the gears' temperature may differ from what was recorded, K.
         level: of the tests that name what has moved, after correction for how many were tried.
     """
@@ -56,6 +59,8 @@ class DriftSettings:
     learning_nights: int = 30
     tolerance: float = 0.05
     negligible: float = 0.002
+    friction_per_kelvin: float = 0.02
+    unknown_warmth: float = 15.0
     thermometer_sigma: float = 3.0
     level: float = 0.01
 
@@ -159,7 +164,7 @@ class Comparison:
         alarms: charts beyond their threshold.
         torque_change: (n,) rms change of the torque on the trajectory per joint, N·m (or N).
         torque_rms: (n,) of the torque itself there.
-        large: whether that is beyond the tolerance on some joint.
+        large: whether something has moved, and by more than the tolerance on some joint.
         unexplained: test of what the named changes leave; None where nothing was named.
     """
 

@@ -101,6 +101,23 @@ def test_while_learning_only_large_changes_are_told(made: Geometry) -> None:
     assert found.changes[0].words == "drive gain of joint 3"
 
 
+def test_while_learning_warmth_is_no_change_and_more_than_warmth_is(made: Geometry) -> None:
+    """Five nights in, 10 K colder: friction higher by 1.5 % a kelvin is no news, by 9 % a kelvin it is."""
+    friction = np.array([name.startswith("F") for name in made.base.names])
+    usual = made.torque_rms(made.beta)
+    for per_kelvin, state in ((0.015, "unchanged"), (0.09, "changed")):
+        change = made.beta * friction * 10.0 * per_kelvin
+        assert (made.torque_rms(change) > DriftSettings().tolerance * usual).any()
+        nights = draw_nights(made, 5, 4, change=change, first=4, per_kelvin=0.0)
+        assert nights[0].celsius is not None
+        nights[-1] = replace(nights[-1], celsius=nights[0].celsius - 10.0)
+        found = compare(nights[0], nights[1:], made)
+        assert (found.stage, found.state) == ("learning", state)
+        assert found.large == (state == "changed")
+        blind = [replace(night, celsius=None) for night in nights]
+        assert compare(blind[0], blind[1:], made).state == state
+
+
 def test_temperature_is_no_change(made: Geometry) -> None:
     """A cold night beyond those seen so far: alarms without the temperatures, none with them."""
     nights = draw_nights(made, NIGHTS, 5)
