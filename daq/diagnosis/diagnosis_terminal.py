@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.diagnosis.blind_spots import BlindSpot
-from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation, share_words
+from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation, share_words, spaced
 from daq.diagnosis.telling_apart import TellingApart
 from daq.report.numbers import percent, probability, significant, with_sigma
 from ident.discrepancy import Diagnosis, Finding, Gap
@@ -78,7 +78,9 @@ def _print_apart(console: Console, item: TellingApart) -> None:
         words = f"Planned a motion that tells them apart: correlation of each pair {pairs}"
         console.print(words, highlight=False, markup=False)
     for pair in item.unsettled:
-        words = f"Motion alone does not tell {pair.first} from {pair.second}: {pair.settled_by}"
+        words = (
+            f"Motion alone does not tell {spaced(pair.first)} from {spaced(pair.second)}: {pair.settled_by}"
+        )
         console.print(words, highlight=False, markup=False)
 
 
@@ -113,7 +115,7 @@ def _table(title: str, *headings: str) -> Table:
 def _finding_table(number: int, finding: Finding) -> Table:
     place = "arm" if not finding.joints else "joint " + ", ".join(map(str, finding.joints))
     title = (
-        f"Finding {number}: {finding.effect.replace('_', ' ')} at {place}"
+        f"Finding {number}: {spaced(finding.effect)} at {place}"
         f" ({probability(finding.p_value)}, closes {percent(100 * finding.held_out_gain)} of the gap)"
     )
     table = _table(title, "parameter", "value", "σ", "unit")
@@ -129,7 +131,9 @@ def _ranking_table(finding: Finding) -> Table:
         mark = "cannot be told apart" if candidate.words() in alike else ""
         if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
             mark = "named"
-        table.add_row(candidate.words(), significant(candidate.score), share_words(candidate.explained), mark)
+        table.add_row(
+            spaced(candidate.words()), significant(candidate.score), share_words(candidate.explained), mark
+        )
     return table
 
 

@@ -18,9 +18,18 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing is missing that this data can show"
     if diagnosis.verdict == "unnamed":
         return "Something is missing, and nothing in the vocabulary is it"
-    words = "; ".join(_short(finding) for finding in found).replace(" -", " −")
-    closed = explained_words(diagnosis)
-    return f"{words[0].upper()}{words[1:]}{closed}"
+    words = "; ".join(_short(finding) for finding in found)
+    return sentence_of(f"{words}{explained_words(diagnosis)}")
+
+
+def sentence_of(words: str) -> str:
+    """With a capital letter, and minus signs that are some."""
+    return f"{words[0].upper()}{words[1:]}".replace(" -", " −")
+
+
+def spaced(words: str) -> str:
+    """Names of effects as words."""
+    return words.replace("_", " ")
 
 
 def _short(finding: Finding) -> str:
@@ -63,12 +72,12 @@ def recommendation(diagnosis: Diagnosis) -> str:
 
 
 def _cannot_tell(finding: Finding) -> str:
-    others = ", ".join(candidate.words() for candidate in finding.indistinguishable_from[:5])
+    others = ", ".join(spaced(candidate.words()) for candidate in finding.indistinguishable_from[:5])
     more = len(finding.indistinguishable_from) - 5
     rest = f" and {more} more" if more > 0 else ""
     first = finding.indistinguishable_from[0]
     return (
-        f"This data cannot tell {finding.effect.replace('_', ' ')} from {others}{rest}."
+        f"This data cannot tell {spaced(finding.effect)} from {others}{rest}."
         " Drive the discriminating trajectory, if there is one, or settle it without:"
         f" {settled_by((finding.effect, *first.effects))}."
     )

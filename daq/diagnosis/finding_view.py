@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from daq.diagnosis.diagnosis_json import trajectory_name
+from daq.diagnosis.diagnosis_words import sentence_of, spaced
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
 from daq.diagnosis.joint_units import torque_units
 from daq.diagnosis.plots import Plot, portrait_plot
@@ -66,7 +67,7 @@ def finding_view(
     pictures = series.portraits[number - 1]
     return FindingView(
         number=number,
-        words=finding.words(),
+        words=sentence_of(finding.words()),
         sentence=finding.sentence,
         mode=_MODES[finding.mode],
         p_value=probability(finding.p_value),
@@ -97,6 +98,10 @@ def _pairs(apart: TellingApart | None) -> tuple[tuple[str, str, str], ...]:
         return ()
     found = apart.discrimination
     return tuple(
-        (f"{last.first} – {last.second}", correlation(first.correlation), correlation(last.correlation))
+        (
+            spaced(f"{last.first} – {last.second}"),
+            correlation(first.correlation),
+            correlation(last.correlation),
+        )
         for first, last in zip(found.separation_before, found.separation_after, strict=True)
     )

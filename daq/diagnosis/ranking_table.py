@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from daq.diagnosis.diagnosis_words import share_words
+from daq.diagnosis.diagnosis_words import share_words, spaced
 from daq.report.numbers import significant
 from ident.discrepancy import Candidate, Finding
 from ident.effects.vocabulary import family_named
@@ -42,7 +42,9 @@ def ranking_rows(finding: Finding) -> tuple[RankRow, ...]:
             f'<line x1="{bound:.1f}%" x2="{bound:.1f}%" y1="0" y2="18"/></svg>'
         )
         rows.append(
-            RankRow(words, significant(candidate.score), share_words(candidate.explained), picture, state)
+            RankRow(
+                spaced(words), significant(candidate.score), share_words(candidate.explained), picture, state
+            )
         )
     return tuple(rows)
 

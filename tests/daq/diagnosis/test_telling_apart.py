@@ -119,5 +119,5 @@ def test_an_ambiguous_finding_is_told_with_what_settles_it(stage: Stage) -> None
     )
     diagnosis: Any = SimpleNamespace(verdict="ambiguous", findings=(finding,))
     words = recommendation(diagnosis)
-    assert words.startswith("This data cannot tell backlash from joint_elasticity (joint 1).")
+    assert words.startswith("This data cannot tell backlash from joint elasticity (joint 1).")
     assert "play moves without force" in words
