@@ -13,6 +13,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import sha256_of
 from daq.catalogue.values import Arm, Baseline, CatalogueError
 from daq.catalogue.who import is_gone
+from daq.check.commissioned import require_commissioned
 from daq.check.request import CheckError, CheckRequest
 from daq.check.simulated_night import with_own_noise
 from daq.files.trajectory_file import SUFFIX, write_trajectory
@@ -80,6 +81,9 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
             require_own_baseline(known, baseline, sha256_of(robot.source_text))
         with steps.step("Preflight"):
             motion, warnings = _motion(request, arm, known, baseline)
+            if not request.arm.simulated:
+                sha256 = None if motion is None else motion.sha256
+                require_commissioned(catalogue, known, arm.identity, sha256)
         if motion is None:
             motion = _planned(request, arm, steps)
         refuse_undrivable(robot, motion.trajectory, motion.file)

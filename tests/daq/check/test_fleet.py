@@ -1,64 +1,136 @@
-"""Several simulated arms on buses of their own: the same numbers one at a time, at once, and through dask."""
+"""Eight simulated arms: the same verdicts and numbers one at a time, at once, and through dask.
+
+A stream takes its time on a clock, so what is the same here is what follows from it: the same captures give
+the same models, comparisons and verdicts bit for bit. ``benchmarks/fleet.py`` streams eight arms over buses.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from daq.catalogue import arms, baselines, runs
 from daq.catalogue.database import Catalogue
-from daq.check.analysis import AnalysisOrder, analyse_all
+from daq.check import check as check_module
+from daq.check.analysis import AnalysisOrder, analyse
 from daq.check.fleet import Fleet, FleetArm
-from daq.check.fleet_run import check_fleet
-from daq.check.request import CheckResult
+from daq.check.fleet_run import FleetChecked, check_fleet
+from daq.check.judged import comparison_json
+from daq.check.request import CheckResult, Verdict
 from drivers import Channel
 from ident.drift import DriftSettings
+from robots import Robot
+from tests.daq.check.offline_arms import record_offline, write_motion
 
-ARMS = 3
+ARMS = 8
+FAULTY = 5
+LOST_GAIN = "[[drive_gain_error]]\ndrive = 1\nchange = -0.2\n"
 
 
-def test_a_fleet_at_once_and_one_at_a_time(
-    new_channel: Callable[[], Channel], tmp_path: Path, no_leftovers: None
-) -> None:
-    channels = [new_channel() for _ in range(ARMS)]
-    listed = [
-        FleetArm(robot="emps", interface=c.interface, channel=c.name, simulated=True, seed=k)
-        for k, c in enumerate(channels)
-    ]
-    broken = FleetArm(robot="emps", interface="virtual", channel="nowhere", simulated=True)
-    fleet = Fleet(format=1, arm=(*listed, broken))
-    with Catalogue() as catalogue:
-        done = check_fleet(
-            fleet,
-            catalogue,
-            tmp_path,
-            DriftSettings(),
-            None,
-            at_once=1,
-            jobs=2,
-            backend="loky",
-            duration=4.0,
-            evaluations=300,
+def fleet_of(motion: Path, scenario: Path | None = None) -> Fleet:
+    listed = tuple(
+        FleetArm(
+            robot="emps",
+            interface="udp_multicast",
+            channel=f"239.74.0.{k + 1}:19999",
+            simulated=True,
+            seed=k,
+            trajectory=str(motion),
+            scenario=str(scenario) if scenario is not None and k == FAULTY else None,
         )
-    assert [isinstance(one, CheckResult) for one in done.outcomes] == [True] * ARMS + [False]
-    assert done.exit_code == 2 and "lives inside one process" in str(done.outcomes[-1])
-    assert len({result.arm for result in done.results}) == ARMS
-    orders = [AnalysisOrder("emps", result.capture) for result in done.results]
-    alone = analyse_all(orders, "sequential", 1)
-    for result, again in zip(done.results, alone, strict=True):
-        np.testing.assert_array_equal(result.fitted.least_squares.beta, again.least_squares.beta)
-        np.testing.assert_array_equal(result.fitted.least_squares.covariance, again.least_squares.covariance)
-    _through_dask(orders, alone)
+        for k in range(ARMS)
+    )
+    return Fleet(format=1, arm=listed)
 
 
-def _through_dask(orders: list[AnalysisOrder], alone: Sequence[object]) -> None:
+def two_nights(folder: Path, motion: Path, backend: str, at_once: int) -> FleetChecked:
+    """A first night that is accepted, and a second one on which one arm has lost a fifth of its gain."""
+    folder.mkdir()
+    scenario = folder / "scenario.toml"
+    scenario.write_text(f"format = 1\n{LOST_GAIN}")
+    with Catalogue(str(folder / "catalogue.db")) as catalogue:
+
+        def night(fleet: Fleet, name: str) -> FleetChecked:
+            return check_fleet(
+                fleet,
+                catalogue,
+                folder / name,
+                DriftSettings(),
+                None,
+                at_once=at_once,
+                jobs=2,
+                backend=backend,
+            )
+
+        first = night(fleet_of(motion), "first")
+        assert [one.verdict for one in first.results] == [Verdict.UNKNOWN] * ARMS, first.outcomes
+        for result in first.results:
+            baselines.accept(catalogue, result.model, "Ada", "first night", None)
+        second = night(fleet_of(motion, scenario), "second")
+        assert len(arms.every(catalogue)) == ARMS and len(runs.every(catalogue)) == 2 * ARMS
+        assert {run.state for run in runs.every(catalogue)} == {"finished"}
+    return second
+
+
+def require_same(found: FleetChecked, alone: FleetChecked) -> None:
+    for one, other in zip(found.results, alone.results, strict=True):
+        for estimate, again in zip(one.fitted.result.estimates, other.fitted.result.estimates, strict=True):
+            np.testing.assert_array_equal(estimate.values, again.values)
+            np.testing.assert_array_equal(estimate.covariance, again.covariance)
+        assert (one.verdict, one.sentence) == (other.verdict, other.sentence)
+        assert one.comparison is not None and other.comparison is not None
+        assert comparison_json(one.comparison) == comparison_json(other.comparison)
+
+
+def test_eight_arms_at_once_and_one_at_a_time(
+    emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, no_leftovers: None
+) -> None:
+    monkeypatch.setattr(check_module, "record_check", record_offline)
+    motion = write_motion(emps, tmp_path, 2.5)
+    alone = two_nights(tmp_path / "alone", motion, "sequential", 1)
+    verdicts = [one.verdict for one in alone.results]
+    assert verdicts[FAULTY] is Verdict.FAILED and verdicts.count(Verdict.OK) == ARMS - 1
+    assert "drive gain of joint 1 -2" in alone.results[FAULTY].sentence
+    assert len({tuple(one.fitted.least_squares.beta) for one in alone.results}) == ARMS
+
+    require_same(two_nights(tmp_path / "processes", motion, "loky", ARMS), alone)
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster),
     ):
-        found = analyse_all(orders, "dask", 2)
-    for one, again in zip(found, alone, strict=True):
-        np.testing.assert_array_equal(one.least_squares.beta, again.least_squares.beta)  # type: ignore[attr-defined]
+        require_same(two_nights(tmp_path / "dask", motion, "dask", ARMS), alone)
+
+
+def test_over_buses_one_that_fails_does_not_stop_the_others(
+    new_channel: Callable[[], Channel], tmp_path: Path, no_leftovers: None
+) -> None:
+    """Two arms stream at the same time on buses of their own, beside one that cannot be had."""
+    channels = [new_channel() for _ in range(2)]
+    listed = [
+        FleetArm(robot="emps", interface=c.interface, channel=c.name, simulated=True, seed=k)
+        for k, c in enumerate(channels)
+    ]
+    broken = FleetArm(robot="emps", interface="virtual", channel="nowhere", simulated=True)
+    with Catalogue() as catalogue:
+        done = check_fleet(
+            Fleet(format=1, arm=(*listed, broken)),
+            catalogue,
+            tmp_path,
+            DriftSettings(),
+            None,
+            at_once=2,
+            jobs=2,
+            backend="loky",
+            duration=4.0,
+            evaluations=300,
+        )
+    assert [isinstance(one, CheckResult) for one in done.outcomes] == [True, True, False], done.outcomes
+    assert done.exit_code == 2 and "lives inside one process" in str(done.outcomes[-1])
+    assert len({result.arm for result in done.results}) == 2
+    again = [analyse(AnalysisOrder("emps", result.capture)) for result in done.results]
+    for result, fitted in zip(done.results, again, strict=True):
+        np.testing.assert_array_equal(result.fitted.least_squares.beta, fitted.least_squares.beta)

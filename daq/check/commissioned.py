@@ -1,0 +1,39 @@
+"""A check drives a real arm only where it was commissioned: the same drives, description and trajectory."""
+
+from __future__ import annotations
+
+from daq.catalogue import runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import Arm, ArmIdentity
+from daq.check.request import CheckError
+from daq.session.stages import status
+
+_LAST = "full run"
+
+
+def require_commissioned(catalogue: Catalogue, arm: Arm, identity: ArmIdentity, sha256: str | None) -> None:
+    """Has this trajectory been driven as planned on this arm, after every stage before that?
+
+    Args:
+        catalogue: where passes are kept.
+        arm: in it.
+        identity: of the arm with its description as it is now.
+        sha256: of the trajectory's file; None where there is no trajectory yet.
+
+    Raises:
+        CheckError: it has not; says what to do.
+    """
+    if sha256 is None:
+        raise CheckError(
+            f"arm {arm.label}: no trajectory has been accepted for it; go through `armhil commission`, then"
+            " check with the --trajectory that it has passed with"
+        )
+    of_arm = runs.every(catalogue, arm=arm.label, kind="commission")
+    for cell in sorted({str(run.facts.get("cell_sha256", "")) for run in of_arm}):
+        stages = status(catalogue, identity, sha256, cell)
+        if any(stage.name == _LAST and stage.state == "passed" for stage in stages):
+            return
+    raise CheckError(
+        f"arm {arm.label}: this trajectory has not passed `armhil commission` on it, up to its {_LAST}, with"
+        " these drives and this description; go through that first"
+    )

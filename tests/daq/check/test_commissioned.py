@@ -1,0 +1,86 @@
+"""A check moves no real arm that has not been commissioned with that motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from daq.catalogue import arms, checks, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.identity import sha256_of
+from daq.catalogue.values import Arm, ArmIdentity
+from daq.check.commissioned import require_commissioned
+from daq.check.recorded import record_check
+from daq.check.request import CheckError, CheckRequest
+from daq.progress import Silent
+from daq.session.bench import ArmOrder
+from daq.session.recorded_runs import unconducted
+from daq.session.stages import STAGES, fingerprint
+from daq.session.watching import Nobody
+from drivers import Channel
+from drivers.simulated import SimulatedArm
+from robots import Robot
+from tests.daq.check.offline_arms import write_motion
+
+IDENTITY = ArmIdentity("emps", (7,), "d" * 64)
+SHA256 = "a" * 64
+
+
+def commissioned(catalogue: Catalogue, until: int, sha256: str = SHA256, cell: str = "") -> Arm:
+    for stage in STAGES[:until]:
+        facts = fingerprint(IDENTITY, sha256, cell)
+        run = runs.begin(catalogue, IDENTITY, "commission", stage=stage, facts=facts)
+        runs.finish(catalogue, run.id, "completed")
+    return arms.register(catalogue, IDENTITY)
+
+
+FULL = STAGES.index("full run") + 1
+
+
+@pytest.mark.parametrize("cell", ["", "c" * 64])
+def test_up_to_the_full_run(cell: str) -> None:
+    with Catalogue() as catalogue:
+        arm = commissioned(catalogue, FULL - 1, cell=cell)
+        with pytest.raises(CheckError, match="arm emps: this trajectory has not passed `armhil commission`"):
+            require_commissioned(catalogue, arm, IDENTITY, SHA256)
+        commissioned(catalogue, FULL, cell=cell)
+        require_commissioned(catalogue, arm, IDENTITY, SHA256)
+
+
+def test_what_it_does_not_count_for() -> None:
+    with Catalogue() as catalogue:
+        arm = commissioned(catalogue, FULL)
+        other_drives = replace(IDENTITY, serials=(8,))
+        other_description = replace(IDENTITY, description_sha256="e" * 64)
+        for identity, sha256 in ((other_drives, SHA256), (other_description, SHA256), (IDENTITY, "b" * 64)):
+            with pytest.raises(CheckError, match="has not passed"):
+                require_commissioned(catalogue, arm, identity, sha256)
+        with pytest.raises(CheckError, match="no trajectory has been accepted"):
+            require_commissioned(catalogue, arm, IDENTITY, None)
+
+
+def test_a_real_arm_stands_still(emps: Robot, channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
+    """Drives on a bus that nobody calls simulated: refused before anything moves, the lease given back."""
+    order = ArmOrder(emps, "emps", channel, new_arm=True)
+    motion = write_motion(emps, tmp_path, 2.5)
+    with Catalogue() as catalogue, SimulatedArm("emps", channel, 3):
+        for trajectory, said in ((None, "no trajectory has been accepted"), (motion, "has not passed")):
+            request = CheckRequest(order, tmp_path, catalogue, trajectory)
+            with pytest.raises(CheckError, match=said):
+                record_check(request, Silent(), Nobody(), unconducted)
+        (arm,) = arms.every(catalogue)
+        assert not arm.simulated and not runs.every(catalogue) and not checks.of_arm(catalogue, arm.id)
+        assert not list(tmp_path.glob("*.mcap"))
+        sha256 = sha256_of(motion.read_text(encoding="utf-8"))
+        identity = ArmIdentity(arm.name, arm.serials, arm.description_sha256)
+        for stage in STAGES[:FULL]:
+            run = runs.begin(
+                catalogue, identity, "commission", stage=stage, facts=fingerprint(identity, sha256)
+            )
+            runs.finish(catalogue, run.id, "completed")
+        recorded = record_check(
+            CheckRequest(order, tmp_path, catalogue, motion), Silent(), Nobody(), unconducted
+        )
+    assert recorded.capture.exists()
