@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.optimize import minimize
 
+from ident.discrepancy.bounded import DEPENDENT, within_bounds
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Trial, partialled
+from ident.discrepancy.loop import FINE, bristled
 from ident.discrepancy.present import Present
 from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
 from robots.arrays import BoolArray, FloatArray
 
 _EVALUATIONS = 40
-
-_DEPENDENT = 1e-6
-"""Of the products of unit columns: below it a direction of the parameters is not seen."""
+_SIMULATED = 10
+"""Evaluations per shape: of the search, and of its end by simulation of the loop."""
 
 _FACTOR_OF_ONE = ("joint_elasticity", "backlash")
 """Effects whose size is in their shape, so that their factor is 1 where the shape is right."""
@@ -84,37 +86,92 @@ def refine(
         exact: in closed loop, by simulation of the effects; else about.
     """
     shapes = [shape for component in components for shape in component.shapes(examination)]
-    free = np.array([not shape.fixed for shape in shapes], dtype=np.bool_)
-    start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
-    limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in shapes]
     best = list(components)
-    if free.any():
-        low, high = np.array(limits).T
+    if any(not shape.fixed for shape in shapes):
+        search = _ShapeSearch(examination, best, shapes, present)
+        start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
+        in_loop = exact and examination.loop is not None
+        point = search.best(start, 0.5, evaluations, exact=exact and not in_loop)
+        if in_loop:
+            # What a loop answers about finds the region; of that the simulation takes the best point.
+            starts = [*search.other_forms(point), *search.other_forms(start)]
+            losses = [search.loss(one, True) for one in starts]
+            nearest = starts[int(np.argmin(losses))]
+            point = search.best(nearest, 0.25, _SIMULATED, exact=True)
+        best = _at(components, shapes, point)
+    return _with_deviations(examination, best, shapes, present, exact)
 
-        def at(point: FloatArray) -> list[Component]:
-            whole = start.copy()
-            whole[free] = np.clip(point, low[free], high[free])
-            return _at(components, shapes, whole)
+
+@dataclass(frozen=True)
+class _ShapeSearch:
+    """Points are the shapes' inner values (s,); those of fixed shapes stay where a search starts."""
+
+    examination: Examination
+    components: Sequence[Component]
+    shapes: Sequence[Shape]
+    present: Present
+
+    def loss(self, point: FloatArray, exact: bool) -> float:
+        """Minus the gain; in closed loop, where exact, that of a simulation with all that was found."""
+        placed = _at(self.components, self.shapes, point)
+        if exact and self.examination.loop is not None:
+            return -_simulated_gain(self.examination, placed, self.present)
+        solved = _solve(self.examination, placed, self.present, exact=exact)
+        return 0.0 if solved is None else -solved[1]
+
+    def best(self, start: FloatArray, width: float, evaluations: int, exact: bool) -> FloatArray:
+        """The point that a simplex of so many steps of the grid finds (Nelder and Mead 1965)."""
+        free = np.array([not shape.fixed for shape in self.shapes], dtype=np.bool_)
+        limits = np.array([(_inner(s, s.lower), _inner(s, s.upper)) for s in self.shapes])[free]
+        steps = width * np.array([_grid_step(shape) for shape in self.shapes])[free]
+
+        def whole(point: FloatArray) -> FloatArray:
+            moved = start.copy()
+            moved[free] = np.clip(point, *limits.T)
+            return moved
 
         def loss(point: FloatArray) -> float:
-            placed = at(point)
-            # Many evaluations: what a loop answers about is enough to find the shape.
-            about = exact and examination.loop is None
-            solved = _solve(examination, placed, present, exact=about)
-            return 0.0 if solved is None else -solved[1]
+            return self.loss(whole(point), exact)
 
-        widths = np.array([_grid_step(shape) for shape in shapes])[free]
-        simplex = np.vstack([start[free], start[free] + np.diag(0.5 * widths)])
         found = minimize(
             loss,
             start[free],
             method="Nelder-Mead",
-            bounds=[limit for limit, loose in zip(limits, free, strict=True) if loose],
-            options={"maxfev": evaluations * int(free.sum()), "initial_simplex": simplex, "xatol": 1e-3},
+            bounds=[(float(low), float(high)) for low, high in limits],
+            options={
+                "maxfev": evaluations * int(free.sum()),
+                "initial_simplex": np.vstack([start[free], start[free] + np.diag(steps)]),
+                "xatol": 1e-3,
+            },
         )
-        if found.fun <= loss(start[free]):
-            best = at(np.asarray(found.x))
-    return _with_deviations(examination, best, shapes, present, exact)
+        return whole(np.asarray(found.x)) if found.fun <= self.loss(start, exact) else start
+
+    def other_forms(self, point: FloatArray) -> list[FloatArray]:
+        """The point with every combination of the values that fixed shapes can take."""
+        choices = [
+            [_inner(shape, value) for value in shape.grid] if shape.fixed else [float(x)]
+            for shape, x in zip(self.shapes, point, strict=True)
+        ]
+        return [np.array(one) for one in product(*choices)]
+
+
+def _simulated_gain(examination: Examination, components: Sequence[Component], present: Present) -> float:
+    """What effects take off the residual sum of squares when they are simulated at their size.
+
+    Columns are answers to small effects; dry friction that builds up late is not so small.
+    """
+    solved, loop = _solve(examination, components, present), examination.loop
+    if solved is None or loop is None:
+        return 0.0
+    residual = left = examination.residual
+    for component, values in zip(components, np.split(solved[0], np.cumsum(solved[3])[:-1]), strict=True):
+        twin = loop.twin(component.effect(examination, present))
+        change = loop.change(bristled(twin.simulated(values), loop.lengths, loop.robot), FINE)
+        if change is None:
+            return 0.0
+        white = examination.whiten([change[:, :, np.newaxis]])
+        left = left - examination.partial_out(white)[:, 0]
+    return float(residual @ residual - left @ left)
 
 
 def _with_deviations(
@@ -152,7 +209,7 @@ def _with_deviations(
     unit = matrix / norms
     seen = norms > 1e-290
     variance = np.zeros(norms.size)
-    inverse = np.linalg.pinv(unit[:, seen].T @ unit[:, seen], rcond=_DEPENDENT, hermitian=True)
+    inverse = np.linalg.pinv(unit[:, seen].T @ unit[:, seen], rcond=DEPENDENT, hermitian=True)
     variance[seen] = np.diag(inverse) / norms[seen] ** 2
     sigma = np.sqrt(max(1.0, left) * variance)
     physical = [
@@ -211,34 +268,6 @@ def _solve(
         fixed = within_bounds(columns, residual, bounds)
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
-
-
-def within_bounds(columns: FloatArray, residual: FloatArray, bounds: FloatArray) -> FloatArray:
-    """Least squares (p,) with each parameter within what nature allows.
-
-    One that would leave its bounds is held at the one it would leave by, and the others are fitted beside it:
-    to cut it off afterwards would leave them where they made up for what it must not be.
-
-    Args:
-        columns: (N, p).
-        residual: (N,).
-        bounds: (p, 2), lowest and highest.
-    """
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    unit, held = columns / scale, np.zeros(scale.size, dtype=np.bool_)
-    values = np.zeros(scale.size)
-    while not held.all():
-        rest = residual - columns[:, held] @ values[held]
-        free = ~held
-        values[free] = np.linalg.lstsq(unit[:, free], rest, rcond=np.sqrt(_DEPENDENT))[0] / scale[free]
-        beyond = np.maximum(bounds[:, 0] - values, values - bounds[:, 1]) * scale
-        beyond[held] = 0.0
-        worst = int(np.argmax(beyond))
-        if beyond[worst] <= 0.0:
-            break
-        values[worst] = np.clip(values[worst], *bounds[worst])
-        held[worst] = True
-    return values
 
 
 def _values(components: Sequence[Component]) -> list[float]:

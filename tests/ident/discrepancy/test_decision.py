@@ -7,9 +7,10 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import robots
+from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.decision import _best_pair
 from ident.discrepancy.library import Library, Trial
-from ident.discrepancy.refine import Component, beside_factor, within_bounds
+from ident.discrepancy.refine import Component, beside_factor
 from ident.discrepancy.scoring import best_per_place, singles
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT

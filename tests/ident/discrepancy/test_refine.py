@@ -1,0 +1,46 @@
+"""Shapes in closed loop: found about, settled by simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robots
+from ident.discrepancy import refine as module
+from ident.discrepancy.refine import Component, refine
+from ident.effects.family import Place
+from ident.effects.vocabulary import family_named
+
+ABOUT, TRUE = (0.15, 2.0), (0.06, 1.0)
+"""Stribeck speed and exponent: where the screening's gain is largest, and where the simulation's is."""
+
+
+@pytest.mark.parametrize(("in_loop", "expected"), [(True, TRUE), (False, TRUE[:1] + ABOUT[1:])])
+def test_the_simulation_has_the_last_word_on_a_shape(
+    monkeypatch: pytest.MonkeyPatch, in_loop: bool, expected: tuple[float, float]
+) -> None:
+    simulated = []
+
+    def solve(_: Any, components: Sequence[Component], *__: Any, exact: bool = True) -> tuple[Any, ...]:
+        speed, exponent = components[0].shape
+        best = TRUE if exact else ABOUT
+        simulated.append(exact)
+        wrong = 0.5 * (exponent != best[1])
+        return np.ones(1), float(100.0 - np.log(speed / best[0]) ** 2 - wrong), np.ones((3, 1)), [1]
+
+    monkeypatch.setattr(module, "_solve", solve)
+    monkeypatch.setattr(module, "_simulated_gain", lambda *given: solve(*given)[1])
+    monkeypatch.setattr(module, "_with_deviations", lambda examination, components, *rest: components[0])
+    robot = robots.load("tx40")
+    examination: Any = SimpleNamespace(
+        base=SimpleNamespace(model=SimpleNamespace(robot=robot)), loop=object() if in_loop else None
+    )
+    component = Component(family_named("stribeck_friction"), Place("drive", (2,)), (0.1, 2.0))
+    found: Any = refine(examination, [component], None)  # type: ignore[arg-type]
+    assert found.shape == pytest.approx(expected, rel=0.01)
+    if in_loop:
+        assert sum(simulated) < 20 < len(simulated)
