@@ -110,8 +110,12 @@ def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: 
         "compared": {"payload": {"M_payload": [1.0, 0.1, 1.05]}},
     }
     file = tmp_path / "naming.jsonl"
-    file.write_text(json.dumps(line) + "\n", encoding="utf-8")
+    clean = line | {"kind": "clean", "findings": [], "explainable": [[0.3, 0.4], [0.3, 0.4]], "compared": {}}
+    lines = [line, clean, clean | {"explainable": [[0.6, 0.0], [0.6, 0.0]]}]
+    file.write_text("".join(json.dumps(one) + "\n" for one in lines), encoding="utf-8")
     text = naming.report(file)
+    assert "| gap of clean arms in floors, all joints, median | 0.55 |" in text
+    assert "where a fifth of it is no less than that | 0 % [0, 79] of 1 |" in text
     assert "where named right | 0 % [0, 79] of 1 |" in text
     assert "joints taken together | 100 % [21, 100] of 1 |" in text
     assert "| payload: M_payload | 100 % [21, 100] of 1 |" in text
