@@ -259,6 +259,7 @@ def report(path: Path) -> str:
     sizes: list[float] = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
     confident = [bool(line["findings"]) and not in_set(line) for line in single]
     named = [line for line in single if right_first(line)]
+    levels = [line for line in named if "level" in line]
     text: list[str] = [
         "| figure | value |",
         "|---|---|",
@@ -267,7 +268,7 @@ def report(path: Path) -> str:
         f"| mean size of the set | {np.mean(sizes or [np.nan]):.2f} |",
         f"| a wrong name, the truth not in the set | {share(confident)} |",
         f"| gap on validation ≤ 20 % of what it was, where named right | {share(map(_closed, named))} |",
-        f"| gap ≤ 20 %, the arm's joints taken together | {share(_closed_together(x) for x in named if 'level' in x)} |",
+        f"| gap ≤ 20 %, the arm's joints taken together | {share(map(_closed_together, levels))} |",
         f"| share of the gap that is left, median | {_median_left(named)} |",
         *_beside_clean(named, clean),
         f"| two hidden: both named first | {share(map(both_named, pairs))} |",
