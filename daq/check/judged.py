@@ -13,6 +13,7 @@ from daq.catalogue.again import IDENTIFY
 from daq.catalogue.database import Catalogue
 from daq.catalogue.keep import Made, keep_diagnose_request, keep_identified
 from daq.catalogue.values import Baseline, CheckRecord, Model
+from daq.check.carried import carried_over, lost_words
 from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
@@ -54,8 +55,11 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         model = keep_identified(catalogue, fitted, made, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
         baseline = baselines.current(catalogue, recorded.arm.id)
-        warnings = [*recorded.warnings, *_suspicions(baseline, recorded)]
-        compared = None if baseline is None else _compared(request, recorded, fitted, model, baseline)
+        warnings = list(recorded.warnings)
+        compared = None
+        if baseline is not None:
+            compared, lost = _compared(request, recorded, fitted, model, baseline)
+            warnings += [*lost_words(baseline.run_id, lost), *_suspicions(baseline, recorded)]
     findings: tuple[str, ...] = ()
     if compared is not None and request.search and compared.state == "changed" and _is_unexplained(compared):
         findings = _searched(request, recorded, baseline, steps)
@@ -131,7 +135,8 @@ def night_of(catalogue: Catalogue, model: Model, record: CheckRecord | None) -> 
 
 def _compared(
     request: CheckRequest, recorded: Recorded, fitted: Fitted, model: Model, baseline: Baseline
-) -> Comparison:
+) -> tuple[Comparison, tuple[str, ...]]:
+    """The comparison, and parameters of the baseline that it leaves out."""
     catalogue = request.catalogue
     accepted = models.get(catalogue, baseline.model_id)
     of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
@@ -142,13 +147,14 @@ def _compared(
         night_of(catalogue, model, None),
         celsius=None if recorded.celsius is None else np.array(recorded.celsius),
     )
+    first, lost = carried_over(first, tonight, accepted, fitted.base)
     fit = fitted.least_squares
     geometry = geometry_of(fitted.base, fitted.rows, fit.sigma, first.values)
-    return compare(first, [*history, tonight], geometry, request.settings)
+    return compare(first, [*history, tonight], geometry, request.settings), lost
 
 
-def _suspicions(baseline: Baseline | None, recorded: Recorded) -> list[str]:
-    if baseline is None or baseline.state != "suspect":
+def _suspicions(baseline: Baseline, recorded: Recorded) -> list[str]:
+    if baseline.state != "suspect":
         return []
     said = baseline.events[-1]
     by = f"{said.author}, {said.at:%Y-%m-%d}"

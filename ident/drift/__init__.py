@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ident.drift.charts import cusum, run_length, trend_threshold
+from ident.drift.common import CommonBase, Relation, common_base, in_base_of
 from ident.drift.comparison import compare
 from ident.drift.geometry import Geometry, geometry_of
 from ident.drift.patterns import Pattern, patterns_of
@@ -16,7 +17,7 @@ from ident.drift.values import (
     NamedChange,
     Night,
 )
-from ident.drift.wald import CommonBase, common_base, holm, wald_test
+from ident.drift.wald import holm, wald_test
 from ident.drift.words import change_words
 
 __all__ = [
@@ -31,12 +32,14 @@ __all__ = [
     "NamedChange",
     "Night",
     "Pattern",
+    "Relation",
     "change_words",
     "common_base",
     "compare",
     "cusum",
     "geometry_of",
     "holm",
+    "in_base_of",
     "patterns_of",
     "run_length",
     "trend_threshold",

@@ -214,7 +214,7 @@ def _covariance_of_a_night(
     The last one matters once the season has left the temperatures that were learned: a sensor that shows a
     part of the gears' warmth gives slopes that are too small, so a colder hall looks like more friction.
     """
-    nights = (baseline, *learned)
+    nights = (baseline, *learned) if baseline.clean else learned
     within = np.mean([night.covariance for night in nights], axis=0)
     warm = [night.celsius.mean() for night in nights if night.celsius is not None]
     celsius = np.array(warm) if len(warm) == len(nights) else None

@@ -1,20 +1,14 @@
-"""Two models beside each other: Wald's test, Holm's correction, and a common set where bases differ."""
+"""Two models beside each other: Wald's test and Holm's correction."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 
-from ident.base import BaseParameters
 from ident.drift.values import DriftTest
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
-
-_REPRESENTED = 1e-6
-"""A base parameter is known from another base where at most this share of its relation is left over."""
 
 
 def wald_test(
@@ -74,41 +68,3 @@ def holm(p_values: FloatArray) -> FloatArray:
     found = np.empty_like(p_values, dtype=np.float64)
     found[order] = np.minimum(corrected, 1.0)
     return found
-
-
-@dataclass(frozen=True)
-class CommonBase:
-    """What two bases both know: ``names`` (c,), and matrices (c, b) that take each base vector to it."""
-
-    names: tuple[str, ...]
-    of_old: FloatArray
-    of_new: FloatArray
-    lost: tuple[str, ...]
-    """Parameters of the old base that the new one cannot tell."""
-
-
-def common_base(old: BaseParameters, new: BaseParameters) -> CommonBase:
-    """The parameters of the old base that are functions of the new one.
-
-    Both relations are written over the union of the standard parameters. A row of the old relation that lies
-    in the row space of the new one is known from both models.
-    """
-    standard = tuple(dict.fromkeys((*old.model.names, *new.model.names)))
-    a, b = _over(old, standard), _over(new, standard)
-    mapping = np.linalg.lstsq(b.T, a.T, rcond=None)[0].T
-    left = np.linalg.norm(a - mapping @ b, axis=1) / np.linalg.norm(a, axis=1)
-    kept = np.flatnonzero(left < _REPRESENTED)
-    mapping[np.abs(mapping) < _REPRESENTED * np.abs(mapping).max()] = 0.0
-    return CommonBase(
-        tuple(old.names[k] for k in kept),
-        np.eye(len(old.names))[kept],
-        np.asarray(mapping[kept]),
-        tuple(name for k, name in enumerate(old.names) if k not in kept),
-    )
-
-
-def _over(base: BaseParameters, standard: tuple[str, ...]) -> FloatArray:
-    place = {name: column for column, name in enumerate(standard)}
-    matrix = np.zeros((base.relation.shape[0], len(standard)))
-    matrix[:, [place[name] for name in base.model.names]] = base.relation
-    return matrix

@@ -11,7 +11,7 @@ from statsmodels.stats.multitest import multipletests
 
 import robots
 from ident import IdentificationError, RegressorModel, base_parameters
-from ident.drift import common_base, cusum, holm, run_length, trend_threshold, wald_test
+from ident.drift import Relation, common_base, cusum, holm, run_length, trend_threshold, wald_test
 from ident.drift.change_point import find_change
 from ident.drift.charts import normal_scores, one_night_threshold
 from ident.drift.run_to_run import recursive_residuals, run_to_run_covariance
@@ -160,7 +160,7 @@ def test_models_with_different_bases_are_compared_on_what_both_know() -> None:
     settings = robot.identification.model_copy(update={"friction": "asymmetric"})
     other = robot.model_copy(update={"identification": settings})
     new = base_parameters(RegressorModel.of(other))
-    common = common_base(old, new)
+    common = common_base(Relation.of(old), Relation.of(new))
     assert set(common.names) | set(common.lost) == set(old.names)
     assert common.lost  # symmetric friction is no function of two different sides
     assert {"MX2R", "ZZ2R"} <= set(common.names)
@@ -174,7 +174,7 @@ def test_models_with_different_bases_are_compared_on_what_both_know() -> None:
 
 def test_the_same_base_is_its_own_common_base() -> None:
     base = base_parameters(RegressorModel.of(robots.load("emps")))
-    common = common_base(base, base)
+    common = common_base(Relation.of(base), Relation.of(base))
     identity: FloatArray = np.eye(len(base.names))
     np.testing.assert_allclose(common.of_new, identity, atol=1e-9)
     assert common.names == base.names and common.lost == ()
