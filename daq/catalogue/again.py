@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -12,11 +13,11 @@ import numpy as np
 from daq.catalogue import models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import sha256_of
-from daq.catalogue.values import CatalogueError, Model, Run, Source
+from daq.catalogue.values import CatalogueError, Model, Run, RunKind, Source
 from daq.files.model_file import source_sha256
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.progress import Steps
-from ident.results import Estimate
+from robots.arrays import FloatArray
 
 IDENTIFY = "identify"
 """``command`` among the settings of a model that :func:`rerun` can make again."""
@@ -55,7 +56,7 @@ def identify_settings(request: IdentifyRequest) -> dict[str, Any]:
     """What an identification was asked for, as the catalogue keeps it."""
     return {
         "command": IDENTIFY,
-        "robot": _absolute(request.robot),
+        "robot": absolute(request.robot),
         "columns": None if request.columns is None else str(request.columns.absolute()),
         "cutoff_hz": request.cutoff_hz,
         "rate_hz": request.rate_hz,
@@ -106,19 +107,21 @@ def rerun(catalogue: Catalogue, run_id: int, steps: Steps, out: Path | None = No
     result = run_identify(request_of(settings, paths, out), steps)
     if earlier is None:
         return Rerun(run, None, result, "first", None, "", ())
-    estimate, test = result.fitted.result.recommended, result.fitted.result.test
-    largest, name = _largest(earlier, estimate)
+    identified, test = result.fitted.result, result.fitted.result.test
+    # A check keeps the estimate of its baseline's kind, whatever the test recommends.
+    kinds = [estimate for estimate in identified.estimates if estimate.method == earlier.method]
+    estimate = kinds[0] if kinds else identified.recommended
+    then = [(p.name, p.value, p.sigma) for p in earlier.parameters]
+    now = [(p.name, p.value, p.sigma) for p in estimate.parameters]
+    largest, name = furthest(then, now)
     remarks = _remarks(earlier, result)
     same_words = (earlier.verdict, earlier.method, earlier.rows) == (
         test.verdict,
         estimate.method,
         result.fitted.result.rows,
     )
-    sameness: Sameness = "different"
-    if same_words and _same_bits(earlier, estimate):
-        sameness = "identical"
-    elif same_words and largest is not None and largest < ROUNDING:
-        sameness = "rounding"
+    covariance = np.asarray(estimate.covariance)
+    sameness = sameness_of(then, now, earlier.covariance, covariance, largest, same_words=same_words)
     return Rerun(run, earlier, result, sameness, largest, name, remarks)
 
 
@@ -140,9 +143,38 @@ def unchanged(run: Run, source: Source) -> Path:
     return path
 
 
+def refuse_unrecorded(run: Run) -> None:
+    """Has a run a recording? If not, what would make one.
+
+    Raises:
+        CatalogueError: it has none.
+    """
+    if run.capture is not None and run.capture_sha256 is not None:
+        return
+    if run.capture_sha256 is not None:
+        raise CatalogueError(f"run {run.id}: its recording was deleted; what was found in it is kept")
+    stage = f", stage {run.stage}" if run.stage else ""
+    again = _TO_DRIVE_AGAIN[run.kind].format(arm=run.arm, stage=run.stage.replace(" ", "-") or "plan")
+    raise CatalogueError(
+        f"run {run.id} ({run.kind}{stage}) has no recording, and rerun moves no arm: it analyses recordings;"
+        f" to go through it again: {again}"
+    )
+
+
+_TO_DRIVE_AGAIN: dict[RunKind, str] = {
+    "demo": "armhil demo",
+    "plan": "armhil plan {arm}",
+    "check": "armhil check {arm}",
+    "commission": "armhil commission {arm} --from {stage} --move",
+    "import": "armhil import FILE --robot {arm}",
+    "run": "armhil run {arm} TRAJECTORY",
+}
+
+
 def _source_of(run: Run) -> tuple[Source, ...]:
-    if run.capture is None or run.capture_sha256 is None:
-        raise CatalogueError(f"run {run.id}: has no recording to identify from")
+    refuse_unrecorded(run)
+    assert run.capture is not None
+    assert run.capture_sha256 is not None
     return (Source(run.capture, run.capture_sha256),)
 
 
@@ -152,27 +184,45 @@ def _identified(catalogue: Catalogue, run_id: int) -> Model | None:
     return made[-1] if made else None
 
 
-def _largest(earlier: Model, estimate: Estimate) -> tuple[float | None, str]:
-    names = [parameter.name for parameter in earlier.parameters]
-    if names != [parameter.name for parameter in estimate.parameters]:
+NamedValue = tuple[str, float, float]
+"""Name, value and σ of a parameter."""
+
+
+def furthest(then: Sequence[NamedValue], now: Sequence[NamedValue]) -> tuple[float | None, str]:
+    """The largest difference of a parameter in its σ of then, and whose it is; None where the sets differ."""
+    names = [name for name, _, _ in then]
+    if names != [name for name, _, _ in now] or not names:
         return None, ""
-    sigma = np.array([parameter.sigma for parameter in earlier.parameters])
-    then = np.array([parameter.value for parameter in earlier.parameters])
-    away = np.abs(estimate.values - then) / np.where(sigma > 0, sigma, 1.0)
+    (before, sigma), after = np.array([part[1:] for part in then]).T, np.array([part[1] for part in now])
+    away = np.abs(after - before) / np.where(sigma > 0, sigma, 1.0)
     worst = int(np.argmax(away))
     return float(away[worst]), names[worst]
 
 
-def _same_bits(earlier: Model, estimate: Estimate) -> bool:
-    now = [(p.name, p.value, p.sigma) for p in estimate.parameters]
-    then = [(p.name, p.value, p.sigma) for p in earlier.parameters]
-    covariance = earlier.covariance
+def sameness_of(
+    then: Sequence[NamedValue],
+    now: Sequence[NamedValue],
+    covariance_then: FloatArray | None,
+    covariance_now: FloatArray | None,
+    largest: float | None,
+    *,
+    same_words: bool,
+) -> Sameness:
+    """How alike two results are.
+
+    Args:
+        then, now: parameters.
+        covariance_then, covariance_now: of them, (b, b).
+        largest: as :func:`furthest` finds it.
+        same_words: whether verdict, estimator and rows are the same.
+    """
+    if not same_words:
+        return "different"
     lower = np.tril_indices(len(now))
-    return (
-        now == then
-        and covariance is not None
-        and np.array_equal(covariance[lower], np.asarray(estimate.covariance)[lower])
-    )
+    both = covariance_then is not None and covariance_now is not None
+    if list(then) == list(now) and both and np.array_equal(covariance_then[lower], covariance_now[lower]):  # type: ignore[index]
+        return "identical"
+    return "rounding" if largest is not None and largest < ROUNDING else "different"
 
 
 def _remarks(earlier: Model, result: IdentifyResult) -> tuple[str, ...]:
@@ -187,11 +237,11 @@ def _remarks(earlier: Model, result: IdentifyResult) -> tuple[str, ...]:
         remarks.append(f"the verdict was {earlier.verdict} and is {identification.test.verdict}")
     if identification.rows != earlier.rows:
         remarks.append(f"{earlier.rows} rows became {identification.rows}")
-    if identification.recommended.method != earlier.method:
+    if earlier.method not in [estimate.method for estimate in identification.estimates]:
         remarks.append(f"the estimator was {earlier.method} and is {identification.recommended.method}")
     return tuple(remarks)
 
 
-def _absolute(robot: str | None) -> str | None:
-    """The path of a description, or the name of an arm that ships."""
+def absolute(robot: str | None) -> str | None:
+    """The path of a file, or a name that is none, such as that of an arm that ships."""
     return robot if robot is None or not Path(robot).exists() else str(Path(robot).absolute())

@@ -104,6 +104,7 @@ def rerun_json(rerun: Rerun) -> dict[str, Any]:
     estimate = result.recommended
     return {
         "armhil": version("armhil"),
+        "analysis": "identification",
         "run": rerun.run.id,
         "model": None if rerun.earlier is None else rerun.earlier.id,
         "sameness": rerun.sameness,

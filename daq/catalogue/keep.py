@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from daq.catalogue import findings, models, runs
-from daq.catalogue.again import IDENTIFY, Rerun, identify_settings
+from daq.catalogue.again import IDENTIFY, Rerun, absolute, identify_settings
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_arm, identity_of_capture, sha256_of
 from daq.catalogue.values import CatalogueFinding, CatalogueParameter, Model, NewFinding, NewModel, Source
@@ -176,12 +176,12 @@ def keep_diagnose_request(
     file = result.folder / f"{result.robot.name}{SUFFIX}"
     settings = {
         "command": "diagnose",
-        "robot": request.robot,
+        "robot": absolute(request.robot),
         "columns": None if request.columns is None else str(request.columns.absolute()),
         "validation": [str(path.absolute()) for path in request.validation],
         "split_half": request.split_half,
         "without": list(request.without),
-        "prior": request.prior,
+        "prior": absolute(request.prior),
     }
     made = Made(result.robot, request.fit, settings, file, result.folder / "diagnosis.html")
     return keep_diagnosed(catalogue, result.diagnosis, read_model(file), made)[0]

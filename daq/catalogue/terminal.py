@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from daq.catalogue.again import Rerun
+from daq.catalogue.again import Rerun, Sameness
 from daq.catalogue.compare import Comparison
 from daq.catalogue.details import RunDetails
 from daq.catalogue.prune import PrunePlan
@@ -93,20 +93,25 @@ def print_rerun(console: Console, rerun: Rerun) -> None:
         f" relative torque error {percent(estimate.relative_error_percent)}",
         highlight=False,
     )
-    largest = ""
-    if rerun.largest is not None:
-        largest = f"; largest difference {significant(rerun.largest)} σ ({rerun.largest_name})"
-    words = {
-        "identical": "[green]IDENTICAL[/]: every bit of the parameters and their covariance is as it was",
-        "rounding": f"[green]THE SAME[/] but for rounding{largest}",
-        "different": f"[yellow]DIFFERENT[/]{largest}",
-        "first": "This is the first identification of this run; there is nothing to compare it with",
-    }
-    console.print(f"[bold]{words[rerun.sameness]}[/]", highlight=False)
-    for remark in rerun.remarks:
-        console.print(f"  {escape(remark)}", highlight=False)
+    print_sameness(console, rerun.sameness, rerun.largest, rerun.largest_name, rerun.remarks)
     if rerun.result.report is not None:
         console.print(f"Report: [bold]{escape(str(rerun.result.report))}[/]", soft_wrap=True, highlight=False)
+
+
+def print_sameness(
+    console: Console, sameness: Sameness, largest: float | None, name: str, remarks: Sequence[str]
+) -> None:
+    """How alike two results are, and what is not as it was then."""
+    away = "" if largest is None else f"; largest difference {significant(largest)} σ ({name})"
+    words = {
+        "identical": "[green]IDENTICAL[/]: every bit of the parameters and their covariance is as it was",
+        "rounding": f"[green]THE SAME[/] but for rounding{away}",
+        "different": f"[yellow]DIFFERENT[/]{away}",
+        "first": "This is the first identification of this run; there is nothing to compare it with",
+    }
+    console.print(f"[bold]{words[sameness]}[/]", highlight=False)
+    for remark in remarks:
+        console.print(f"  {escape(remark)}", highlight=False)
 
 
 def print_comparison(console: Console, comparison: Comparison) -> None:

@@ -96,13 +96,21 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
 
 
 def nights_since(
-    catalogue: Catalogue, baseline: Baseline, trajectory_sha256: str, names: tuple[str, ...]
+    catalogue: Catalogue,
+    baseline: Baseline,
+    trajectory_sha256: str,
+    names: tuple[str, ...],
+    before: int | None = None,
 ) -> list[Night]:
     """The checks of an arm since its baseline was accepted that drove the same motion, oldest first.
 
     Those that found something teach nothing: they are marked as not clean.
+
+    Args:
+        before: only checks with a smaller number; all where None.
     """
-    records = {record.model_id: record for record in checks.of_arm(catalogue, baseline.arm_id)}
+    known = checks.of_arm(catalogue, baseline.arm_id)
+    records = {record.model_id: record for record in known if before is None or record.id < before}
     accepted = models.get(catalogue, baseline.model_id)
     nights = []
     for model in reversed(models.of_arm(catalogue, baseline.arm_id)):
@@ -215,6 +223,7 @@ def _details(
         "celsius": None if recorded.celsius is None else list(recorded.celsius),
         "warnings": warnings,
         "findings": list(findings),
+        "settings": asdict(request.settings),
         "state": "unchanged" if compared is None else compared.state,
         "comparison": None if compared is None else comparison_json(compared),
     }

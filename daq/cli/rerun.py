@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,32 +12,83 @@ from daq.cli.app import app
 from daq.cli.common import OK, WARNING, Json, RunNumber, console_of, print_json
 
 
+class Analysis(StrEnum):
+    """What may be made of a recording."""
+
+    IDENTIFICATION = "identification"
+    DIAGNOSIS = "diagnosis"
+    CHECK = "check"
+
+
 @app.command()
 def rerun(
     run: RunNumber,
+    analysis: Annotated[
+        Analysis | None,
+        typer.Option(help="Which one.", show_default="identification; diagnosis where there is only that"),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="Folder for report and model file; the model is kept too."),
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Identify again what a run recorded, with the settings of then; says whether the results are identical.
+    """Analyse again what a run recorded, with the settings of then: is it identical? Nothing ever moves.
 
     Example: [bold]armhil rerun 12[/]
     """
-    from daq.catalogue.again import rerun as identify_again
-    from daq.catalogue.catalogue_json import rerun_json
     from daq.catalogue.database import Catalogue
-    from daq.catalogue.keep import keep_rerun
-    from daq.catalogue.terminal import print_rerun
+    from daq.catalogue.rerun_choice import chosen_analysis
     from daq.identification.terminal import TerminalSteps
 
     console = console_of(as_json)
     with Catalogue() as catalogue:
-        result = identify_again(catalogue, run, TerminalSteps(console), out)
-        if result.result.report is not None:
-            keep_rerun(catalogue, result)
+        wanted = Analysis(chosen_analysis(catalogue, run)) if analysis is None else analysis
+        again = {
+            Analysis.IDENTIFICATION: _identification,
+            Analysis.DIAGNOSIS: _diagnosis,
+            Analysis.CHECK: _check,
+        }[wanted]
+        return again(catalogue, run, TerminalSteps(console), out, console, as_json)
+
+
+def _identification(
+    catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool
+) -> int:
+    from daq.catalogue.again import rerun as identify_again
+    from daq.catalogue.catalogue_json import rerun_json
+    from daq.catalogue.keep import keep_rerun
+    from daq.catalogue.terminal import print_rerun
+
+    result = identify_again(catalogue, run, steps, out)
+    if result.result.report is not None:
+        keep_rerun(catalogue, result)
     if as_json:
         print_json(rerun_json(result))
     print_rerun(console, result)
     return WARNING if result.sameness == "different" else OK
+
+
+def _diagnosis(catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool) -> int:
+    from daq.catalogue.diagnosed_again import diagnose_again
+    from daq.catalogue.keep import keep_diagnose_request
+    from daq.catalogue.rerun_views import diagnosed_again_json, print_diagnosed_again
+
+    result = diagnose_again(catalogue, run, steps, out)
+    if out is not None:
+        keep_diagnose_request(catalogue, result.request, result.result)
+    if as_json:
+        print_json(diagnosed_again_json(result))
+    print_diagnosed_again(console, result)
+    return WARNING if result.sameness == "different" else OK
+
+
+def _check(catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool) -> int:
+    from daq.catalogue.rerun_views import print_recheck, recheck_json
+    from daq.check.recheck import recheck
+
+    result = recheck(catalogue, run, steps, out)
+    if as_json:
+        print_json(recheck_json(result))
+    print_recheck(console, result)
+    return WARNING if result.differs or result.again.sameness == "different" else OK

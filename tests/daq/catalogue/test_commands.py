@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
@@ -21,7 +20,6 @@ from daq.catalogue.identity import identity_of_capture
 from daq.catalogue.keep import Made, keep_identified
 from daq.catalogue.kept_run import kept_run
 from daq.catalogue.who import now
-from daq.cli import entry as cli
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.progress import Silent
 from daq.recording.capture import RUN, file_sha256
@@ -34,36 +32,6 @@ from tests.daq.captures import facts, outcome
 from tests.daq.identification.test_identify_command import back_and_forth, samples_of
 
 Call = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    """Calls the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert "Traceback" not in printed.out + printed.err
-        assert isinstance(leaving.value.code, int)
-        return leaving.value.code, printed.out, printed.err
-
-    return call
-
-
-@pytest.fixture
-def ask(armhil: Call) -> Callable[..., dict[str, Any]]:
-    """Calls with --json: the object."""
-
-    def call(*arguments: object) -> dict[str, Any]:
-        code, out, err = armhil(*arguments, "--json")
-        assert code == 0, err
-        answer: dict[str, Any] = json.loads(out)
-        return answer
-
-    return call
 
 
 @pytest.fixture(scope="module")

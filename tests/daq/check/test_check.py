@@ -61,6 +61,10 @@ def test_from_no_baseline_to_a_verdict(channel: Channel, tmp_path: Path, no_left
         assert leases.holder_of(catalogue, arm.id) is None
         assert [record.verdict for record in checks.of_arm(catalogue, arm.id)] == ["ok", "unknown"]
 
+    again = call("rerun", "2", "--analysis", "check", "--json")
+    found = json.loads(again.stdout)
+    assert (again.returncode, found["sameness"], found["differs"]) == (0, "identical", [])
+    assert found["comparison"] == compared and found["check_verdict"] == "ok"
     assert (
         call("baseline", "suspect", "emps-sim", "--reason", "wrong tool", "--author", "Bob").returncode == 0
     )
