@@ -12,6 +12,7 @@ import pytest
 import robots
 from ident.discrepancy import refine as module
 from ident.discrepancy.refine import Component, refine
+from ident.discrepancy.workflow import _shown_values
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 
@@ -44,3 +45,19 @@ def test_the_simulation_has_the_last_word_on_a_shape(
     assert found.shape == pytest.approx(expected, rel=0.01)
     if in_loop:
         assert sum(simulated) < 20 < len(simulated)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "expected"), [((0.05, 0.3), (1.0, 0.0)), ((0.3, 0.3), (1.0, 0.5)), ((0.01, 0.01), (1.0, 0.5))]
+)
+def test_what_was_named_stays_in_the_model_even_if_no_parameter_alone_is_sure(
+    sigma: tuple[float, float], expected: tuple[float, float]
+) -> None:
+    effect = SimpleNamespace(bounds=((0.0, np.inf), (0.0, np.inf)))
+    found: Any = SimpleNamespace(
+        effects=(effect,),
+        linear=(np.array([1.0, 0.5]),),
+        linear_sigma=(np.array(sigma),),
+        seen=(np.array([True, True]),),
+    )
+    assert _shown_values(found)[0] == pytest.approx(expected)
