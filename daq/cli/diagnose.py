@@ -117,13 +117,16 @@ def _live(
     from daq.diagnosis.diagnose import conditions_of
     from daq.diagnosis.live import LiveRequest, live_folder, run_live
     from daq.identification.terminal import TerminalSteps
+    from daq.session.keyboard import by_keyboard
 
     arm, steps = robots.load(source), TerminalSteps(console)
     channel, conditions = bus_of(arm, *bus), conditions_of(request.cell)
     live = LiveRequest(request, arm, live_folder(request.out, arm), rounds=rounds, duration=duration)
     found = run_live(
         live,
-        lambda trajectory, path: stream_and_record(arm, channel, trajectory, conditions, path, steps),
+        lambda trajectory, path: stream_and_record(
+            arm, channel, trajectory, conditions, path, steps, by_keyboard
+        ),
         lambda question: yes or _asked(question),
         steps,
     )

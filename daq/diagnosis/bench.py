@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from daq.demo import RunFailed, RunInterrupted
-from daq.identification.run_facts import outcome_facts, run_facts
-from daq.progress import Steps
-from daq.recording.listener import listening
-from daq.recording.recorder import Recorder
-from drivers import ArmSession, Channel, Samples
+from daq.progress import Steps, Update
+from daq.session.recorded_runs import Conducting, require_completed, unconducted
+from daq.session.states import Conduct
+from daq.session.streaming import StreamOrder, stream_recorded
+from drivers import ArmSession, Channel, Samples, StreamResult
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Trajectory, approach
@@ -20,18 +20,46 @@ _AT_START = 1e-3
 """rad or m; nearer than this the arm stands where a motion begins."""
 
 
+@dataclass
+class _Bar:
+    """Shows a stream as one step."""
+
+    update: Update
+    total: int = 1
+
+    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
+        self.total = len(trajectory.time)
+
+    def samples(self, samples: Samples) -> None:
+        if len(samples):
+            cycle = int(samples.cycle[-1])
+            self.update(cycle / self.total, f"cycle {cycle}")
+
+    def end(self, result: StreamResult | None) -> None:
+        """The step ends by itself."""
+
+
 def stream_and_record(
-    robot: Robot, channel: Channel, trajectory: Trajectory, conditions: Conditions, path: Path, steps: Steps
+    robot: Robot,
+    channel: Channel,
+    trajectory: Trajectory,
+    conditions: Conditions,
+    path: Path,
+    steps: Steps,
+    conducting: Conducting = unconducted,
 ) -> Path:
-    """Move to where the motion begins, slowly and unrecorded, then stream the motion and record it.
+    """Move to where the motion begins, slowly, then stream the motion; both are recorded.
+
+    As in every run, what surrounds a fault is kept as a capture of its own, and others can look on.
 
     Args:
         robot: the arm.
         channel: where its drives are.
         trajectory: begins and ends at rest.
         conditions: what the way to its start has to keep.
-        path: of the capture.
+        path: of the capture; the way to its start goes into one beside it, ``<name>-approach.mcap``.
         steps: told what happens.
+        conducting: gives the conduct of each stream.
 
     Raises:
         BusError, DriveError: the bus is occupied, or a drive refuses.
@@ -43,24 +71,10 @@ def stream_and_record(
     with ArmSession(robot, channel) as session:
         actual = session.actual_position()
         if np.abs(actual - trajectory.position[0]).max() > _AT_START:
-            with steps.step("Move to where the motion begins"):
-                _drive(session, _way(robot, actual, trajectory, conditions))
-        facts = run_facts(robot, {"channel": str(channel), "kind": "diagnosis"}, trajectory, session.drives)
-        with (
-            steps.step(f"Stream and record {path.name}") as update,
-            listening(channel, robot.bus.bitrate) as listener,
-            Recorder(path, robot, facts, listener=listener) as recorder,
-        ):
-            total = len(trajectory.time)
-
-            def keep(samples: Samples) -> None:
-                recorder.write(samples)
-                if len(samples.cycle):
-                    update(int(samples.cycle[-1]) / total, f"cycle {int(samples.cycle[-1])}")
-
-            result = session.stream(trajectory.position, keep)
-            recorder.finish(outcome_facts(result))
-        _refuse_early_end(result.outcome, result.reason)
+            way = _way(robot, actual, trajectory, conditions)
+            beside = path.with_name(f"{path.stem}-approach{path.suffix}")
+            _drive(session, "Move to where the motion begins", way, beside, steps, conducting)
+        _drive(session, f"Stream and record {path.name}", trajectory, path, steps, conducting)
     return path
 
 
@@ -76,13 +90,10 @@ def _way(robot: Robot, actual: FloatArray, trajectory: Trajectory, conditions: C
     )
 
 
-def _drive(session: ArmSession, way: Trajectory) -> None:
-    result = session.stream(way.position, lambda samples: None)
-    _refuse_early_end(result.outcome, result.reason)
-
-
-def _refuse_early_end(outcome: str, reason: str) -> None:
-    if outcome == "stopped":
-        raise RunInterrupted(f"stopped ({reason}): axes at rest and disabled")
-    if outcome != "completed":
-        raise RunFailed(f"the run ended early: {reason}")
+def _drive(
+    session: ArmSession, title: str, motion: Trajectory, path: Path, steps: Steps, conducting: Conducting
+) -> None:
+    order = StreamOrder(title, motion, path, {"kind": "diagnosis"})
+    with steps.step(title) as update, conducting() as conduct:
+        result = stream_recorded(session, order, _Bar(update), conduct)
+    require_completed(result, path)
