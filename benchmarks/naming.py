@@ -178,7 +178,7 @@ def search(robot: Robot, accepted: Recording, fit: Recording, validation: Record
 
     def prior(base: BaseParameters) -> Prior:
         noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, 0.002, 0.002, noise)
+        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
 
     return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from daq.diagnosis.diagnosis_words import share_words, spaced
+from daq.diagnosis.scored_families import scored_family
 from daq.report.numbers import significant
 from ident.discrepancy import Candidate, Finding
-from ident.effects.vocabulary import family_named
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def _contains(candidate: Candidate, finding: Finding) -> bool:
     """Whether the named effect is a limit of the candidate: friction that drifts may also not drift."""
     if len(candidate.effects) > 1 or candidate.joints[0][-1:] != finding.joints[-1:]:
         return False
-    return finding.effect in family_named(candidate.effects[0]).contains
+    return finding.effect in scored_family(candidate.effects[0]).contains
 
 
 def _named(finding: Finding, shown: list[Candidate]) -> str:

@@ -103,6 +103,7 @@ _ALONE: Mapping[str, str] = {
     "base_tilt": "put a level on the base: a tilt shows there",
     "drive_gain_error": "record once more with a known payload: it weighs too much where the gain is wrong"
     " (armhil gain)",
+    "gain_drift": "record the same motion cold and warm: a gain that drifts has changed, all else has not",
     "current_offset": "hold still with the arm upright, where gravity asks for no torque: what is left is the"
     " offset",
     "gravity_spring": "unhook the spring, with the arm held, and record again: its torque is gone",

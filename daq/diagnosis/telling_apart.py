@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from daq.diagnosis.scored_families import scored_family
 from daq.diagnosis.settled_by import settled_by
 from ident.discrepancy import Candidate, Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
 from ident.effects.family import PlacedEffect
-from ident.effects.vocabulary import family_named
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Motion, PlanError, Trajectory
@@ -199,7 +199,7 @@ def _discriminate(
         names=[one.words for one in explanations],
         before=before,
         known=_known(stage),
-        every_row=any(family_named(effect.name).evidence != "motion" for effect in effects),
+        every_row=any(scored_family(effect.name).evidence != "motion" for effect in effects),
         conditions=settings.conditions,
         evaluations=evaluations,
         periods=settings.periods,

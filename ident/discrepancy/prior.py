@@ -40,7 +40,7 @@ def accepted_prior(
     values: FloatArray,
     covariance: FloatArray,
     relative_spread: float = 0.002,
-    friction_spread: float = 0.005,
+    friction_spread: float = 0.002,
     noise: FloatArray | None = None,
 ) -> Prior:
     """An accepted model as prior.

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robots
+from benchmarks import naming
 from daq.diagnosis.diagnose import DiagnoseRequest, prior_of, run_diagnose
 from daq.files.model_file import read_model
 from daq.identification.identify import IdentifyRequest, run_identify
@@ -16,9 +17,8 @@ from daq.importing.load import load_recording
 from daq.progress import Silent
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
-from ident.effects.vocabulary import VOCABULARY
+from ident import BaseParameters, RegressorModel, base_parameters, identify
+from ident.discrepancy import Diagnosis
 from robots import Robot
 from tests.daq.diagnosis.offline_bench import OfflineBench
 from trajectories import plan
@@ -53,17 +53,6 @@ def command(captures: Path, model: Path) -> Diagnosis:
     return run_diagnose(request, Silent()).diagnosis
 
 
-def as_in_the_benchmark(rig: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
-    """Recordings straight into the search, without files of models."""
-    estimate = identify(rig, (accepted,)).result.recommended
-
-    def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
-
-    return diagnose(Question(rig, (fit,), (validation,), VOCABULARY, prior))
-
-
 def times_louder(found: Diagnosis) -> float:
     return float(found.unrepeated[0].sentence.split("noise is ")[1].split(" times")[0])
 
@@ -72,7 +61,7 @@ def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, c
     found = command(captures, captures / "model" / "emps.model.toml")
     names = ("accepted", "fit", "validation")
     recordings = [load_recording(captures / f"{name}.mcap", rig).recordings[0] for name in names]
-    other = as_in_the_benchmark(rig, *recordings)
+    other = naming.search(rig, *recordings)
     assert [item.kind for item in found.unrepeated] == ["louder"]
     assert "joint 1: torque noise is" in found.description
     assert (found.verdict, found.findings) == ("unnamed", ())

@@ -11,6 +11,8 @@ import pytest
 import robots
 from daq.diagnosis import telling_apart
 from daq.diagnosis.diagnosis_words import recommendation
+from daq.diagnosis.ranking_table import ranking_rows
+from daq.diagnosis.scored_families import scored_family
 from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from ident import RegressorModel, base_parameters
@@ -18,7 +20,8 @@ from ident.discrepancy import Candidate
 from ident.discrepancy.before_after import Stage
 from ident.discrepancy.present import Present
 from ident.effects.family import PlacedEffect
-from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 
 
@@ -30,7 +33,7 @@ def stage() -> Stage:
 
 
 def placed(stage: Stage, name: str) -> PlacedEffect:
-    robot, family = stage.base.model.robot, family_named(name)
+    robot, family = stage.base.model.robot, scored_family(name)
     place = family.places(robot)[0]
     shape = tuple(shape.grid[0] for shape in family.shapes(robot, place))
     return family.effect(robot, place, shape, Present(stage.base.model, stage.base.model.prior()))
@@ -70,6 +73,23 @@ def test_a_motion_is_planned_that_keeps_the_limits(stage: Stage, monkeypatch: py
     assert found.discrimination.separation_after[0].correlation < 0.9
 
 
+def test_a_form_without_a_name_is_a_candidate_like_any_other(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, found = apart(stage, monkeypatch, "stribeck_friction", "gain_drift")
+    assert found.candidates == ("stribeck_friction (joint 1)", "gain_drift (joint 1)")
+    assert found.trajectory is not None
+    general = candidate(stage, "gain_drift")
+    finding: Any = SimpleNamespace(
+        effect="drive_gain_error",
+        joints=(1,),
+        threshold=40.0,
+        indistinguishable_from=(),
+        ranking=(candidate(stage, "drive_gain_error"), general),
+    )
+    assert [row.state for row in ranking_rows(finding)] == ["named", "general"]
+
+
 def test_what_a_refit_swallows_is_settled_without_motion(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,7 +127,7 @@ def test_what_no_motion_tells_apart_is_said_with_what_does(one: str, other: str,
 
 
 def test_every_effect_and_every_pair_that_is_easily_confused_has_an_answer() -> None:
-    for family in VOCABULARY:
+    for family in (*VOCABULARY, *WITHOUT_A_NAME):
         assert settled_by((family.name,))
         for other in family.confused_with:
             assert settled_by((family.name, other)) == settled_by((other, family.name))
