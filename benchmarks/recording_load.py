@@ -85,6 +85,7 @@ def main() -> None:
     sending = multiprocessing.Process(target=source, args=(channel, nodes, ended), daemon=True)
     if not options.without_frames:
         sending.start()
+    options.out.mkdir(parents=True, exist_ok=True)
     path = options.out / "load.mcap"
     path.unlink(missing_ok=True)
     try:

@@ -7,9 +7,10 @@ The mcap library's writer costs some 5 µs a message. With raw frames a capture 
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import BinaryIO
@@ -40,6 +41,9 @@ COMPRESSION_LEVEL = 1
 """Of zstd: 3, the usual one, makes files a tenth smaller for twice the time."""
 
 _CHUNK_HEAD = struct.Struct("<BQQQQI")
+_HEAD_BYTES = _CHUNK_HEAD.size + 4 + len(b"zstd") + 8
+"""Of a chunk before its compressed records."""
+_RECORD_HEAD = struct.Struct("<BQ")
 _INDEX_HEAD = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
@@ -75,7 +79,7 @@ class McapFile:
     """An MCAP file that grows by batches. Channels are numbered from 1 in the order of ``topics``.
 
     Args:
-        file: empty, opened for writing in binary mode; it is used, not closed.
+        file: empty, a file of the system opened for writing and reading in binary mode; used, not closed.
         profile, library: of the file's header.
         topics: all channels; written into the first chunk.
     """
@@ -89,8 +93,6 @@ class McapFile:
         self._size = 0
         self._indexes: dict[int, list[NDArray[np.void]]] = {}
         self._times = (2**64 - 1, 0)
-        self._chunk_indexes = bytearray()
-        """Packed as they will stand in the summary: an hour has 36 000 of them."""
         self._metadata_indexes: list[MetadataIndex] = []
         self._counts = dict.fromkeys(self._channels, 0)
         self._chunks = 0
@@ -139,11 +141,16 @@ class McapFile:
         self._file.flush()
 
     def finish(self) -> None:
-        """Write the end of the data and the summary."""
+        """Write the end of the data and the summary.
+
+        What the summary says of the chunks is read back from the file: an hour has 36 000 of them, and a
+        recorder's memory must not grow with the run.
+        """
         self._close_chunk()
+        end = self._at
         self._write(_packed(DataEnd(0)))
-        summary = self._summary()
-        self._write(summary)
+        self._file.flush()
+        self._write_summary(chunk_indexes(self._file.fileno(), end))
         self._file.flush()
 
     def _append(self, piece: bytes) -> None:
@@ -160,38 +167,21 @@ class McapFile:
         records = b"".join(self._pieces)
         data = self._compressor.compress(records)
         first, last = self._times if self._indexes else (0, 0)
-        begin = self._at
         length = 8 + 8 + 8 + 4 + 4 + len(b"zstd") + 8 + len(data)
         head = _CHUNK_HEAD.pack(Opcode.CHUNK, length, first, last, len(records), zlib.crc32(records))
         self._write(head + struct.pack("<I4sQ", 4, b"zstd", len(data)) + data)
-        chunk_end = self._at
-        offsets = {}
         for channel, parts in self._indexes.items():
-            offsets[channel] = self._at
             entries = b"".join(part.tobytes() for part in parts)
             self._write(
                 _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries
             )
-        self._chunk_indexes += _packed(
-            ChunkIndex(
-                chunk_length=chunk_end - begin,
-                chunk_start_offset=begin,
-                compression="zstd",
-                compressed_size=len(data),
-                message_end_time=last,
-                message_index_length=self._at - chunk_end,
-                message_index_offsets=offsets,
-                message_start_time=first,
-                uncompressed_size=len(records),
-            )
-        )
         self._chunks += 1
         if self._indexes:
             self._span = (min(self._span[0], first), max(self._span[1], last))
         self._pieces, self._size, self._indexes = [], 0, {}
         self._times = (2**64 - 1, 0)
 
-    def _summary(self) -> bytes:
+    def _write_summary(self, chunks: Iterable[bytes]) -> None:
         total = sum(self._counts.values())
         statistics = Statistics(
             attachment_count=0,
@@ -205,20 +195,64 @@ class McapFile:
             schema_count=len(self._schemas),
         )
         groups = (
-            (Opcode.SCHEMA, b"".join(_packed(schema) for schema in self._schemas.values())),
-            (Opcode.CHANNEL, b"".join(_packed(channel) for channel in self._channels.values())),
-            (Opcode.STATISTICS, _packed(statistics)),
-            (Opcode.CHUNK_INDEX, bytes(self._chunk_indexes)),
-            (Opcode.METADATA_INDEX, b"".join(_packed(index) for index in self._metadata_indexes)),
+            (Opcode.SCHEMA, map(_packed, self._schemas.values())),
+            (Opcode.CHANNEL, map(_packed, self._channels.values())),
+            (Opcode.STATISTICS, [_packed(statistics)]),
+            (Opcode.CHUNK_INDEX, chunks),
+            (Opcode.METADATA_INDEX, map(_packed, self._metadata_indexes)),
         )
-        summary, offsets, begin = b"", b"", self._at
+        begin, offsets, crc = self._at, b"", 0
         for opcode, records in groups:
-            if records:
-                offsets += _packed(SummaryOffset(opcode, begin + len(summary), len(records)))
-                summary += records
-        footer_head = struct.pack("<BQQQ", Opcode.FOOTER, 20, begin, begin + len(summary))
-        crc = zlib.crc32(footer_head, zlib.crc32(summary + offsets))
-        return summary + offsets + _packed(Footer(begin, begin + len(summary), crc)) + MAGIC
+            start = self._at
+            for record in records:
+                crc = zlib.crc32(record, crc)
+                self._write(record)
+            if self._at > start:
+                offsets += _packed(SummaryOffset(opcode, start, self._at - start))
+        end = self._at
+        footer_head = struct.pack("<BQQQ", Opcode.FOOTER, 20, begin, end)
+        crc = zlib.crc32(footer_head, zlib.crc32(offsets, crc))
+        self._write(offsets + _packed(Footer(begin, end, crc)) + MAGIC)
+
+
+def chunk_indexes(descriptor: int, end: int) -> Iterator[bytes]:
+    """The index record of every chunk of a file that :class:`McapFile` has written.
+
+    Args:
+        descriptor: of the file; only read, at no cost to where it is written.
+        end: offset behind the last chunk.
+    """
+    at = len(MAGIC)
+    while at < end:
+        head = os.pread(descriptor, _HEAD_BYTES, at)
+        opcode, length = _RECORD_HEAD.unpack_from(head)
+        after = at + _RECORD_HEAD.size + length
+        if opcode != Opcode.CHUNK:
+            at = after
+            continue
+        _, _, first, last, uncompressed, _ = _CHUNK_HEAD.unpack_from(head)
+        chunk_end, offsets = after, {}
+        while after < end:
+            index = os.pread(descriptor, _INDEX_HEAD.size, after)
+            opcode, length, channel, _ = _INDEX_HEAD.unpack(index)
+            if opcode != Opcode.MESSAGE_INDEX:
+                break
+            offsets[channel] = after
+            after += _RECORD_HEAD.size + length
+        yield _packed(
+            ChunkIndex(
+                chunk_length=chunk_end - at,
+                chunk_start_offset=at,
+                compression="zstd",
+                compressed_size=chunk_end - at - _HEAD_BYTES,
+                message_end_time=last,
+                message_index_length=after - chunk_end,
+                message_index_offsets=offsets,
+                message_start_time=first,
+                uncompressed_size=uncompressed,
+            )
+        )
+        at = after
 
 
 def _definitions(topics: Sequence[Topic]) -> tuple[dict[str, Schema], dict[int, Channel]]:

@@ -87,7 +87,7 @@ class Recorder:
         self._last_flush = time.monotonic()
         self._closed = threading.Event()
         try:
-            self._file = path.open("xb")
+            self._file = path.open("x+b")
         except FileExistsError:
             raise CaptureError(f"{path}: exists already; a capture is never changed or overwritten") from None
         except OSError as error:

@@ -66,7 +66,7 @@ def recover(source: Path, out: Path, robot: Robot | None = None) -> Recovery:
         CaptureError: not a capture, nothing to recover, or ``out`` exists or cannot be written.
     """
     try:
-        with out.open("xb") as file:
+        with out.open("x+b") as file:
             try:
                 _copy(source, file, robot)
                 capture = read_capture(out, allow_empty=True)

@@ -109,3 +109,6 @@ class FailingFile:
 
     def flush(self) -> None:
         self._file.flush()
+
+    def fileno(self) -> int:
+        return self._file.fileno()
