@@ -15,7 +15,14 @@ from daq.catalogue.values import CatalogueError
 
 Migration = Callable[[Connection], None]
 
-MIGRATIONS: Mapping[int, Migration] = {}
+
+def _whole_covariance_kinds(connection: Connection) -> None:
+    """What a covariance assumes is said in a sentence; PostgreSQL took 40 letters of it, SQLite all."""
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("ALTER TABLE models ALTER COLUMN covariance_kind TYPE TEXT"))
+
+
+MIGRATIONS: Mapping[int, Migration] = {2: _whole_covariance_kinds}
 """Version → the step that makes it out of the version before; version 1 is where the tables began."""
 
 _LOCK = 0x61726D68

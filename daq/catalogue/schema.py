@@ -28,7 +28,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import TypeDecorator
 
-VERSION = 1
+VERSION = 2
 """Of the tables below."""
 
 SHA256 = String(64)
@@ -136,7 +136,7 @@ models = Table(
     Column("relative_error_percent", Float, nullable=False),
     Column("torque_rms", JSON, nullable=False),
     Column("effects", JSON, nullable=False),
-    Column("covariance_kind", String(40), nullable=False),
+    Column("covariance_kind", Text, nullable=False),
     Column("covariance", LargeBinary),
     Column("settings", JSON, nullable=False),
     Column("sources", JSON, nullable=False),

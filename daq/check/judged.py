@@ -16,6 +16,7 @@ from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.carried import carried_over, lost_words
 from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest, CheckResult, Verdict
+from daq.check.residual import Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
@@ -57,11 +58,18 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         baseline = baselines.current(catalogue, recorded.arm.id)
         warnings = list(recorded.warnings)
         compared = None
+        grown: Grown = ()
         if baseline is not None:
             compared, lost = _compared(request, recorded, fitted, model, baseline)
-            warnings += [*lost_words(baseline.run_id, lost), *_suspicions(baseline, recorded)]
+            sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
+            grown = grown_residuals(catalogue, baseline, model, sha256)
+            warnings += [
+                *lost_words(baseline.run_id, lost),
+                *grown_words(grown),
+                *_suspicions(baseline, recorded),
+            ]
     findings: tuple[str, ...] = ()
-    if compared is not None and request.search and compared.state == "changed" and _is_unexplained(compared):
+    if compared is not None and request.search and (grown or _is_unexplained(compared)):
         findings = _searched(request, recorded, baseline, steps)
     verdict, sentence = _verdict(compared, fitted, recorded.run, findings)
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
@@ -170,6 +178,9 @@ def _suspicions(baseline: Baseline, recorded: Recorded) -> list[str]:
 
 
 def _is_unexplained(compared: Comparison) -> bool:
+    """Whether something has moved that no known effect explains."""
+    if compared.state != "changed":
+        return False
     left = compared.unexplained
     return not compared.changes or (left is not None and left.p_value < 1e-4)
 
@@ -205,6 +216,8 @@ def _verdict(
         said = f"{said}; the search found: {'; '.join(findings)}"
     if compared.state == "changed":
         return (Verdict.FAILED if compared.large else Verdict.WARNING), said
+    if findings:
+        return Verdict.WARNING, said
     if fitted.result.test.verdict == "instruments_invalid":
         return Verdict.WARNING, f"the model does not explain the arm (instruments invalid); {said}"
     return Verdict.OK, said

@@ -13,6 +13,7 @@ from daq.catalogue import baselines, checks, models, runs
 from daq.catalogue.again import Rerun, refuse_unrecorded, rerun
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import CatalogueError, CheckRecord
+from daq.check.carried import carried_over
 from daq.check.judged import comparison_json, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256
 from daq.progress import Steps
@@ -81,6 +82,7 @@ def _compared(catalogue: Catalogue, record: CheckRecord, again: Rerun) -> Compar
         covariance=np.asarray(estimate.covariance),
         celsius=None if celsius is None else np.array(celsius, dtype=np.float64),
     )
+    first, _ = carried_over(first, tonight, accepted, fitted.base)
     fit = fitted.least_squares
     geometry = geometry_of(fitted.base, fitted.rows, fit.sigma, first.values)
     settings = DriftSettings(**record.details.get("settings", {}))

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -96,25 +97,28 @@ def test_old_catalogues_are_carried_forward_step_by_step(url: str) -> None:
     with Catalogue(url) as catalogue:
         run = runs.begin(catalogue, identity(), "run", note="kept")
     steps: list[int] = []
+    first, last = schema.VERSION + 1, schema.VERSION + 2
 
     def add_column(connection: Connection) -> None:
-        steps.append(2)
+        steps.append(first)
         connection.execute(text("ALTER TABLE runs ADD COLUMN temperature FLOAT"))
 
     def fill_column(connection: Connection) -> None:
-        steps.append(3)
+        steps.append(last)
         connection.execute(text("UPDATE runs SET temperature = 25.5"))
 
-    migrations = {2: add_column, 3: fill_column}
+    migrations = {first: add_column, last: fill_column}
     with Catalogue(url) as catalogue:
         with catalogue.writing() as connection:
-            bring_up_to_date(connection, 3, migrations)
-            bring_up_to_date(connection, 3, migrations)
-        assert steps == [2, 3]
+            bring_up_to_date(connection, last, migrations)
+            bring_up_to_date(connection, last, migrations)
+        assert steps == [first, last]
         with catalogue.reading() as connection:
-            assert found_version(connection) == 3
+            assert found_version(connection) == last
             assert connection.execute(text("SELECT temperature, note FROM runs")).one() == (25.5, "kept")
-    with pytest.raises(CatalogueError, match=r"has version 3 of a newer armhil; allowed: up to \d+; install"):
+    with pytest.raises(
+        CatalogueError, match=rf"has version {last} of a newer armhil; allowed: up to \d+; install"
+    ):
         Catalogue(url)
     assert run.note == "kept"
 
@@ -126,16 +130,32 @@ def test_a_step_that_fails_changes_nothing(url: str) -> None:
 
     with Catalogue(url) as catalogue:
         with pytest.raises(ValueError, match="half way"), catalogue.writing() as connection:
-            bring_up_to_date(connection, 2, {2: fails})
+            bring_up_to_date(connection, schema.VERSION + 1, {schema.VERSION + 1: fails})
         with catalogue.reading() as connection:
             assert found_version(connection) == schema.VERSION
             columns = {column["name"] for column in sqlalchemy.inspect(connection).get_columns("runs")}
         assert columns == {column.name for column in schema.runs.columns}
 
 
+def test_a_catalogue_of_version_1_takes_whole_sentences(url: str) -> None:
+    """PostgreSQL had 40 letters for what a covariance assumes, and identifications say more."""
+    with Catalogue(url) as catalogue, catalogue.writing() as connection:
+        if connection.dialect.name == "postgresql":
+            connection.execute(text("ALTER TABLE models ALTER COLUMN covariance_kind TYPE VARCHAR(40)"))
+        connection.execute(text("UPDATE schema_version SET version = 1"))
+    said = "Ω per joint, errors independent in time (eq. 7)"
+    assert len(said) > 40
+    with Catalogue(url) as catalogue:
+        with catalogue.reading() as connection:
+            assert found_version(connection) == schema.VERSION
+        run = runs.begin(catalogue, identity(), "run")
+        kept = models.add(catalogue, run.id, replace(model(), covariance_kind=said))
+        assert models.get(catalogue, kept.id).covariance_kind == said
+
+
 def test_the_tables_are_pinned_to_their_version() -> None:
     """Whoever changes a table has to raise VERSION, write the step, and change this list."""
-    assert schema.VERSION == 1
+    assert schema.VERSION == 2
     found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
     assert found == {
         "arms": 7,

@@ -1,0 +1,83 @@
+"""``check --search``: what nothing known explains is looked for, and named. On SQLite and on PostgreSQL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq.catalogue import arms, baselines, checks, findings
+from daq.catalogue.database import Catalogue
+from daq.check import check as check_module
+from daq.check.check import run_check
+from daq.check.request import CheckRequest, CheckResult, Verdict
+from daq.check.residual import grown_of
+from daq.progress import Silent
+from daq.session.bench import ArmOrder
+from drivers import Channel
+from robots import Robot
+from tests.daq.check.offline_arms import record_offline, write_motion
+
+RISE, SPEED = 2.0, 0.1
+STRIBECK = f"format = 1\n[[stribeck_friction]]\ndrive = 1\nrise = {RISE}\nspeed = {SPEED}\n"
+Check = Callable[..., CheckResult]
+
+
+@pytest.fixture
+def check(emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Check:
+    """One night of the simulated axis after the other."""
+    monkeypatch.setattr(check_module, "record_check", record_offline)
+    motion = write_motion(emps, tmp_path, 4.0)
+
+    def one(catalogue: Catalogue, hidden: Path | None = None, *, search: bool = False) -> CheckResult:
+        folder = tmp_path / f"night{len(list(tmp_path.glob('night*')))}"
+        folder.mkdir()
+        order = ArmOrder(emps, "emps", Channel("virtual", "offline"), True, 3, scenario=hidden)
+        return run_check(CheckRequest(order, folder, catalogue, motion, search=search), Silent())
+
+    return one
+
+
+def test_a_new_effect_is_searched_for_and_named(check: Check, url: str, tmp_path: Path) -> None:
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(STRIBECK)
+    with Catalogue(url) as catalogue:
+        first = check(catalogue)
+        baselines.accept(catalogue, first.model, "Ada", "first", None)
+        same = check(catalogue, search=True)
+        assert same.verdict is Verdict.OK and same.findings == () and same.warnings == ()
+        unsearched = check(catalogue, scenario)
+        assert unsearched.verdict is Verdict.FAILED and unsearched.findings == ()
+        assert (
+            len(unsearched.warnings) == 1 and "the model leaves more of the torque" in unsearched.warnings[0]
+        )
+        assert "joint 1" in unsearched.warnings[0]
+
+        found = check(catalogue, scenario, search=True)
+        assert found.verdict is Verdict.FAILED and len(found.findings) == 1
+        assert found.findings[0].startswith("joint 1 has stribeck friction")
+        assert f"the search found: {found.findings[0]}" in found.sentence
+        (kept,) = findings.of_run(catalogue, found.run)
+        assert (kept.effect, tuple(kept.joints)) == ("stribeck_friction", (1,))
+        assert kept.gap_after < 0.5 * kept.gap_before
+        (speed,) = [p for p in kept.parameters if p["name"] == "stribeck_speed"]
+        assert speed["value"] == pytest.approx(SPEED, abs=4 * speed["sigma"]) and speed["sigma"] < 0.3 * SPEED
+        (arm,) = arms.every(catalogue)
+        newest = checks.of_arm(catalogue, arm.id, limit=1)[0]
+        assert newest.details["findings"] == list(found.findings) and newest.baseline_id is not None
+        again = check(catalogue)
+        assert again.previous == "failed" and again.verdict is Verdict.OK  # a bad night teaches nothing
+
+
+def test_a_residual_has_grown_only_beyond_all_nights_before() -> None:
+    rng = np.random.default_rng(0)
+    nights = 1.0 + 0.1 * rng.uniform(-1, 1, (20, 3))
+    largest = nights.max(axis=0)
+    assert grown_of(nights, tuple(1.29 * largest)) == ()
+    ((joint, times),) = grown_of(nights, (1.0, float(1.5 * largest[1]), 1.0))
+    assert joint == 2 and times == pytest.approx(1.5)
+    assert grown_of(nights[:2], tuple(1.9 * nights[:2].max(axis=0))) == ()  # two nights show little
+    assert len(grown_of(nights[:2], tuple(2.1 * nights[:2].max(axis=0)))) == 3
+    assert grown_of(np.zeros((0, 3)), (1.0, 1.0, 1.0)) == ()
