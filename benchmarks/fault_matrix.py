@@ -27,8 +27,9 @@ from drivers import ArmSession, Channel, DriveError, Samples, open_bus
 from drivers.simulated import Faults, draw_truth
 from drivers.simulated.fault_matrix import KINDS, FaultCase, run_case
 from drivers.simulated.faults import WrongIdentity
+from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
-from drivers.simulated.process import frame_sender, serve
+from drivers.simulated.process import serve
 from drivers.simulated.set_points import AxisMode
 from drivers.units import Units
 from robots import Robot
@@ -87,9 +88,10 @@ def identity_problem(robot: Robot, seed: int) -> str | None:
     done = threading.Event()
     with open_bus(channel) as bus:
         faults = Faults(identities=(WrongIdentity(node, product),))
-        group = DriveGroup(robot, draw_truth(robot, seed), frame_sender(bus), faults)
+        sender = FrameSender(bus)
+        group = DriveGroup(robot, draw_truth(robot, seed), sender, faults)
         group.boot(time.monotonic())
-        thread = threading.Thread(target=serve, args=(group, bus, lambda now: not done.is_set()))
+        thread = threading.Thread(target=serve, args=(group, sender.port, lambda now: not done.is_set()))
         thread.start()
         try:
             ArmSession(robot, channel).open()

@@ -239,11 +239,6 @@ class Drive:
         self._watch_temperature(control_signal)
         self.refresh_statusword()
 
-    def publish(self) -> None:
-        """Sends the TPDOs that belong to a SYNC."""
-        for cob_id, data in self.tpdo_frames():
-            self._send(cob_id, data)
-
     def tpdo_frames(self) -> list[tuple[int, bytes]]:
         """The TPDOs that belong to a SYNC: COB-ID and payload."""
         self._syncs += 1

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from drivers.bus.error_frames import BUS_OFF, ERROR_FLAG
+from drivers.bus.ports import Frame
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
 from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency
@@ -41,6 +42,7 @@ class DriveGroup:
         faults: what goes wrong.
         scenario: what the arm has besides.
         noise_seed: of its noise; the truth's own where None. The drives stay the same ones.
+        send_together: puts the TPDOs of one SYNC on the bus; ``send``, one after the other, where None.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class DriveGroup:
         scenario: Scenario = EMPTY,
         *,
         noise_seed: int | None = None,
+        send_together: Callable[[Sequence[Frame]], None] | None = None,
     ) -> None:
         noisy = truth if noise_seed is None else replace(truth, seed=noise_seed)
         self.bench = Bench(robot, noisy, scenario)
@@ -67,6 +70,7 @@ class DriveGroup:
             if wrong.node in self._by_node:
                 self._by_node[wrong.node].changed_values[0x1018, 2] = wrong.product
         self._send = send
+        self._send_together = send_together
         self._late: list[tuple[int, bytes]] = []
         self._off_bus = False
         self._dead: set[int] = set()
@@ -210,16 +214,17 @@ class DriveGroup:
             self._send(cob_id, data)
 
     def _publish(self) -> None:
-        late, self._late = self._late, []
-        for cob_id, data in late:
-            self._put(cob_id, data)
+        frames, self._late = self._late, []
         for drive in self._alive():
             if self._faults.loses_tpdo(drive.node_id, self.cycle):
                 continue
-            if self._faults.delays_tpdo(drive.node_id, self.cycle):
-                self._late += drive.tpdo_frames()
-            else:
-                drive.publish()
+            late = self._faults.delays_tpdo(drive.node_id, self.cycle)
+            (self._late if late else frames).extend(drive.tpdo_frames())
+        if self._send_together is not None and not self._off_bus:
+            self._send_together(frames)
+            return
+        for cob_id, data in frames:
+            self._put(cob_id, data)
 
     def _inject(self) -> list[tuple[Drive, bytes]]:
         """Faults due at the cycle that this SYNC begins; RPDOs that are to come only after it."""

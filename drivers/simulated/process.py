@@ -22,9 +22,11 @@ import can
 from drivers.bus.access import BusLock, listen_for_traffic, open_bus
 from drivers.bus.channel import Channel
 from drivers.bus.error_frames import ERROR_FLAG
+from drivers.bus.ports import FramePort
 from drivers.cyclic import realtime
 from drivers.errors import BusError, DriveError
 from drivers.simulated.faults import Faults
+from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.scenario import EMPTY, Scenario, load_scenario
 from drivers.simulated.seal import sealed_content, write_seal
@@ -73,14 +75,21 @@ def main() -> int:
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
                 faults = Faults.from_dict(order["faults"])
+                sender = FrameSender(bus)
                 group = DriveGroup(
-                    robot, truth, frame_sender(bus), faults, scenario, noise_seed=order["noise_seed"]
+                    robot,
+                    truth,
+                    sender,
+                    faults,
+                    scenario,
+                    noise_seed=order["noise_seed"],
+                    send_together=sender.together,
                 )
                 group.boot(time.monotonic())
                 # Answers in time even where ordinary processes keep the processors busy.
                 realtime.prepare(realtime.DRIVES_PRIORITY)
                 _say({"truth": _told(truth, scenario, order["seal"])})
-                serve(group, bus, lifeline.holds)
+                serve(group, sender.port, lifeline.holds)
     except (BusError, DriveError, RobotFileError, can.CanError) as error:
         _say({"error": type(error).__name__, "message": str(error)})
         return 2
@@ -102,20 +111,7 @@ def _told(truth: PlantTruth, scenario: Scenario, seal: str | None) -> dict[str, 
     return None
 
 
-def frame_sender(bus: can.BusABC) -> Callable[[int, bytes], None]:
-    """What puts a frame on a bus: COB-ID and payload; with ERROR_FLAG, a report of the controller."""
-
-    def send(cob_id: int, data: bytes) -> None:
-        if cob_id & ERROR_FLAG:
-            kind = cob_id & ~ERROR_FLAG
-            bus.send(can.Message(arbitration_id=kind, data=data, is_error_frame=True, check=False))
-            return
-        bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
-
-    return send
-
-
-def serve(group: DriveGroup, bus: can.BusABC, goes_on: Callable[[float], bool]) -> None:
+def serve(group: DriveGroup, port: FramePort, goes_on: Callable[[float], bool]) -> None:
     """Serves frames to booted drives until ``goes_on`` (asked with the monotonic time, s) says no.
 
     Raises:
@@ -123,13 +119,15 @@ def serve(group: DriveGroup, bus: can.BusABC, goes_on: Callable[[float], bool]) 
     """
     now = time.monotonic()
     while goes_on(now):
-        wait = min(group.next_event(now) - now, _PARENT_CHECK)
-        message = bus.recv(max(wait, 0.0))
+        port.wait(max(min(group.next_event(now) - now, _PARENT_CHECK), 0.0))
         now = time.monotonic()
-        if message is not None and not (message.is_extended_id or message.is_error_frame):
-            group.receive(message.arbitration_id, bytes(message.data), now)
+        frames = port.drain()
+        for cob_id, data in frames:
+            if not cob_id & ERROR_FLAG:
+                group.receive(cob_id, data, now)
+        if frames:
             now = time.monotonic()
-        group.tick(now, heard_all=message is None)
+        group.tick(now, heard_all=not frames)
 
 
 def _require_silence(channel: Channel) -> None:

@@ -15,10 +15,11 @@ from drivers import ArmSession, BusError, Channel, DriveError, open_bus
 from drivers.cia402 import State
 from drivers.motion.jog import jog_path
 from drivers.setup.attestation import refuse_unattested
-from drivers.setup.drive import interpolation_period
+from drivers.setup.period import interpolation_period
+from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.object_dictionary import EDS_PATH
-from drivers.simulated.process import frame_sender, serve
+from drivers.simulated.process import serve
 from drivers.simulated.truth import nominal_truth
 from robots import Robot
 from robots.description import ControlSignal, Identity, VelocityObject
@@ -31,11 +32,12 @@ def drives(robot: Robot, channel: Channel, change: Change | None = None) -> Iter
     """Simulated drives in a thread of this process, on a virtual bus."""
     done = threading.Event()
     with open_bus(channel) as bus:
-        group = DriveGroup(robot, nominal_truth(robot), frame_sender(bus))
+        sender = FrameSender(bus)
+        group = DriveGroup(robot, nominal_truth(robot), sender)
         group.boot(time.monotonic())
         if change is not None:
             change(group)
-        thread = threading.Thread(target=serve, args=(group, bus, lambda now: not done.is_set()))
+        thread = threading.Thread(target=serve, args=(group, sender.port, lambda now: not done.is_set()))
         thread.start()
         try:
             yield group

@@ -13,8 +13,9 @@ import robots
 from drivers import Channel, open_bus
 from drivers.simulated import PlantTruth, draw_truth, nominal_truth
 from drivers.simulated.faults import NO_FAULTS, Faults
+from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
-from drivers.simulated.process import frame_sender, serve
+from drivers.simulated.process import serve
 from robots import Robot
 
 _NUMBERS = count(1)
@@ -51,12 +52,13 @@ def serve_drives(tx40: Robot) -> Iterator[Callable[..., Channel]]:
     def start(robot: Robot = tx40, faults: Faults = NO_FAULTS) -> Channel:
         channel = Channel("virtual", f"simulated-{next(_NUMBERS)}")
         bus = open_bus(channel)
-        group = DriveGroup(robot, draw_truth(robot), frame_sender(bus), faults)
+        sender = FrameSender(bus)
+        group = DriveGroup(robot, draw_truth(robot), sender, faults)
         group.boot(time.monotonic())
 
         def run() -> None:
             with bus:
-                serve(group, bus, lambda now: not stop.is_set())
+                serve(group, sender.port, lambda now: not stop.is_set())
 
         threads.append(threading.Thread(target=run))
         threads[-1].start()
