@@ -46,7 +46,7 @@ from trajectories.information.matrix import CONDITION_CAP, Criterion
 from trajectories.information.wanted import PAYLOAD, payload_sigma
 from trajectories.motions.motion import Motion
 from trajectories.motions.sampled import SampledMotion
-from trajectories.motions.trajectory import Detail, ExcitingFamily, stretched
+from trajectories.motions.trajectory import Detail, ExcitingFamily
 
 Verdict = Literal["fine", "weak", "unmeasurable", "refused"]
 
@@ -235,15 +235,15 @@ def _found(request: PlanRequest, found: FoundMotion) -> tuple[Trajectory, list[s
             f"positions rounded to {motion.resolution:g} hide jerks up to {motion.jerk_rounding:.3g}"
         )
     trajectory = Trajectory.sampled(
-        stretched(found.motion, request.speed),
+        found.motion,
         _or(request.cycle_time, found.cycle_time),
         family=found.family,  # type: ignore[arg-type]
         seed=found.seed,
         score=found.score,
         repeat=found.repeat,
-        speed=found.speed * request.speed,
+        speed=found.speed,
     )
-    return trajectory, remarks
+    return (trajectory if request.speed == 1.0 else trajectory.slowed(request.speed)), remarks
 
 
 def _judged(

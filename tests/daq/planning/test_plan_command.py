@@ -17,6 +17,7 @@ import pytest
 import robots
 from daq.cli.entry import __file__ as entry_file
 from daq.files.model_file import read_model, write_model
+from daq.files.trajectory_file import read_motion
 from drivers.simulated import draw_truth, simulate_offline
 from robots import Robot
 from robots.arrays import FloatArray
@@ -291,6 +292,18 @@ def test_a_motion_that_shows_too_little_or_nothing_has_its_own_exit_code(plan: P
     (tmp_path / "still.csv").write_text("t,carriage\n" + rows)
     still = plan("emps", "--check", "still.csv")
     assert still.code in (1, 3) and "MAY BE DRIVEN" in still.out
+
+
+def test_the_periods_of_a_slow_run_are_as_slow(plan: Plan, tmp_path: Path) -> None:
+    made = plan("emps", "--periods", 3, "--json", "--out", "three")
+    slow = plan("emps", "--check", "three/emps.trajectory.json", "--speed", 0.1, "--json", "--out", "slow")
+    once, tenth = (json.loads(answer.out)["repeat"] for answer in (made, slow))
+    assert once["count"] == tenth["count"] == 3 and once["period"] > 1.0
+    assert tenth["period"] == pytest.approx(10 * once["period"])
+    assert tenth["start"] == pytest.approx(10 * once["start"])
+    written = read_motion(tmp_path / "slow" / "emps.trajectory.json", robots.load("emps"))
+    assert written.repeat is not None
+    assert (written.repeat.start, written.repeat.period) == (tenth["start"], tenth["period"])
 
 
 def test_a_slow_run_of_a_file_is_judged_at_its_speed(plan: Plan, tmp_path: Path) -> None:
