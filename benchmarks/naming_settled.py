@@ -39,12 +39,33 @@ from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Trajectory, plan
 
-SIZE = 0.7
-"""Gap of the hidden effect on the poor motion, in noise floors."""
+SIZE = 0.8
+"""Gap of the hidden effect on the poor motion, in noise floors: small, so that little tells names apart."""
+EFFECTS = {
+    "tx40": (
+        "time_delay",
+        "gravity_spring",
+        "contact",
+        "current_loop_lag",
+        "cable_spring",
+        "current_offset",
+        "joint_elasticity",
+        "hysteresis",
+    ),
+    "emps": ("contact", "cable_spring", "stribeck_friction", "hysteresis", "position_dependent_friction"),
+}
+"""What is hidden: effects that others resemble on a poor motion."""
 ROUNDS = 2
-POOR = {"duration": 4.0, "evaluations": 15, "speed": 0.6}
+POOR = {
+    "tx40": {"duration": 4.0, "evaluations": 15, "speed": 0.6},
+    "emps": {"duration": 2.5, "evaluations": 30, "speed": 0.5},
+}
 """The first motion: the best of few trials, short and slow."""
-GOOD = {"duration": 12.0, "evaluations": 1500, "speed": 1.0}
+GOOD = {
+    "tx40": {"duration": 12.0, "evaluations": 1500, "speed": 1.0},
+    "emps": {"duration": 6.0, "evaluations": 300, "speed": 1.0},
+}
+"""The motion that the arm was accepted on."""
 SETTINGS = PlanSettings()
 
 
@@ -52,35 +73,41 @@ def main() -> None:
     """Run what is asked for, or report what was run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--scenarios", type=int, default=60)
-    parser.add_argument("--effects", nargs="*", default=list(naming.NAMES))
     parser.add_argument("--seed", type=int, default=4000, help="of the first scenario")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no scenario after so long")
     parser.add_argument("--out", type=Path, default=Path("naming_settled.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     given = parser.parse_args()
     if given.report is None:
-        tasks = [(given.effects[k % len(given.effects)], given.seed + k) for k in range(given.scenarios)]
-        campaign(tasks, given.out, time.monotonic() + given.seconds)
+        campaign(tasks(given.scenarios, given.seed), given.out, time.monotonic() + given.seconds)
     print(report(naming._lines(given.report or given.out)))
 
 
-def campaign(tasks: Sequence[tuple[str, int]], out: Path, until: float) -> None:
+def tasks(scenarios: int, seed: int) -> list[tuple[str, str, int]]:
+    """Arm, effect and seed of each scenario; arms and their effects take turns."""
+    arms = [list(EFFECTS)[k % len(EFFECTS)] for k in range(scenarios)]
+    return [
+        (arm, EFFECTS[arm][(k // len(EFFECTS)) % len(EFFECTS[arm])], seed + k) for k, arm in enumerate(arms)
+    ]
+
+
+def campaign(wanted: Sequence[tuple[str, str, int]], out: Path, until: float) -> None:
     """Run what the file does not hold yet, and append it."""
-    done = {(line["effect"], line["seed"]) for line in naming._lines(out)}
-    for effect, seed in tasks:
-        if (effect, seed) in done:
+    done = {line["seed"] for line in naming._lines(out)}
+    for arm, effect, seed in wanted:
+        if seed in done:
             continue
         if time.monotonic() > until:
             break
         with out.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(one_run(effect, seed)) + "\n")
+            file.write(json.dumps(one_run(arm, effect, seed)) + "\n")
 
 
 @cache
-def motion(seed: int, poor: bool) -> FloatArray:
+def motion(arm: str, seed: int, poor: bool) -> FloatArray:
     """One period, (N, n)."""
-    robot = robots.load(naming.ARM)
-    how = POOR if poor else GOOD
+    robot = robots.load(arm)
+    how = (POOR if poor else GOOD)[arm]
     planned = plan(
         robot,
         cycle_time=robot.bus.cycle_time,
@@ -93,20 +120,20 @@ def motion(seed: int, poor: bool) -> FloatArray:
     return np.asarray(planned.position[: len(planned.position) // naming.PERIODS])
 
 
-def one_run(effect: str, seed: int) -> dict[str, Any]:
+def one_run(name: str, effect: str, seed: int) -> dict[str, Any]:
     """Draw, simulate, search; where that is ambiguous move and search again; only then compare."""
-    robot = robots.load(naming.ARM)
+    robot = robots.load(name)
     truth = draw_truth(robot, seed)
-    line: dict[str, Any] = {"kind": "single", "effect": effect, "seed": seed}
+    line: dict[str, Any] = {"kind": "single", "arm": name, "effect": effect, "seed": seed}
     started = time.process_time()
     try:
-        drawn = draw_scenario(robot, effect, seed, SIZE, truth=truth, reference=motion(0, True))
+        drawn = draw_scenario(robot, effect, seed, SIZE, truth=truth, reference=motion(name, 0, True))
     except DriveError as error:
         return line | {"skipped": str(error)}
     arm = Arm(robot, truth, drawn.scenario)
-    accepted = naming.record(robot, truth, Scenario(), motion(0, False), seed + 1)
-    fit = naming.record(robot, truth, drawn.scenario, motion(0, True), seed + 2)
-    validation = naming.record(robot, truth, drawn.scenario, motion(1, True), seed + 3)
+    accepted = naming.record(robot, truth, Scenario(), motion(name, 0, False), seed + 1)
+    fit = naming.record(robot, truth, drawn.scenario, motion(name, 0, True), seed + 2)
+    validation = naming.record(robot, truth, drawn.scenario, motion(name, 1, True), seed + 3)
     line |= {"axes": list(drawn.axes), "ratio": drawn.ratio, "scenario": drawn.scenario.as_dict()}
     rounds = settle(arm, accepted, (fit,), validation, seed + 4)
     return line | {"rounds": rounds, "processor_seconds": time.process_time() - started}
@@ -199,6 +226,10 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     first = [line for line in whole if was_ambiguous(line)]
     held = [line for line in first if truth_in_set(line)]
     left = [line for line in held if not resolved(line)]
+    per_arm = [
+        f"| the same, {arm} | {naming.share(resolved(line) for line in held if line['arm'] == arm)} |"
+        for arm in EFFECTS
+    ]
     sizes: list[float] = [1 + len(line["rounds"][0]["findings"][0]["set"]) for line in held]
     text = [
         "| figure | value |",
@@ -207,6 +238,7 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
         f"| mean size of those sets | {np.mean(sizes or [np.nan]):.2f} |",
         f"| the truth in the set | {naming.share(map(truth_in_set, first))} |",
         f"| **sets that hold the truth, settled to the truth alone** | {naming.share(map(resolved, held))} |",
+        *per_arm,
         f"| the same after one motion | {naming.share(resolved(line, 1) for line in held)} |",
         f"| of all sets, settled to the truth alone | {naming.share(map(resolved, first))} |",
         f"| at the end the truth neither named nor in the set | {naming.share(map(wrongly, held))} |",
@@ -217,7 +249,7 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     ]
     groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for line in held:
-        groups[line["effect"]].append(line)
+        groups[f"{line['effect']}, {line['arm']}"].append(line)
     for effect, rows in sorted(groups.items()):
         others = "; ".join(_ended(line) for line in rows if not resolved(line))
         text.append(f"| {effect} | {len(rows)} | {sum(map(resolved, rows))} | {others} |")

@@ -42,9 +42,9 @@ def test_the_planned_motion_settles_what_a_poor_one_left_open(
     validation = naming.record(rig, truth, drawn.scenario, period(rig, 1, 0.5, 2.5), seed + 3)
     arm = naming_settled.Arm(rig, truth, drawn.scenario)
     rounds = naming_settled.settle(arm, accepted, (fit,), validation, seed + 4)
-    line = {"kind": "single", "effect": "contact", "seed": seed, "axes": list(drawn.axes), "rounds": rounds}
+    line = {"kind": "single", "arm": "emps", "effect": "contact", "axes": list(drawn.axes), "rounds": rounds}
     assert naming_settled.was_ambiguous(line) and naming_settled.truth_in_set(line)
     assert naming_settled.resolved(line)
     ((_, _, before, after),) = rounds[0]["planned"]["correlations"]
     assert after < 0.6 < 0.9 < before
-    assert "| contact | 1 | 1 |  |" in naming_settled.report([line])
+    assert "| contact, emps | 1 | 1 |  |" in naming_settled.report([line])
