@@ -92,9 +92,11 @@ def outcome(words: str, effect: str, joint: int | None, found: Sequence[Comparis
     return Outcome(words, alarms[0] + 1 if alarms else None, right[0] + 1 if right else None, said)
 
 
-def run_year(seed: int, nights: int, after: int, settings: DriftSettings) -> dict[str, Any]:
+def run_year(
+    seed: int, nights: int, after: int, settings: DriftSettings, made: Bench | None = None
+) -> dict[str, Any]:
     """One arm: a year without a change, and each change from a fifth of the year on."""
-    made: Bench = bench(seed)
+    made = made or bench(seed)
     start = max(nights // 5, settings.learning_nights + 3)
     year = as_nights(run_nights(made, range(max(nights, start)), seed, {}))
     clean = judge(year, made.geometry, settings)
