@@ -186,6 +186,8 @@ def main() -> int:
             f"  stalls of the machine above {1e3 * SHORTEST:g} ms: {len(stalls)}, longest "
             f"{1e3 * longest:.1f} ms; outside of them {own[0]} deadlines missed, {own[1]} late"
         )
+        causes = ", ".join(f"{count} {cause}" for cause, count in result.missed_for.items())
+        print(f"  deadlines missed by cause: {causes}")
         print("  lateness 50 / 99 / 99.9 / 100 %: " + " / ".join(f"{value:.3f}" for value in late) + " ms")
         print(
             f"  processor: {100 * result.cpu_share:.1f} % of a core; python-can alone "

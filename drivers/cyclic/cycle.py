@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from drivers.bus.ports import FramePort
 from drivers.cia402.states import MODE_BIT, Command, Goal, has_torque, next_controlword
+from drivers.cyclic.delays import Delays
 from drivers.cyclic.exchange import Exchange
 from drivers.cyclic.job import Job
 from drivers.cyclic.pacemaker import Pacemaker
@@ -66,6 +67,10 @@ class Cycle:
         """Of the recorded part."""
         self.incomplete_before = 0
         """SYNCs between the first RPDOs and the record that some drive did not answer in time."""
+        self.delays = Delays()
+        """Of the recorded part."""
+        self._answered_at = 0.0
+        self._answers_were_late = False
         self._pending: tuple[tuple[float, ...], list[bool]] | None = None
         self._largest_step = job.largest_step
         self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
@@ -75,6 +80,8 @@ class Cycle:
 
     def turn(self) -> None:
         """Wait, SYNC, TPDOs, checks."""
+        due = self.pace.deadline + self.job.cycle_time
+        self._answers_were_late = self._answered_at > due
         self.lateness = self.pace.wait()
         self.exchange.sync()
         self.latched_before, self.latched = self.latched, self.sent
@@ -91,6 +98,7 @@ class Cycle:
             now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
         )
         whole = self.exchange.receive(until)
+        self._answered_at = self.clock()
         self.incomplete_before += self.commanded and not (whole or self.rows)
         self.watch.check(self.latched_before, self.goals)
 
@@ -155,6 +163,8 @@ class Cycle:
         self._pending = row, seen.complete
         self.rows += 1
         self.missed += self.pace.missed_now
+        if self.pace.missed_now:
+            self.delays.note(self.pace.missed_now, self.pace.overrun, self._answers_were_late)
         self.late += self.pace.late_now
 
     def publish(self) -> None:

@@ -30,6 +30,8 @@ class Pacemaker:
         self.missed_now = 0
         """Deadlines skipped just before the present one."""
         self.late_now = False
+        self.overrun = 0.0
+        """s by which the deadline was gone when the latest wait for it began."""
         self._clock = clock
         self._sleep = sleep
         self._start = 0.0
@@ -57,6 +59,7 @@ class Pacemaker:
             skipped.
         """
         due = self.deadline + self.period
+        self.overrun = self._clock() - due
         self._sleep_until(due)
         behind = max(0.0, self._clock() - due)
         self.missed_now = int(behind / self.period + 1.0 - SKIP_SHARE)

@@ -97,6 +97,8 @@ class StreamResult:
     """Rows before which the arm rested on request: between such a row and the one before, time has passed."""
     cpu_share: float = 0.0
     """Processor time of the cyclic process over the time it ran: 0.1 is a tenth of a core."""
+    missed_for: dict[str, int] = field(default_factory=dict)
+    """``missed_cycles`` by what kept the cyclic process: see :mod:`drivers.cyclic.delays`."""
     torque_unconfirmed: tuple[str, ...] = ()
     """Drives that have not confirmed at the end that their torque is off."""
     rest_unconfirmed: tuple[str, ...] = ()
@@ -107,6 +109,8 @@ class StreamResult:
         """How the arm was left, in words."""
         if not (self.torque_unconfirmed or self.rest_unconfirmed):
             return "the arm is at rest and its torque is off"
+        if self.rest_unconfirmed == self.torque_unconfirmed:
+            return f"NOT KNOWN to be at rest and without torque: {', '.join(self.rest_unconfirmed)}"
         parts = ["the arm is at rest"] if not self.rest_unconfirmed else []
         parts += ["torque is off"] if not self.torque_unconfirmed else []
         for what, drives in (("at rest", self.rest_unconfirmed), ("without torque", self.torque_unconfirmed)):
