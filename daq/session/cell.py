@@ -19,11 +19,13 @@ class Cell:
 
     Attributes:
         conditions: of every motion of the session; with the arm's own limits, none of them kept away from.
-        sha256: of the cell file; empty where there is none.
+        file: None where there is none.
+        sha256: of the file; empty where there is none.
         words: for people; empty where there is none.
     """
 
     conditions: Conditions = field(default_factory=lambda: Conditions(margins=_ALL_ALLOWED))
+    file: Path | None = None
     sha256: str = ""
     words: str = ""
 
@@ -51,4 +53,4 @@ def cell_of(path: Path | None) -> Cell:
     parts = ["no floor" if found.floor is None else f"floor at {found.floor:g} m"]
     parts += [box.name for box in found.obstacle]
     parts += [] if found.tool.speed is None else [f"tool up to {found.tool.speed:g} m/s"]
-    return Cell(conditions, sha256_of(path.read_text(encoding="utf-8")), f"{path}: {', '.join(parts)}")
+    return Cell(conditions, path, sha256_of(path.read_text(encoding="utf-8")), f"{path}: {', '.join(parts)}")

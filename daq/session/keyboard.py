@@ -38,7 +38,7 @@ def pressed(key: str, conduct: Conduct) -> bool:
 def help_line(state: SessionState) -> str:
     """What may be pressed in a state, in words."""
     allowed = wishes(state)
-    return "   ".join(f"{key} {_WORDS[wish]}" for key, wish in KEYS.items() if wish in allowed)
+    return "  ".join(f"{key} {_WORDS[wish]}" for key, wish in KEYS.items() if wish in allowed)
 
 
 @contextmanager

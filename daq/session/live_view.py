@@ -21,7 +21,9 @@ from trajectories import Trajectory
 REFRESH = 5.0
 """Pictures a second: an eye reads numbers no faster, and each costs a few milliseconds of a core."""
 
-_BAR = 16
+_BAR, _SHORT_BAR = 16, 8
+_NARROW = 96
+"""Columns of a terminal below which the table is set closer."""
 _COLOURS = {
     SessionState.RUNNING: "green",
     SessionState.PAUSING: "cyan",
@@ -79,7 +81,10 @@ class LiveView:
     def picture(self) -> RenderableType:
         """The stream as it is now."""
         figures, state = self._figures.now(), self._conduct.state
-        parts: list[RenderableType] = [self._heading(figures, state), _joints(self._robot, figures)]
+        parts: list[RenderableType] = [
+            self._heading(figures, state),
+            _joints(self._robot, figures, self._console.width < _NARROW),
+        ]
         keys = help_line(state)
         if keys:
             parts.append(Text(keys, style="dim"))
@@ -110,11 +115,11 @@ class LiveView:
         return Group(grid, cycle)
 
 
-def _joints(robot: Robot, figures: Figures) -> Table:
+def _joints(robot: Robot, figures: Figures, narrow: bool) -> Table:
     table = Table(box=None, padding=(0, 1), pad_edge=False)
     table.add_column("joint", no_wrap=True)
     table.add_column("position", justify="right", no_wrap=True)
-    table.add_column("following error", justify="right", no_wrap=True)
+    table.add_column("error" if narrow else "following error", justify="right", no_wrap=True)
     table.add_column("of limit", justify="right", no_wrap=True)
     table.add_column("torque", justify="right", no_wrap=True)
     table.add_column("peak, of limit", no_wrap=True)
@@ -129,15 +134,15 @@ def _joints(robot: Robot, figures: Figures) -> Table:
             f"{1e3 * error:+.3f} {'mrad' if turns else 'mm'}",
             Text(f"{100 * error_share:.0f} %", style=_warmth(error_share)),
             f"{float(figures.torque[axis]):+.2f} {'N·m' if turns else 'N'}",
-            _bar(share),
+            _bar(share, _SHORT_BAR if narrow else _BAR),
         )
     return table
 
 
-def _bar(share: float) -> Text:
-    filled = round(_BAR * min(share, 1.0))
+def _bar(share: float, length: int) -> Text:
+    filled = round(length * min(share, 1.0))
     text = Text("█" * filled, style=_warmth(share))
-    text.append("░" * (_BAR - filled), style="dim")
+    text.append("░" * (length - filled), style="dim")
     text.append(f" {100 * share:3.0f} %")
     return text
 

@@ -30,9 +30,10 @@ def print_planned(console: Console, planned: Planned, request: CommissionRequest
     around = request.cell.words or "nothing but the arm itself; --cell CELL.toml says what stands around it"
     console.print(f"Keeps clear of: {escape(around)}", soft_wrap=True, highlight=False)
     if not move:
+        cell = "" if request.cell.file is None else f"--cell {request.cell.file} "
         console.print(
             "Dry run: nothing was sent and nothing moved. To go on:"
-            f" [bold]--trajectory {escape(str(planned.file))} --move[/]",
+            f" [bold]{escape(cell)}--trajectory {escape(str(planned.file))} --move[/]",
             soft_wrap=True,
             highlight=False,
         )
@@ -64,4 +65,4 @@ def _state(status: StageStatus) -> str:
 def _takes(planned: Planned, status: StageStatus) -> str:
     if status.name in planned.estimates:
         return planned.estimates[status.name].words()
-    return "depends on where it stands" if status.name in MOVING else "nothing moves"
+    return "by where it stands" if status.name in MOVING else "–"

@@ -62,8 +62,9 @@ def test_missed_and_late_are_counted_from_the_start_and_the_cycle_over_a_second(
     assert figures.cycle_time == pytest.approx(period) == figures.longest_cycle
 
 
-def test_the_picture_shows_every_joint_and_the_keys(tx40: Robot, batch: Samples) -> None:
-    console = Console(width=100, file=StringIO(), record=True, force_terminal=True)
+@pytest.mark.parametrize("width", [100, 80])
+def test_the_picture_shows_every_joint_and_the_keys(tx40: Robot, batch: Samples, width: int) -> None:
+    console = Console(width=width, file=StringIO(), record=True, force_terminal=True)
     view, conduct = LiveView(console, tx40), Conduct()
     view.begin("First motion", there_and_back(tx40), conduct)
     conduct.begin()
@@ -77,7 +78,9 @@ def test_the_picture_shows_every_joint_and_the_keys(tx40: Robot, batch: Samples)
         line = next(line for line in text.splitlines() if f"{joint.name} " in line and "rad" in line)
         assert f"{figures.now().position[axis]:+.4f} rad" in line
         assert f"{figures.now().torque[axis]:+.2f} N·m" in line
-    assert "running" in text and "First motion" in text and "p pause after the period" in text
+    assert "running" in text and "First motion" in text
+    assert "p pause after the period  s stop after it  a come to rest now  h quick stop" in text
+    assert "…" not in text.replace("0.4 s …", ""), "no number is cut off"
 
 
 def test_a_pipe_gets_two_lines(tx40: Robot, batch: Samples) -> None:

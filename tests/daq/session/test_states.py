@@ -91,7 +91,7 @@ def test_the_reason_reaches_the_record() -> None:
 
 def test_keys_are_shown_exactly_where_they_work() -> None:
     for state in SessionState:
-        shown = {entry.split()[0] for entry in help_line(state).split("   ") if entry}
+        shown = {entry.split()[0] for entry in help_line(state).split("  ") if entry}
         assert {KEYS[key] for key in shown} == set(wishes(state))
 
 
@@ -102,7 +102,8 @@ def test_keys(key: str, state: SessionState) -> None:
     conduct = Conduct()
     conduct.begin()
     assert pressed(key, conduct) and conduct.state is state
-    assert conduct.control.reason in (None, f"key {key.lower()}: {KEYS[key.lower()]}")
+    told = None if state is S.PAUSING else f"by the operator, key {key.lower()}"
+    assert conduct.control.reason == told, "a pause ends nothing"
 
 
 def test_a_second_p_goes_on_and_other_keys_do_nothing() -> None:

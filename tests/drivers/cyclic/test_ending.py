@@ -52,7 +52,7 @@ def test_a_drive_that_is_silent_is_named(tx40: Robot) -> None:
     assert done.result is not None
     assert done.result.torque_unconfirmed == done.result.rest_unconfirmed == named(tx40, 2)
     name = named(tx40, 2)[0]
-    assert done.result.ending == f"NOT KNOWN to be at rest: {name}; NOT KNOWN to be without torque: {name}"
+    assert done.result.ending == f"NOT KNOWN to be at rest and without torque: {name}"
 
 
 def test_a_drive_that_speaks_again_is_believed(tx40: Robot) -> None:
