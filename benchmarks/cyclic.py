@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import can
 import numpy as np
-from machine_stalls import SHORTEST, Stall, covered, witness
+from machine_stalls import SHORTEST, Stall, covered, stolen_seconds, witness
 
 import robots
 from drivers import ArmSession, Channel, Samples, StreamResult, open_bus
@@ -168,8 +168,10 @@ def main() -> int:
         bus = arm.bus.model_copy(update={"cycle_time": 1 / rate, "load_limit": 1.0})
         arm = arm.model_copy(update={"bus": bus})
         with busy_processes(options.busy):
+            stolen = stolen_seconds()
             with witness() as stalls:
                 result, samples, began = stream(arm, options.seconds)
+            stolen = stolen_seconds() - stolen
             bare = raw(arm, min(options.seconds, 20.0))
         late = 1e3 * np.percentile(samples.lateness, [50, 99, 99.9, 100])
         cycles = max(1, result.cycles)
@@ -184,7 +186,8 @@ def main() -> int:
         own = own_failures(samples, period, began, stalls)
         print(
             f"  stalls of the machine above {1e3 * SHORTEST:g} ms: {len(stalls)}, longest "
-            f"{1e3 * longest:.1f} ms; outside of them {own[0]} deadlines missed, {own[1]} late"
+            f"{1e3 * longest:.1f} ms; outside of them {own[0]} deadlines missed, {own[1]} late; "
+            f"{stolen:.2f} s of processor time taken by the host"
         )
         causes = ", ".join(f"{count} {cause}" for cause, count in result.missed_for.items())
         print(f"  deadlines missed by cause: {causes}")
