@@ -23,6 +23,8 @@ _CAPTURE_WORDS = {
     "changed": "[red]another file is in its place[/]",
     "gone": "gone",
 }
+_NARROW = 100
+"""Columns of a terminal below which the list of runs leaves out what there is no room for."""
 _NOTABLE = 3.0
 """σ: from here on a difference is shown in colour."""
 
@@ -32,26 +34,27 @@ def print_runs(console: Console, runs: Sequence[Run]) -> None:
     if not runs:
         console.print("No runs. `armhil demo` makes one.", highlight=False)
         return
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    rows = [_run_cells(run) for run in runs]
+    noted, narrow = any(run.note for run in runs), console.width < _NARROW
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
     for heading in ("run", "started", "arm", "kind", "ended"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("trajectory", "note"):
+    # Where there is no room for both, the note says more to whoever wrote it; `show` has everything.
+    texts = (["trajectory"] if not (noted and narrow) else []) + (["note"] if noted else [])
+    for heading in texts:
         table.add_column(heading)
-    for row in rows:
-        table.add_row(*row)
+    for run in runs:
+        cells = {"trajectory": escape(run.trajectory), "note": escape(run.note.partition("\n")[0])}
+        table.add_row(*_run_cells(run, narrow), *(cells[text] for text in texts))
     console.print(table)
 
 
-def _run_cells(run: Run) -> tuple[str, ...]:
+def _run_cells(run: Run, narrow: bool) -> tuple[str, ...]:
     return (
         str(run.id),
-        _local(run.started)[:16],
+        _local(run.started)[5 if narrow else 0 : 16],
         escape(run.arm),
         f"{run.kind} {run.stage}".strip(),
         _ending(run),
-        escape(run.trajectory),
-        escape(run.note.partition("\n")[0]),
     )
 
 
@@ -66,7 +69,11 @@ def print_details(console: Console, details: RunDetails) -> None:
         "Capture": f"{escape(run.capture or '')} ({_CAPTURE_WORDS[details.capture]})".strip(),
         "SHA-256": run.capture_sha256 or "",
         "Description": f"robot.toml {run.description_sha256[:16]}…",
-        **{key.replace("_", " ").capitalize(): escape(str(value)) for key, value in run.facts.items()},
+        **{
+            key.replace("_", " ").capitalize(): escape(str(value))
+            for key, value in run.facts.items()
+            if key != "description"
+        },
         "Note": escape(run.note),
     }
     for name, text in lines.items():

@@ -19,7 +19,7 @@ _STATES = {"passed": "[green]passed[/]", "open": "[bold]open[/]", "locked": "[di
 
 def print_planned(console: Console, planned: Planned, request: CommissionRequest, move: bool) -> None:
     """The stages, what each takes, and how to go on."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
     for heading in ("stage", "", "what happens", "takes"):
         table.add_column(heading, no_wrap=heading != "what happens")
     for status in planned.states:

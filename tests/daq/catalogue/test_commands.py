@@ -104,6 +104,21 @@ def test_what_is_not_there_is_one_line(armhil: Call, arguments: list[object], to
     assert (code, out, err) == (2, "", f"armhil: {told}\n")
 
 
+@pytest.mark.parametrize("width", [80, 120])
+def test_the_list_has_room_for_its_words(
+    pair: tuple[Path, Path], armhil: Call, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    """Where there is no room for trajectory and note, what was noted is shown."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    _, out, _ = armhil("runs")
+    assert "sines" in out and "note" not in out and "…" not in out
+    armhil("note", 1, "cover of joint 3 was off")
+    _, out, _ = armhil("runs")
+    lines = [line for line in out.splitlines() if line.strip()]
+    assert max(map(len, lines)) <= width and "cover of" in out and "…" not in out
+    assert ("sines" in out) == (width > 100)
+
+
 def test_an_empty_catalogue_says_so(armhil: Call) -> None:
     assert armhil("runs") == (0, "No runs. `armhil demo` makes one.\n", "")
 
