@@ -42,17 +42,8 @@ from trajectories import Trajectory, plan
 SIZE = 0.8
 """Gap of the hidden effect on the poor motion, in noise floors: small, so that little tells names apart."""
 EFFECTS = {
-    "tx40": (
-        "time_delay",
-        "gravity_spring",
-        "contact",
-        "current_loop_lag",
-        "cable_spring",
-        "current_offset",
-        "joint_elasticity",
-        "hysteresis",
-    ),
-    "emps": ("contact", "cable_spring", "stribeck_friction", "hysteresis", "position_dependent_friction"),
+    "tx40": ("contact", "gravity_spring", "time_delay", "cable_spring"),
+    "emps": ("contact", "cable_spring", "contact", "hysteresis"),
 }
 """What is hidden: effects that others resemble on a poor motion."""
 ROUNDS = 2
