@@ -13,7 +13,8 @@ from drivers import Budgets, BusError, Channel, DriveError, open_bus
 from drivers.bus.access import BusLock
 from drivers.bus.budget import BusBudget, nominal_links
 from drivers.bus.multicast import RECEIVE_BUFFER
-from drivers.setup.eds import DeviceFile, read_device_file
+from drivers.setup.device_file import DeviceFile
+from drivers.setup.eds import read_device_file
 from drivers.setup.findings import Finding
 from drivers.setup.mapping import refuse_shared_cob_ids
 from robots import Robot

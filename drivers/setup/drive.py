@@ -10,7 +10,8 @@ from drivers.cia402.emcy import describe_emcy
 from drivers.cia402.states import TORQUE_STATES, State, state_of
 from drivers.cyclic.layout import DriveLink, MappedObject
 from drivers.errors import DriveError
-from drivers.setup.eds import compare_identity, read_device_file
+from drivers.setup.device_needs import compare_identity
+from drivers.setup.eds import read_device_file
 from drivers.setup.findings import Finding
 from drivers.setup.guarding import has_consumer, set_abort_option, set_deadline
 from drivers.setup.limits import compare_limits

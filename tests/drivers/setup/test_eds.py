@@ -11,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers import DriveError, Finding
-from drivers.setup.eds import DeviceFile, compare_identity, read_device_file
+from drivers.setup.device_file import DeviceFile
+from drivers.setup.device_needs import compare_identity
+from drivers.setup.eds import read_device_file
 from drivers.setup.mapping import refuse_shared_cob_ids
 from drivers.simulated.object_dictionary import EDS_PATH
 
