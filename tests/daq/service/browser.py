@@ -15,7 +15,7 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
-PATIENCE = 60.0
+PATIENCE = 240.0
 """s that anything may take on a busy machine."""
 
 _OPTIONS = (

@@ -6,37 +6,21 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from daq.catalogue.database import Catalogue
-from daq.files.trajectory_file import SUFFIX, write_trajectory
 from daq.service.settings import Service
 from drivers import Channel
 from robots import Robot
 from tests.daq.service.browser import Browser, browsing, chromium
+from tests.daq.service.fleets import write_fleet
 from tests.daq.service.serving import running
-from trajectories import plan
 
 DRIVE = "drive-token-of-the-test"
 PROGRAM = chromium()
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="Chromium is not here")
 PHONE, DESK = 390, 1280
 PAGES = ("/", "/runs", "/arms/emps-sim?parameter=Fc1", "/runs/12", "/login")
-
-
-def write_fleet(file: Path, emps: Robot, channel: Channel) -> None:
-    """One simulated arm with a short motion."""
-    motion = file.parent / f"motion{SUFFIX}"
-    home = np.array(emps.home)
-    write_trajectory(
-        motion,
-        plan(emps, cycle_time=emps.bus.cycle_time, duration=4.0, seed=0, evaluations=300, start=home),
-        emps,
-    )
-    lines = ["format = 1", "[[arm]]", 'robot = "emps"', "simulated = true", f'trajectory = "{motion}"']
-    lines += [f'interface = "{channel.interface}"', f'channel = "{channel.name}"']
-    file.write_text("\n".join(lines) + "\n")
 
 
 @pytest.fixture
