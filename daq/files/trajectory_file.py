@@ -79,6 +79,11 @@ def write_trajectory(path: Path, trajectory: Trajectory, robot: Robot) -> None:
     Raises:
         TrajectoryFileError: the file cannot be written.
     """
+    _write(path, trajectory_text(trajectory, robot))
+
+
+def trajectory_text(trajectory: Trajectory, robot: Robot) -> str:
+    """What :func:`write_trajectory` writes."""
     content = {
         "kind": KIND,
         "format": FORMAT,
@@ -94,7 +99,7 @@ def write_trajectory(path: Path, trajectory: Trajectory, robot: Robot) -> None:
         "repeat": None if trajectory.repeat is None else vars(trajectory.repeat),
         "motion": motion_data(trajectory.motion),
     }
-    _write(path, json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")) + "\n")
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")) + "\n"
 
 
 def write_samples(path: Path, trajectory: Trajectory, robot: Robot) -> None:

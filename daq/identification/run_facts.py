@@ -7,10 +7,13 @@ from importlib.metadata import version
 
 import numpy as np
 
+from daq.catalogue.who import user
+from daq.files.trajectory_file import trajectory_text
 from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY, Capture, Facts
 from drivers import DriveReport, StreamResult
 from robots import Robot
 from trajectories import Trajectory
+from trajectories.motions.sampled import SampledMotion
 
 
 def run_facts(
@@ -20,7 +23,7 @@ def run_facts(
 
     Args:
         robot: the arm.
-        run: what only the caller knows: channel, seed, kind; ``operator`` and ``note`` where they are given.
+        run: what only the caller knows: channel, seed, kind; ``note`` where it is given.
         trajectory: what was streamed.
         drives: what the set-up found.
     """
@@ -39,6 +42,7 @@ def run_facts(
         {"joint": joint.name, "gain": drive.gain, "relative_uncertainty": drive.gain_relative_uncertainty}
         for joint, drive in zip(robot.joint, robot.drive, strict=True)
     ]
+    sampled = isinstance(trajectory.motion, SampledMotion)
     packages = ("armhil", "mcap", "numpy", "scipy", "pin", "ruckig", "python-can", "canopen")
     return {
         DESCRIPTION: {
@@ -49,6 +53,7 @@ def run_facts(
         },
         RUN: {
             "period": repr(robot.bus.cycle_time),
+            "operator": user(),
             **run,
             "drives": json.dumps(identities),
             "gains": json.dumps(gains),
@@ -60,6 +65,8 @@ def run_facts(
             "score": repr(trajectory.score),
             "condition": repr(trajectory.detail.condition),
             "duration": repr(trajectory.duration),
+            # A motion that is samples is in the record itself.
+            **({} if sampled else {"file": trajectory_text(trajectory, robot)}),
         },
     }
 

@@ -17,7 +17,9 @@ from daq.catalogue import leases, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_capture
 from daq.catalogue.values import ArmMismatch, LeaseHeld
+from daq.catalogue.who import user
 from daq.cli import entry as cli
+from daq.files.trajectory_file import trajectory_text
 from daq.progress import Silent
 from daq.recording.reader import read_capture
 from daq.service.spool import spool_path
@@ -124,7 +126,10 @@ def test_pause_stop_and_abort_on_the_bus(
         assert paused.states == [S.RUNNING, S.PAUSING, S.PAUSED, S.RUNNING]
         assert (result.outcome, result.cycles) == ("completed", len(motion.time))
         assert result.pauses and abs(result.pauses[0] - period) <= 3
-        assert len(read_capture(path).samples) == len(motion.time)
+        capture = read_capture(path)
+        assert len(capture.samples) == len(motion.time)
+        assert capture.run["note"] == "noted" and capture.run["operator"] == user()
+        assert capture.trajectory["file"] == trajectory_text(motion, emps), "the whole motion, exactly"
 
         stopped, result, path = drive("stop", {period // 2: "stop"})
         assert stopped.states[-1] is S.STOPPING and result.outcome == "stopped"
