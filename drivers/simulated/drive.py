@@ -11,13 +11,16 @@ from enum import IntEnum
 
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.emergency import Emergency, record_error
+from drivers.simulated.heartbeats import Heartbeats
 from drivers.simulated.homing import HOMING_MODE, Homing
 from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.pdo import Pdo
+from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
+from drivers.simulated.stop_ramp import stop_options, stop_ramp
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 
@@ -55,21 +58,10 @@ class Drive:
         self._send = send
         signal = robot.drive[axis].control_signal
         self._control_key = (signal.index, signal.subindex)
-        velocity = robot.drive[axis].velocity
-        self._velocity_units = {(0x606C, 0): 1.0}
-        """Objects that tell the velocity, with encoder counts per second in one unit of each."""
-        if velocity is not None:
-            self._velocity_units[velocity.index, velocity.subindex] = velocity.counts_per_second
-        self._counts_per_unit = abs(float(robot.counts_per_output_unit[axis]))
-        self._next_heartbeat = 0.0
+        self._encoder = Encoder(robot.drive[axis], abs(float(robot.counts_per_output_unit[axis])))
         saturation = robot.controller.saturation[axis] / signal.per_count
         self._current_share = 1.0 / saturation
         self.temperature = MotorTemperature()
-        self._zero = None if robot.drive[axis].position_reference == "homing" else 0
-        """Encoder counts at which the drive reads 0; where it forgets them, it wakes up at 0."""
-        self._encoder = 0
-        self._speed = 0.0
-        """Encoder counts per second, as of the latest SYNC period."""
         self.changed_values: dict[tuple[int, int], int] = {}
         """Objects that this device has otherwise than the EDS says, after every reset."""
         self._start()
@@ -82,14 +74,13 @@ class Drive:
         if not dictionary.has(*self._control_key):
             width = "h" if control_signal_bits(self._robot, self._axis) == 16 else "i"
             dictionary.add(Entry(*self._control_key, width, "ro", 0, None, None, mappable=True))
-        for key in self._velocity_units:
+        for key in self._encoder.velocity_units:
             if not dictionary.has(*key):
                 dictionary.add(Entry(*key, "i", "ro", 0, None, None, mappable=True))
         set_parameters(dictionary, self._robot, self._axis, self._serial)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
         dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
         dictionary.listeners[0x60C1] = lambda subindex, value: self._note_target()
-        dictionary.listeners[0x1016] = lambda subindex, value: self._forget_master()
         dictionary.guards[0x6060] = self._guard_mode
         for key, value in self.changed_values.items():
             dictionary.set(*key, value)
@@ -98,14 +89,14 @@ class Drive:
         self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
         self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, self._has_torque)
         self._sdo = SdoServer(dictionary)
+        self._heartbeats = Heartbeats(dictionary)
         self.homing = Homing(dictionary, self._robot.drive[self._axis].encoder_counts)
         self._received: bytes | None = None
         self._target_known = False
         self._limited = False
-        self._following_error = False
-        self._error_time = self._rpdo_age = self._ramp_time = self._brake_time = 0.0
+        self._following = FollowingErrorWatch(dictionary)
+        self._rpdo_age = self._ramp_time = self._brake_time = 0.0
         self._syncs = 0
-        self._master_due: float | None = None
         self.sync_period = self.period
 
     # -- network management ---------------------------------------------------------------------
@@ -115,7 +106,7 @@ class Drive:
         self._start()
         self._send(0x700 + self.node_id, bytes([Nmt.INITIALISING]))
         self.nmt = Nmt.PRE_OPERATIONAL
-        self._next_heartbeat = now + self._heartbeat_time
+        self._heartbeats.boot(now)
 
     def command_nmt(self, command: int, now: float) -> None:
         """Obeys an NMT command that is addressed to this node."""
@@ -128,33 +119,23 @@ class Drive:
             self.nmt = target
             self._sdo.reset()
 
-    @property
-    def _heartbeat_time(self) -> float:
-        return self.dictionary.integer(0x1017) / 1000.0
-
     def next_event(self) -> float:
         """When :meth:`tick` has something to do next, s."""
-        producer = self._next_heartbeat if self._heartbeat_time > 0 else float("inf")
-        return producer if self._master_due is None else min(producer, self._master_due)
+        return self._heartbeats.next_event()
 
     def tick(self, now: float, heard_all: bool) -> None:
         """Heartbeats: sends the own one, and misses the master's where all frames so far have been heard."""
-        if self._heartbeat_time > 0 and now >= self._next_heartbeat:
+        if self._heartbeats.own_is_due(now):
             self._send(0x700 + self.node_id, bytes([self.nmt]))
-            behind = now - self._next_heartbeat > self._heartbeat_time
-            self._next_heartbeat = (now if behind else self._next_heartbeat) + self._heartbeat_time
-        if heard_all and self._master_due is not None and now >= self._master_due:
-            self._master_due = None
+        if heard_all and self._heartbeats.master_is_missed(now):
             self._abort_connection(Emergency.HEARTBEAT)
             if self.nmt is Nmt.OPERATIONAL and self.dictionary.integer(0x1029, 1) != 1:
                 behaviour = self.dictionary.integer(0x1029, 1)
                 self.nmt = Nmt.STOPPED if behaviour == 2 else Nmt.PRE_OPERATIONAL
 
     def hear_heartbeat(self, node: int, now: float) -> None:
-        """A heartbeat of another node; the first one of the awaited node arms the watch (1016)."""
-        word = self.dictionary.integer(0x1016, 1)
-        if word >> 16 & 0x7F == node and word & 0xFFFF:
-            self._master_due = now + (word & 0xFFFF) / 1000.0
+        """A heartbeat of another node."""
+        self._heartbeats.hear(node, now)
 
     def answer_sdo(self, request: bytes) -> None:
         """An SDO request; none is answered in STOPPED."""
@@ -182,9 +163,6 @@ class Drive:
         """What would have been latched now, to be given back after the SYNC: a frame that came too late."""
         late, self._received = self._received, None
         return late
-
-    def _forget_master(self) -> None:
-        self._master_due = None
 
     def latch(self, sync_period: float) -> None:
         """A SYNC: takes the RPDO that came before it and obeys its controlword.
@@ -222,20 +200,11 @@ class Drive:
             position, set_point: counts of the encoder.
             control_signal: counts of its object.
         """
-        dictionary = self.dictionary
-        home = self.homing.watch(position)
-        if home is not None or self._zero is None:
-            self._zero = position if home is None else home
-        self._speed = (position - self._encoder) / self.sync_period
-        self._encoder = position
-        position, set_point = position - self._zero, set_point - self._zero
-        dictionary.set(0x6062, 0, set_point)
-        dictionary.set(0x6064, 0, position)
-        for key, unit in self._velocity_units.items():
-            dictionary.set(*key, round(max(-(2.0**31), min(self._speed / unit, 2.0**31 - 1))))
-        dictionary.set(0x60F4, 0, set_point - position)
-        dictionary.set(*self._control_key, control_signal)
-        self._watch_following_error(abs(set_point - position))
+        self._encoder.read(position, self.homing.watch(position), self.sync_period)
+        error = self._encoder.tell(self.dictionary, set_point)
+        self.dictionary.set(*self._control_key, control_signal)
+        if self._following.judge(error, self.mode is AxisMode.TRACKING, self.sync_period):
+            self.fail(Emergency.FOLLOWING_ERROR)
         self._watch_temperature(control_signal)
         self.refresh_statusword()
 
@@ -257,7 +226,7 @@ class Drive:
             remote=self.nmt is Nmt.OPERATIONAL,
             following=self.homing.attained if self._homes else self.mode is AxisMode.TRACKING,
             limited=self._limited,
-            error=self.homing.failed if self._homes else self._following_error,
+            error=self.homing.failed if self._homes else self._following.exceeded,
             warning=self.temperature.warns,
             reached=not self.homing.active if self._homes else self._halted and self._stands,
         )
@@ -275,7 +244,7 @@ class Drive:
         """Target in counts of the encoder, within 607D; the present position while no target is known."""
         if self._homes:
             return self.homing.target(self.sync_period)
-        zero = self._zero or 0
+        zero = self._encoder.zero
         key = (0x60C1, 1) if self._interpolating else (0x607A, 0)
         if not self._target_known:
             self.dictionary.set(*key, position - zero)
@@ -295,7 +264,7 @@ class Drive:
 
     @property
     def _stands(self) -> bool:
-        return abs(self._speed) / self._counts_per_unit < _STANDSTILL_SPEED
+        return self._encoder.output_speed < _STANDSTILL_SPEED
 
     @property
     def _interpolating(self) -> bool:
@@ -317,16 +286,7 @@ class Drive:
 
     def deceleration(self) -> float:
         """Ramp of the present stop, counts/s²."""
-        state, options = self.machine.state, self._options()
-        if self._homes and state is State.OPERATION_ENABLED:
-            return float(max(1, self.dictionary.integer(0x609A)))
-        quickly = self._halted and self.dictionary.integer(0x605D) == 2
-        slow_ramp = (
-            (state is State.OPERATION_ENABLED and not quickly)
-            or (state is State.QUICK_STOP_ACTIVE and options.quick_stop in (1, 5))
-            or (state is State.FAULT_REACTION_ACTIVE and options.fault_reaction == 1)
-        )
-        return float(max(1, self.dictionary.integer(0x6084 if slow_ramp else 0x6085)))
+        return stop_ramp(self.dictionary, self.machine.state, halted=self._halted, homes=self._homes)
 
     def fail(self, code: int) -> None:
         """A fault: EMCY, error objects, and the fault reaction of 605E."""
@@ -353,8 +313,7 @@ class Drive:
         return self.machine.mode is not AxisMode.BRAKED
 
     def _options(self) -> StopOptions:
-        read = self.dictionary.integer
-        return StopOptions(read(0x605A), read(0x605B), read(0x605C), read(0x605E))
+        return stop_options(self.dictionary)
 
     def _obey(self) -> None:
         was = self.machine.state
@@ -368,7 +327,8 @@ class Drive:
         if self.machine.state is not State.OPERATION_ENABLED:
             self._target_known = False
         else:
-            self._following_error, self._error_time, self._rpdo_age = False, 0.0, 0.0
+            self._following.restart()
+            self._rpdo_age = 0.0
             if not self._parameters_fit():
                 self.machine.cut(State.SWITCHED_ON)
                 self.fail(Emergency.PARAMETER)
@@ -379,7 +339,7 @@ class Drive:
             self.homing.forget()
             return
         start = bool(self.dictionary.integer(0x6040) & _START_HOMING) and not self._halted
-        self.homing.command(start, self.dictionary.integer(0x6062) + (self._zero or 0))
+        self.homing.command(start, self.dictionary.integer(0x6062) + self._encoder.zero)
 
     def _parameters_fit(self) -> bool:
         modes = (CYCLIC_SYNCHRONOUS_POSITION, INTERPOLATED_POSITION, HOMING_MODE)
@@ -415,16 +375,6 @@ class Drive:
             self.dictionary.set(0x2200, 0, round(10 * min(self.temperature.celsius, 3000.0)))
         if self.temperature.too_hot and self._has_torque():
             self.fail(Emergency.MOTOR_TEMPERATURE)
-
-    def _watch_following_error(self, error: int) -> None:
-        window = self.dictionary.integer(0x6065)
-        if self.mode is not AxisMode.TRACKING or window == 0xFFFFFFFF or error <= window:
-            self._error_time = 0.0
-            return
-        self._error_time += self.sync_period
-        if self._error_time * 1000.0 > self.dictionary.integer(0x6066):
-            self._following_error = True
-            self.fail(Emergency.FOLLOWING_ERROR)
 
     def _report(self, code: int) -> None:
         payload = record_error(self.dictionary, code)
