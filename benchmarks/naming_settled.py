@@ -64,21 +64,22 @@ def main() -> None:
     """Run what is asked for, or report what was run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--scenarios", type=int, default=60)
+    parser.add_argument("--arms", nargs="+", default=list(EFFECTS), choices=list(EFFECTS))
     parser.add_argument("--seed", type=int, default=4000, help="of the first scenario")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no scenario after so long")
     parser.add_argument("--out", type=Path, default=Path("naming_settled.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     given = parser.parse_args()
     if given.report is None:
-        campaign(tasks(given.scenarios, given.seed), given.out, time.monotonic() + given.seconds)
+        campaign(tasks(given.scenarios, given.seed, given.arms), given.out, time.monotonic() + given.seconds)
     print(report(naming._lines(given.report or given.out)))
 
 
-def tasks(scenarios: int, seed: int) -> list[tuple[str, str, int]]:
+def tasks(scenarios: int, seed: int, arms: Sequence[str]) -> list[tuple[str, str, int]]:
     """Arm, effect and seed of each scenario; arms and their effects take turns."""
-    arms = [list(EFFECTS)[k % len(EFFECTS)] for k in range(scenarios)]
+    turns = [arms[k % len(arms)] for k in range(scenarios)]
     return [
-        (arm, EFFECTS[arm][(k // len(EFFECTS)) % len(EFFECTS[arm])], seed + k) for k, arm in enumerate(arms)
+        (arm, EFFECTS[arm][(k // len(arms)) % len(EFFECTS[arm])], seed + k) for k, arm in enumerate(turns)
     ]
 
 
