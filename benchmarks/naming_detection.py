@@ -3,7 +3,8 @@
 Arms, drawing, recordings, search and scoring are those of ``benchmarks/naming.py``. Groups and sizes are
 taken in turn, each scenario with a seed of its own, so that any beginning of the campaign is fair; effects
 take turns within their group. The two motions are planned once and kept beside the results. On one axis
-(``--arm emps --period 6``) a scenario takes a fifth of the time; effects that it has no place for are skipped.
+(``--arm emps --period 6``) a scenario takes a fourth of the time; effects that it has no place for are
+skipped.
 
     python benchmarks/naming_detection.py --rounds 10 --seed 960000 --out naming_detection.jsonl
     python benchmarks/naming_detection.py --report naming_detection.jsonl --picture naming-detection.svg
