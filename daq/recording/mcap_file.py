@@ -37,6 +37,8 @@ from numpy.typing import NDArray
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_HEAD = 22
 """Bytes of a message record between its length and its data."""
+_FIRST_ROOM = 1 << 18
+"""Bytes; a chunk of 0.1 s at 1 kHz with six axes and raw frames takes half of that."""
 COMPRESSION_LEVEL = 1
 """Of zstd: 3, the usual one, makes files a tenth smaller for twice the time."""
 
@@ -89,7 +91,9 @@ class McapFile:
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._at = 0
         self._schemas, self._channels = _definitions(topics)
-        self._pieces: list[bytes] = []
+        self._records = np.empty(_FIRST_ROOM, dtype=np.uint8)
+        """Of the open chunk, in its first ``_size`` bytes: one buffer for all chunks, so that a long run does
+        not leave memory in pieces."""
         self._size = 0
         self._indexes: dict[int, list[NDArray[np.void]]] = {}
         self._times = (2**64 - 1, 0)
@@ -113,7 +117,8 @@ class McapFile:
         count, size = rows.shape
         if not count:
             return
-        records = np.empty(count, dtype=message_dtype(size))
+        form = message_dtype(size)
+        records = self._room(count * form.itemsize).view(form)
         records["opcode"] = Opcode.MESSAGE
         records["length"] = MESSAGE_HEAD + size
         records["channel"] = channel
@@ -122,11 +127,11 @@ class McapFile:
         records["data"] = rows
         index = np.empty(count, dtype=_INDEX_ENTRY)
         index["time"] = stamps
-        index["offset"] = self._size + np.arange(count, dtype=np.uint64) * np.uint64(records.itemsize)
+        begin = self._size - records.nbytes
+        index["offset"] = begin + np.arange(count, dtype=np.uint64) * np.uint64(records.itemsize)
         self._indexes.setdefault(channel, []).append(index)
         self._times = (min(self._times[0], int(stamps.min())), max(self._times[1], int(stamps.max())))
         self._counts[channel] += count
-        self._append(records.tobytes())
 
     def add_metadata(self, name: str, record: dict[str, str]) -> None:
         """Append a metadata record; what was added before it is in the file before it."""
@@ -154,17 +159,25 @@ class McapFile:
         self._file.flush()
 
     def _append(self, piece: bytes) -> None:
-        self._pieces.append(piece)
-        self._size += len(piece)
+        self._room(len(piece))[:] = np.frombuffer(piece, dtype=np.uint8)
+
+    def _room(self, size: int) -> NDArray[np.uint8]:
+        """So many bytes more of the open chunk, to be filled; valid until the next call."""
+        begin, self._size = self._size, self._size + size
+        if self._size > len(self._records):
+            grown = np.empty(2 * self._size, dtype=np.uint8)
+            grown[:begin] = self._records[:begin]
+            self._records = grown
+        return self._records[begin : self._size]
 
     def _write(self, data: bytes) -> None:
         self._file.write(data)
         self._at += len(data)
 
     def _close_chunk(self) -> None:
-        if not self._pieces:
+        if not self._size:
             return
-        records = b"".join(self._pieces)
+        records = memoryview(self._records)[: self._size]  # type: ignore[arg-type]
         data = self._compressor.compress(records)
         first, last = self._times if self._indexes else (0, 0)
         length = 8 + 8 + 8 + 4 + 4 + len(b"zstd") + 8 + len(data)
@@ -178,7 +191,7 @@ class McapFile:
         self._chunks += 1
         if self._indexes:
             self._span = (min(self._span[0], first), max(self._span[1], last))
-        self._pieces, self._size, self._indexes = [], 0, {}
+        self._size, self._indexes = 0, {}
         self._times = (2**64 - 1, 0)
 
     def _write_summary(self, chunks: Iterable[bytes]) -> None:
