@@ -5,9 +5,10 @@ from __future__ import annotations
 from ident.discrepancy.accepted_noise import accepted_noise
 from ident.discrepancy.gap import Gap
 from ident.discrepancy.prior import Prior, accepted_prior, described_prior
+from ident.discrepancy.question import Question
 from ident.discrepancy.results import Candidate, Diagnosis, Finding, FoundParameter
 from ident.discrepancy.settings import SearchSettings
-from ident.discrepancy.workflow import Question, diagnose
+from ident.discrepancy.workflow import diagnose
 
 __all__ = [
     "Candidate",

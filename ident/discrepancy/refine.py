@@ -28,6 +28,10 @@ _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
 
+_SURE = 5.0
+"""Standard deviations by which a parameter differs from zero to be simulated."""
+
+
 @dataclass(frozen=True)
 class Component:
     """One effect of a finding before its shape is fixed."""
@@ -233,6 +237,19 @@ def _with_deviations(
         left,
         tuple(np.split(np.linalg.norm(columns, axis=0) > 0.0, cuts)),
     )
+
+
+def added_values(refined: Refined) -> list[FloatArray]:
+    """Per effect, the parameters that it enters the model with: those that the data show, within bounds."""
+    found = []
+    parts = zip(refined.effects, refined.linear, refined.linear_sigma, refined.seen, strict=True)
+    for effect, values, sigma, seen in parts:
+        lowest, highest = np.array(effect.bounds).T
+        # One that is hardly determined was found by a small step, and may be far off where it is not small.
+        sure = np.abs(values) >= _SURE * sigma
+        sure |= not sure.any()  # What was named is there, though how it divides up is not sure.
+        found.append(np.where(sure, np.clip(values, lowest, highest), 0.0)[seen])
+    return found
 
 
 def beside_factor(component: Component, deviations: FloatArray, factor: FloatArray) -> FloatArray:

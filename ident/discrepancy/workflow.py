@@ -3,38 +3,24 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import BaseParameters, base_parameters
+from ident.base import base_parameters
 from ident.discrepancy.align import TAKEN_BY_ALIGNMENT, aligned, lag_is_known
-from ident.discrepancy.clone import with_clone
 from ident.discrepancy.decision import Choice, choose
-from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.extension import extended, extended_prior
-from ident.discrepancy.gap import (
-    Gap,
-    LoopGap,
-    LoopTrace,
-    closed_loop_gap,
-    position_floor,
-    torque_floor,
-    torque_gap,
-    torque_residual,
-)
+from ident.discrepancy.found import findings_of, portrait_of, shown_gap
+from ident.discrepancy.gap import Gap, LoopGap, LoopTrace, closed_loop_gap, position_floor, torque_residual
 from ident.discrepancy.library import Library, build_library
-from ident.discrepancy.loop_examination import examine_in_loop, loop_gap
-from ident.discrepancy.portrait import Portrait, portrait
-from ident.discrepancy.present import Present
-from ident.discrepancy.prior import Prior
-from ident.discrepancy.refine import Component, Refined, refine
-from ident.discrepancy.results import Candidate, Diagnosis, DiagnosisVerdict, Finding, FoundParameter
+from ident.discrepancy.question import Progress, Question
+from ident.discrepancy.refine import Component, added_values, refine
+from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.scene import Scene, make_scene
 from ident.discrepancy.scoring import Score
-from ident.discrepancy.settings import DEFAULTS, SearchSettings, searching
-from ident.discrepancy.shown import shown_values
+from ident.discrepancy.settings import searching
+from ident.discrepancy.step import Step
 from ident.discrepancy.unrepeated import Unrepeated, unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.where import Habitat, habitats
@@ -43,14 +29,9 @@ from ident.effects.gain_drift import WITHOUT_A_NAME
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
-from ident.whitening import Whitening
-from robots.arrays import FloatArray
 from robots.description import Robot
 
 _log = logging.getLogger(__name__)
-
-Progress = Callable[[str, float], None]
-"""Called with a step in words and the share of the whole that is done, 0 to 1."""
 
 AT_REVERSALS = (
     "static_friction",
@@ -62,37 +43,6 @@ AT_REVERSALS = (
 """Effects that may show at reversals alone, which are looked at in closed loop."""
 
 _FORMS = tuple(family.name for family in WITHOUT_A_NAME)
-
-_SURE = 5.0
-"""Standard deviations by which a parameter differs from zero to be simulated."""
-
-_RANKED = 12
-"""Candidates that a finding lists."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked of the search.
-
-    Attributes:
-        robot: the arm.
-        fit: recordings that names and parameters are taken from.
-        validation: recordings that the gap is shown on, never fitted.
-        families: the vocabulary to choose from.
-        prior: a function that gives the prior of a base set; None to search after a refit.
-        model: the model that is examined; the arm's usual one where None.
-        settings: thresholds.
-        at_reversals: look at reversals and standstills, too, where the loop can be simulated.
-    """
-
-    robot: Robot
-    fit: tuple[Recording, ...]
-    validation: tuple[Recording, ...]
-    families: tuple[EffectFamily, ...]
-    prior: Callable[[BaseParameters], Prior] | None = None
-    model: RegressorModel | None = None
-    settings: SearchSettings = DEFAULTS
-    at_reversals: bool = True
 
 
 def _silent(step: str, share: float) -> None:
@@ -114,65 +64,14 @@ def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
     scenes = _scenes(robot, question.fit)
     base = base_parameters(RegressorModel(robot, model.effects))
     prior = question.prior(base) if question.prior else None
-    search = _Search(question, _Step.of(base, scenes, prior), scenes, progress)
+    search = _Search(question, Step.of(base, scenes, prior), scenes, progress)
     return search.run()
-
-
-@dataclass(frozen=True)
-class _Step:
-    """The present model, examined."""
-
-    base: BaseParameters
-    prior: Prior | None
-    examination: Examination
-    present: Present
-    plain: BaseParameters
-    """The model before anything was found."""
-
-    @classmethod
-    def of(
-        cls,
-        base: BaseParameters,
-        scenes: Sequence[Scene],
-        prior: Prior | None,
-        before: _Step | None = None,
-        whitening: Whitening | None = None,
-        start: FloatArray | None = None,
-    ) -> _Step:
-        if before is not None:
-            whitening = before.examination.whitening
-        plain = base if before is None else before.plain
-        if before is not None and before.examination.loop is not None:
-            assert start is not None
-            examination = examine_in_loop(base, scenes, prior, start, before.examination)
-            standard = base.standard_from(examination.beta, base.model.prior())
-            return cls(base, prior, examination, Present(base.model, standard), plain)
-        examination = examine(base, scenes, prior, whitening)
-        standard = base.standard_from(examination.beta, base.model.prior())
-        return cls(
-            base, prior, with_clone(examination, standard, plain), Present(base.model, standard), plain
-        )
-
-    def in_loop(self) -> _Step | None:
-        """The same model in closed loop; None where the recordings or the model have none."""
-        scenes = self.examination.scenes
-        if not lag_is_known(self.base.model.robot) or any(scene.period is None for scene in scenes):
-            return None
-        try:
-            examination = examine_in_loop(self.base, scenes, self.prior, self.examination.beta)
-        except IdentificationError as error:
-            _log.info("not examined in closed loop: %s", error)
-            return None
-        standard = self.base.standard_from(examination.beta, self.base.model.prior())
-        return _Step(self.base, self.prior, examination, Present(self.base.model, standard), self.plain)
 
 
 class _Search:
     """One run of the search over the recordings of a question."""
 
-    def __init__(
-        self, question: Question, step: _Step, scenes: tuple[Scene, ...], progress: Progress
-    ) -> None:
+    def __init__(self, question: Question, step: Step, scenes: tuple[Scene, ...], progress: Progress) -> None:
         self.question = question
         self.step = step
         self.first = step
@@ -229,7 +128,7 @@ class _Search:
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
         whitening = noise_beyond_vocabulary(self.step.examination, library)
-        self.step = _Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
+        self.step = Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
         self.first = self.step
 
     def _families(self) -> tuple[EffectFamily, ...]:
@@ -261,71 +160,19 @@ class _Search:
         refined = refine(self.step.examination, components, self.step.present)
         before = self.step
         more = int(sum(seen.sum() for seen in refined.seen))
-        after = _Step.of(
+        after = Step.of(
             extended(before.base, refined.effects, refined.seen),
             self.scenes,
             extended_prior(before.prior, more),
             before,
-            start=np.concatenate([before.examination.beta, *_shown_values(refined)]),
+            start=np.concatenate([before.examination.beta, *added_values(refined)]),
         )
-        gap, picture = self._torque_gap(before, after), self._portrait(before, after)
-        for position, effect in enumerate(refined.effects):
-            self.findings.append(self._finding(position, refined, chosen, choice, gap, picture))
+        gap = shown_gap(self.validation, before, after)
+        picture = portrait_of(self.validation, before, after)
+        self.findings += findings_of(before, refined, choice, gap, picture)
+        for effect in refined.effects:
             _log.info("found %s at %s", effect.name, effect.place)
         self.step = after
-
-    def _finding(
-        self,
-        position: int,
-        refined: Refined,
-        chosen: Score,
-        choice: Choice,
-        gap: Gap,
-        picture: Portrait,
-    ) -> Finding:
-        effect = refined.effects[position]
-        family = chosen.trials[position].family
-        return Finding(
-            effect=effect.name,
-            sentence=effect.sentence,
-            scope=effect.place.scope,
-            joints=tuple(joint + 1 for joint in effect.place.joints),
-            parameters=_parameters(self.step, family, position, refined),
-            p_value=choice.p_value,
-            score=chosen.value,
-            threshold=choice.threshold,
-            held_out_gain=_closed_share(gap),
-            indistinguishable_from=tuple(_candidate(score, choice.excess) for score in choice.alike),
-            mode="refit" if self.step.prior is None else "prior",
-            gap=gap,
-            placed=effect,
-            portrait=picture,
-            ranking=tuple(_candidate(score, choice.excess) for score in choice.ranking[:_RANKED]),
-        )
-
-    def _torque_gap(self, before: _Step, after: _Step) -> Gap:
-        if after.examination.loop is not None:
-            found = loop_gap(
-                self.validation,
-                after.examination.loop.lengths,
-                ((before.base, _shown(before)), (after.base, _shown(after))),
-            )
-            if found is not None:
-                return found
-        return Gap(
-            torque_gap(before.base, _shown(before), self.validation),
-            torque_gap(after.base, _shown(after), self.validation),
-            torque_floor(after.base, _shown(after), self.validation),
-        )
-
-    def _portrait(self, before: _Step, after: _Step) -> Portrait:
-        first, last = (
-            [scene.thin(torque_residual(step.base, _shown(step), scene)) for scene in self.validation]
-            for step in (before, after)
-        )
-        torques = [scene.torque - residual for scene, residual in zip(self.validation, first, strict=True)]
-        places = habitats(self.validation, first, torques)
-        return portrait(self.validation, first, last, torques, places)
 
     def _answer(self, choice: Choice | None) -> Diagnosis:
         examination = self.step.examination
@@ -339,14 +186,14 @@ class _Search:
             description=_description(verdict, places, strange, self.form),
             habitats=places,
             unrepeated=strange,
-            torque=self._torque_gap(self.first, self.step),
+            torque=shown_gap(self.validation, self.first, self.step),
             position=position,
             control_signal=signal,
             loop_reason=reason,
             loop=loop,
             base=self.step.base,
             beta=examination.beta,
-            covariance=_covariance(examination),
+            covariance=self.step.covariance,
             examinations=(self.first.examination, examination),
         )
 
@@ -382,9 +229,8 @@ class _Search:
             "",
         )
 
-    def _loop_gap(self, step: _Step) -> tuple[LoopGap | None, str]:
-        standard = step.base.standard_from(_shown(step), step.base.model.prior())
-        return closed_loop_gap(step.base, standard, self.validation)
+    def _loop_gap(self, step: Step) -> tuple[LoopGap | None, str]:
+        return closed_loop_gap(step.base, step.standard_shown, self.validation)
 
 
 def _scenes(robot: Robot, recordings: Sequence[Recording]) -> tuple[Scene, ...]:
@@ -398,70 +244,6 @@ def _scenes(robot: Robot, recordings: Sequence[Recording]) -> tuple[Scene, ...]:
 
 def _row_time(scene: Scene) -> float:
     return scene.recording.sample_time * scene.decimation
-
-
-def _shown_values(refined: Refined) -> list[FloatArray]:
-    """Per effect, the parameters that the data show, as far as nature allows them."""
-    found = []
-    parts = zip(refined.effects, refined.linear, refined.linear_sigma, refined.seen, strict=True)
-    for effect, values, sigma, seen in parts:
-        lowest, highest = np.array(effect.bounds).T
-        # One that is hardly determined was found by a small step, and may be far off where it is not small.
-        sure = np.abs(values) >= _SURE * sigma
-        sure |= not sure.any()  # What was named is there, though how it divides up is not sure.
-        found.append(np.where(sure, np.clip(values, lowest, highest), 0.0)[seen])
-    return found
-
-
-def _shown(step: _Step) -> FloatArray:
-    return shown_values(step.examination)
-
-
-def _covariance(examination: Examination) -> FloatArray:
-    """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
-    residual = examination.residual
-    left = float(residual @ residual / max(1, residual.size - examination.beta.size))
-    scale = np.linalg.norm(examination.instruments, axis=0)
-    z = examination.instruments / scale
-    inverse = np.linalg.inv(z.T @ z) / np.outer(scale, scale)
-    return np.asarray(max(1.0, left) * inverse)
-
-
-def _closed_share(gap: Gap) -> float:
-    """Share of the explainable gap (energy, in units of the gap before) that is closed."""
-    before, after = gap.explainable(gap.before), gap.explainable(gap.after)
-    unit = np.where(np.isfinite(gap.floor) & (gap.floor > 0), gap.floor, 1.0)
-    whole = float(np.sum((before / unit) ** 2))
-    return float(1.0 - np.sum((after / unit) ** 2) / whole) if whole else 0.0
-
-
-def _parameters(
-    step: _Step, family: EffectFamily, position: int, refined: Refined
-) -> tuple[FoundParameter, ...]:
-    effect = refined.effects[position]
-    shapes = family.shapes(step.base.model.robot, effect.place)
-    linear = zip(
-        effect.parameter_names,
-        refined.linear[position],
-        refined.linear_sigma[position],
-        effect.units,
-        strict=True,
-    )
-    shaped = zip(shapes, effect.shape, refined.shape_sigma[position], strict=True)
-    return (
-        *(FoundParameter(n, float(v), float(s), u, False) for n, v, s, u in linear),
-        *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),
-    )
-
-
-def _candidate(score: Score, excess: float) -> Candidate:
-    return Candidate(
-        tuple(trial.family.name for trial in score.trials),
-        tuple(tuple(joint + 1 for joint in trial.place.joints) for trial in score.trials),
-        score.value,
-        score.gain / excess if excess > 0 else 0.0,
-        tuple(trial.effect for trial in score.trials),
-    )
 
 
 def _description(

@@ -11,8 +11,7 @@ import pytest
 
 import robots
 from ident.discrepancy import refine as module
-from ident.discrepancy.refine import Component, refine
-from ident.discrepancy.workflow import _shown_values
+from ident.discrepancy.refine import Component, added_values, refine
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 
@@ -60,4 +59,4 @@ def test_what_was_named_stays_in_the_model_even_if_no_parameter_alone_is_sure(
         linear_sigma=(np.array(sigma),),
         seen=(np.array([True, True]),),
     )
-    assert _shown_values(found)[0] == pytest.approx(expected)
+    assert added_values(found)[0] == pytest.approx(expected)

@@ -1,0 +1,42 @@
+"""What is asked of the search, and who is told how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ident.base import BaseParameters
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.settings import DEFAULTS, SearchSettings
+from ident.effects.family import EffectFamily
+from ident.recording import Recording
+from ident.regressor import RegressorModel
+from robots.description import Robot
+
+Progress = Callable[[str, float], None]
+"""Called with a step in words and the share of the whole that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of the search.
+
+    Attributes:
+        robot: the arm.
+        fit: recordings that names and parameters are taken from.
+        validation: recordings that the gap is shown on, never fitted.
+        families: the vocabulary to choose from.
+        prior: a function that gives the prior of a base set; None to search after a refit.
+        model: the model that is examined; the arm's usual one where None.
+        settings: thresholds.
+        at_reversals: look at reversals and standstills, too, where the loop can be simulated.
+    """
+
+    robot: Robot
+    fit: tuple[Recording, ...]
+    validation: tuple[Recording, ...]
+    families: tuple[EffectFamily, ...]
+    prior: Callable[[BaseParameters], Prior] | None = None
+    model: RegressorModel | None = None
+    settings: SearchSettings = DEFAULTS
+    at_reversals: bool = True

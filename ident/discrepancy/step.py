@@ -1,0 +1,111 @@
+"""One step of the search: the present model, examined on the recordings to fit."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.base import BaseParameters
+from ident.discrepancy.align import lag_is_known
+from ident.discrepancy.clone import with_clone
+from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.loop_examination import examine_in_loop
+from ident.discrepancy.present import Present
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.scene import Scene
+from ident.discrepancy.shown import shown_values
+from ident.errors import IdentificationError
+from ident.whitening import Whitening
+from robots.arrays import FloatArray
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Step:
+    """The present model, examined.
+
+    Attributes:
+        base: its base parameters.
+        prior: what is known of them beforehand; None after a refit.
+        examination: of the recordings to fit.
+        present: the model with the values found, as the candidates see it.
+        plain: the model before anything was found.
+    """
+
+    base: BaseParameters
+    prior: Prior | None
+    examination: Examination
+    present: Present
+    plain: BaseParameters
+
+    @classmethod
+    def of(
+        cls,
+        base: BaseParameters,
+        scenes: Sequence[Scene],
+        prior: Prior | None,
+        before: Step | None = None,
+        whitening: Whitening | None = None,
+        start: FloatArray | None = None,
+    ) -> Step:
+        """Examine a model.
+
+        Args:
+            base: its base parameters.
+            scenes: recordings to fit.
+            prior: of the same base parameters.
+            before: the step that it extends, whose noise model and loop it keeps.
+            whitening: noise model; found from the recordings where None.
+            start: β (b,) to begin with; needed where the step before was examined in closed loop.
+        """
+        if before is not None:
+            whitening = before.examination.whitening
+        plain = base if before is None else before.plain
+        if before is not None and before.examination.loop is not None:
+            assert start is not None
+            examination = examine_in_loop(base, scenes, prior, start, before.examination)
+            standard = base.standard_from(examination.beta, base.model.prior())
+            return cls(base, prior, examination, Present(base.model, standard), plain)
+        examination = examine(base, scenes, prior, whitening)
+        standard = base.standard_from(examination.beta, base.model.prior())
+        return cls(
+            base, prior, with_clone(examination, standard, plain), Present(base.model, standard), plain
+        )
+
+    def in_loop(self) -> Step | None:
+        """The same model in closed loop; None where the recordings or the model have none."""
+        scenes = self.examination.scenes
+        if not lag_is_known(self.base.model.robot) or any(scene.period is None for scene in scenes):
+            return None
+        try:
+            examination = examine_in_loop(self.base, scenes, self.prior, self.examination.beta)
+        except IdentificationError as error:
+            _log.info("not examined in closed loop: %s", error)
+            return None
+        standard = self.base.standard_from(examination.beta, self.base.model.prior())
+        return Step(self.base, self.prior, examination, Present(self.base.model, standard), self.plain)
+
+    @property
+    def shown(self) -> FloatArray:
+        """β̂ (b,) that the gap is shown with."""
+        return shown_values(self.examination)
+
+    @property
+    def standard_shown(self) -> FloatArray:
+        """Standard vector (p,) of :attr:`shown`, nearest to the description's."""
+        return self.base.standard_from(self.shown, self.base.model.prior())
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
+        examination = self.examination
+        residual = examination.residual
+        left = float(residual @ residual / max(1, residual.size - examination.beta.size))
+        scale = np.linalg.norm(examination.instruments, axis=0)
+        z = examination.instruments / scale
+        inverse = np.linalg.inv(z.T @ z) / np.outer(scale, scale)
+        return np.asarray(max(1.0, left) * inverse)
