@@ -15,7 +15,7 @@ import pytest
 from drivers import ArmSession, Channel, DriveError, Samples, open_bus
 from robots import Robot
 
-durand = pytest.importorskip("durand")
+durand = pytest.importorskip("durand", reason="durand, an independent CANopen slave, is not installed")
 from durand.datatypes import DatatypeEnum as Kind  # noqa: E402
 from durand.network import NetworkABC  # noqa: E402
 from durand.object_dictionary import Array, Record, Variable  # noqa: E402

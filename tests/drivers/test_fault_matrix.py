@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.simulated.bench import Bench
 from drivers.simulated.fault_matrix import KINDS, FaultKind, run_case
 from robots import Robot
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_a_fault_at_a_random_time_ends_as_it_must(kind: FaultKind, tx40: Robot) -> None:
-    if kind.name == "frozen encoder" and not hasattr(Bench, "freeze_encoders"):
-        pytest.skip("this bench cannot freeze an encoder")
     case = run_case(tx40, kind, seed=2)
     assert not case.problems, (case.node, case.cycle, case.problems)
     if kind.bound is not None:

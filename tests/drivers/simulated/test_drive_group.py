@@ -475,6 +475,28 @@ def test_sync_that_stays_away_ends_in_a_fault_at_standstill(wire: Callable[..., 
     assert np.abs(w.group.bench.plant.position - before).max() < 0.2
 
 
+def test_set_points_that_stay_away_are_a_fault_of_their_drive_alone(wire: Callable[..., Wire]) -> None:
+    """The RPDO deadline (1400:05): SYNC and heartbeats go on, and one drive hears no RPDO any more."""
+    w = wire()
+    w.write(1, 0x1400, 5, struct.pack("<H", 20))
+    start = w.enable()
+
+    def without_the_first() -> None:
+        for node, target in enumerate(start[1:], start=2):
+            w.send(0x200 + node, struct.pack("<Hi", 0x0F, int(target)))
+        w.cycle(None)
+
+    for _ in range(5):
+        without_the_first()
+    assert w.emergencies() == [] and w.states() == [ENABLED] * 6, "20 ms may pass"
+    without_the_first()
+    assert w.emergencies() == [(1, 0x8250)]
+    for _ in range(400):
+        without_the_first()
+    assert w.states() == [FAULT] + [ENABLED] * 5
+    assert w.emergencies() == [(1, 0x8250)], "the others have no deadline"
+
+
 def test_frames_that_wait_are_not_taken_for_a_lost_sync(wire: Callable[..., Wire]) -> None:
     w = wire()
     start = w.enable()
