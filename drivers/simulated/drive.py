@@ -15,7 +15,7 @@ from drivers.simulated.heartbeats import Heartbeats
 from drivers.simulated.homing import HOMING_MODE, Homing
 from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
 from drivers.simulated.parameters import control_signal_bits, set_parameters
-from drivers.simulated.pdo import Pdo
+from drivers.simulated.process_data import ProcessData
 from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
@@ -85,18 +85,14 @@ class Drive:
         for key, value in self.changed_values.items():
             dictionary.set(*key, value)
         dictionary.listeners[0x6060] = lambda subindex, value: dictionary.set(0x6061, 0, value)
-        self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, self._has_torque)
-        self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, self._has_torque)
-        self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, self._has_torque)
+        self.process_data = ProcessData(dictionary, self._has_torque)
         self._sdo = SdoServer(dictionary)
         self._heartbeats = Heartbeats(dictionary)
         self.homing = Homing(dictionary, self._robot.drive[self._axis].encoder_counts)
-        self._received: bytes | None = None
         self._target_known = False
         self._limited = False
         self._following = FollowingErrorWatch(dictionary)
-        self._rpdo_age = self._ramp_time = self._brake_time = 0.0
-        self._syncs = 0
+        self._ramp_time = self._brake_time = 0.0
         self.sync_period = self.period
 
     # -- network management ---------------------------------------------------------------------
@@ -148,21 +144,8 @@ class Drive:
 
     def receive_rpdo(self, data: bytes) -> None:
         """An RPDO: kept for the next SYNC where it is synchronous, else taken at once."""
-        if self.nmt is not Nmt.OPERATIONAL or not self.rpdo.valid:
-            return
-        if self.rpdo.synchronous:
-            self._received = data
-        else:
-            self._take(data)
-
-    def drop_rpdo(self) -> None:
-        """Forgets what would have been latched next: a frame lost on the bus."""
-        self._received = None
-
-    def delay_rpdo(self) -> bytes | None:
-        """What would have been latched now, to be given back after the SYNC: a frame that came too late."""
-        late, self._received = self._received, None
-        return late
+        if self.nmt is Nmt.OPERATIONAL and self.process_data.rpdo.valid:
+            self._take(self.process_data.receive(data))
 
     def latch(self, sync_period: float) -> None:
         """A SYNC: takes the RPDO that came before it and obeys its controlword.
@@ -173,21 +156,16 @@ class Drive:
         self.sync_period = sync_period
         if self.nmt is not Nmt.OPERATIONAL:
             return
-        self._rpdo_age += sync_period
-        if self._received is not None:
-            self._take(self._received)
-            self._received = None
-        deadline = self.dictionary.integer(0x1400, 5) / 1000.0
-        if 0 < deadline < self._rpdo_age and self._has_torque():
+        self._take(self.process_data.latch(sync_period))
+        if self.process_data.overdue and self._has_torque():
             self.fail(Emergency.RPDO_TIMEOUT)
 
-    def _take(self, data: bytes) -> None:
-        if not self.rpdo.unpack(data):
+    def _take(self, data: bytes | None) -> None:
+        if data is None or not self.process_data.unpack(data):
             return
-        self._rpdo_age = 0.0
-        if self.rpdo.maps(0x607A) or self.rpdo.maps(0x60C1):
+        if self.process_data.sets_target:
             self._note_target()
-        if self.rpdo.maps(0x6040):
+        if self.process_data.commands:
             self._obey()
 
     def _note_target(self) -> None:
@@ -210,14 +188,8 @@ class Drive:
 
     def tpdo_frames(self) -> list[tuple[int, bytes]]:
         """The TPDOs that belong to a SYNC: COB-ID and payload."""
-        self._syncs += 1
-        if self.nmt is not Nmt.OPERATIONAL:
-            return []
-        return [
-            (pdo.cob_id, pdo.pack())
-            for pdo in (self.tpdo, self.second_tpdo)
-            if pdo.valid and self._syncs % pdo.transmission_type == 0
-        ]
+        self.process_data.count_sync()
+        return self.process_data.frames() if self.nmt is Nmt.OPERATIONAL else []
 
     def refresh_statusword(self) -> None:
         """Brings 6041 up to date."""
@@ -328,7 +300,7 @@ class Drive:
             self._target_known = False
         else:
             self._following.restart()
-            self._rpdo_age = 0.0
+            self.process_data.restart()
             if not self._parameters_fit():
                 self.machine.cut(State.SWITCHED_ON)
                 self.fail(Emergency.PARAMETER)

@@ -102,7 +102,7 @@ class DriveGroup:
                 node.answer_sdo(data)
         else:
             for drive in self._alive():
-                if drive.rpdo.cob_id == cob_id:
+                if drive.process_data.rpdo.cob_id == cob_id:
                     drive.receive_rpdo(data)
 
     def next_event(self, now: float) -> float:
@@ -234,8 +234,11 @@ class DriveGroup:
         cycle = self.cycle + 1
         for drive in self._alive():
             if self._faults.loses_rpdo(drive.node_id, cycle):
-                drive.drop_rpdo()
-            if self._faults.delays_rpdo(drive.node_id, cycle) and (data := drive.delay_rpdo()) is not None:
+                drive.process_data.drop()
+            if (
+                self._faults.delays_rpdo(drive.node_id, cycle)
+                and (data := drive.process_data.delay()) is not None
+            ):
                 late.append((drive, data))
         for emergency in self._faults.emergencies:
             if emergency.cycle == cycle and emergency.node in self._by_node:

@@ -68,11 +68,11 @@ def test_a_session_configures_every_drive_and_leaves_torque_off(tx40: Robot, cha
         assert {report.state for report in session.drives} == {State.SWITCH_ON_DISABLED}
         assert {report.control_signal_bits for report in session.drives} == {16}
         for drive in group.drives:
-            assert drive.rpdo.cob_id == 0x200 + drive.node_id
-            assert drive.tpdo.cob_id == 0x180 + drive.node_id
-            assert drive.tpdo.transmission_type == drive.rpdo.transmission_type == 1
-            assert drive.rpdo.maps(0x6040) and drive.rpdo.maps(0x607A)
-            assert all(drive.tpdo.maps(index) for index in (0x6041, 0x6064, 0x6077))
+            assert drive.process_data.rpdo.cob_id == 0x200 + drive.node_id
+            assert drive.process_data.tpdo.cob_id == 0x180 + drive.node_id
+            assert drive.process_data.tpdo.transmission_type == drive.process_data.rpdo.transmission_type == 1
+            assert drive.process_data.rpdo.maps(0x6040) and drive.process_data.rpdo.maps(0x607A)
+            assert all(drive.process_data.tpdo.maps(index) for index in (0x6041, 0x6064, 0x6077))
             assert drive.period == tx40.bus.cycle_time
             assert drive.dictionary.integer(0x6061) == 8
         assert abs(session.actual_position() - tx40.home).max() < 1e-4
@@ -277,7 +277,7 @@ def test_a_drive_with_interpolated_position_alone_gets_its_set_points_in_60c1(
         assert all(link.interpolated for link in session._links())
         for drive in group.drives:
             assert drive.dictionary.integer(0x6061) == 7
-            assert drive.rpdo.maps(0x60C1) and not drive.rpdo.maps(0x607A)
+            assert drive.process_data.rpdo.maps(0x60C1) and not drive.process_data.rpdo.maps(0x607A)
 
 
 def test_a_wide_control_signal_has_a_tpdo_of_its_own(tx40: Robot, channel: Channel) -> None:
@@ -285,8 +285,9 @@ def test_a_wide_control_signal_has_a_tpdo_of_its_own(tx40: Robot, channel: Chann
     with drives(wide, channel) as group, ArmSession(wide, channel) as session:
         assert {report.control_signal_bits for report in session.drives} == {32}
         for drive in group.drives:
-            assert drive.second_tpdo.cob_id == 0x280 + drive.node_id and drive.second_tpdo.valid
-            assert drive.second_tpdo.maps(0x30D1) and not drive.tpdo.maps(0x30D1)
+            second = drive.process_data.second_tpdo
+            assert second.cob_id == 0x280 + drive.node_id and second.valid
+            assert second.maps(0x30D1) and not drive.process_data.tpdo.maps(0x30D1)
         assert session.bus_budget().bits_per_cycle == 55 + 6 * (115 + 115 + 95)
 
 
@@ -295,8 +296,9 @@ def test_a_velocity_that_is_to_be_recorded_has_the_second_tpdo(tx40: Robot, chan
     with drives(fast, channel) as group, ArmSession(fast, channel) as session:
         assert {report.velocity_bits for report in session.drives} == {32}
         for drive in group.drives:
-            assert drive.second_tpdo.cob_id == 0x280 + drive.node_id and drive.second_tpdo.valid
-            assert drive.second_tpdo.maps(0x606C) and drive.tpdo.maps(0x6077)
+            second = drive.process_data.second_tpdo
+            assert second.cob_id == 0x280 + drive.node_id and second.valid
+            assert second.maps(0x606C) and drive.process_data.tpdo.maps(0x6077)
         assert session.bus_budget().bits_per_cycle == 55 + 6 * (115 + 135 + 95)
     full = fast.model_copy(update={"bus": fast.bus.model_copy(update={"bitrate": 500_000})})
     with drives(full, channel), pytest.raises(DriveError, match="loads a bus of 500 kbit/s"):

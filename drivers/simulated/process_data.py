@@ -1,0 +1,90 @@
+"""The PDOs of one drive: what waits for the next SYNC, how long none has come, what goes out after one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from drivers.bus.ports import Frame
+from drivers.simulated.object_dictionary import ObjectDictionary
+from drivers.simulated.pdo import Pdo
+
+
+class ProcessData:
+    """One RPDO and two TPDOs.
+
+    Args:
+        dictionary: has their parameters.
+        has_torque: whether the drive has torque, and so the mapping is fixed.
+    """
+
+    def __init__(self, dictionary: ObjectDictionary, has_torque: Callable[[], bool]) -> None:
+        self._dictionary = dictionary
+        self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, has_torque)
+        self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, has_torque)
+        self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, has_torque)
+        self._waiting: bytes | None = None
+        self._age = 0.0
+        self._syncs = 0
+
+    def receive(self, data: bytes) -> bytes | None:
+        """An RPDO: kept for the next SYNC where it is synchronous, else given back to be taken at once."""
+        if not self.rpdo.synchronous:
+            return data
+        self._waiting = data
+        return None
+
+    def drop(self) -> None:
+        """Forgets what would have been latched next: a frame lost on the bus."""
+        self._waiting = None
+
+    def delay(self) -> bytes | None:
+        """What would have been latched now, to be given back after the SYNC: a frame that came too late."""
+        late, self._waiting = self._waiting, None
+        return late
+
+    def latch(self, sync_period: float) -> bytes | None:
+        """A SYNC: what came before it, to be taken now.
+
+        Args:
+            sync_period: the period that this SYNC stands for, s.
+        """
+        self._age += sync_period
+        return self.delay()
+
+    def unpack(self, data: bytes) -> bool:
+        """Write the objects of an RPDO; False where its length does not fit."""
+        if not self.rpdo.unpack(data):
+            return False
+        self.restart()
+        return True
+
+    def restart(self) -> None:
+        """The deadline (1400:05) begins anew."""
+        self._age = 0.0
+
+    @property
+    def overdue(self) -> bool:
+        """Whether no RPDO has come for longer than the deadline."""
+        return 0 < self._dictionary.integer(0x1400, 5) / 1000.0 < self._age
+
+    @property
+    def sets_target(self) -> bool:
+        """Whether the RPDO carries a target."""
+        return self.rpdo.maps(0x607A) or self.rpdo.maps(0x60C1)
+
+    @property
+    def commands(self) -> bool:
+        """Whether the RPDO carries the controlword."""
+        return self.rpdo.maps(0x6040)
+
+    def count_sync(self) -> None:
+        """A SYNC that may be answered."""
+        self._syncs += 1
+
+    def frames(self) -> list[Frame]:
+        """The TPDOs that belong to the latest SYNC: COB-ID and payload."""
+        return [
+            (pdo.cob_id, pdo.pack())
+            for pdo in (self.tpdo, self.second_tpdo)
+            if pdo.valid and self._syncs % pdo.transmission_type == 0
+        ]
