@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import robots
+from daq.check.request import CheckError
 from daq.importing.load import loaded_capture
 from daq.recording.reader import read_capture
 from ident import Fitted, identify
@@ -43,20 +46,61 @@ def analyse(order: AnalysisOrder) -> Fitted:
     return replace(fitted, result=result)
 
 
+def require_backend(backend: str) -> None:
+    """Can identifications be handed to that backend? Asked before anything moves.
+
+    Raises:
+        CheckError: joblib does not know it, or what it needs is not installed.
+    """
+    from joblib.parallel import BACKENDS, EXTERNAL_BACKENDS
+
+    known = sorted({*BACKENDS, *EXTERNAL_BACKENDS})
+    if backend not in known:
+        raise CheckError(f"--backend {backend}: joblib does not know it; allowed: {', '.join(known)}")
+    if backend == "dask" and find_spec("distributed") is None:
+        raise CheckError(
+            "--backend dask: dask is not installed; allowed: with dask[distributed] beside armhil"
+        )
+
+
+@contextmanager
+def _cluster(backend: str, jobs: int) -> Iterator[None]:
+    """A client of dask where one is needed and the caller has none."""
+    if backend != "dask":
+        yield
+        return
+    from distributed import Client, get_client
+
+    try:
+        known = get_client()
+    except ValueError:
+        known = None
+    if known is not None:
+        yield
+        return
+    with Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None):  # type: ignore[no-untyped-call]
+        yield
+
+
 def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> list[Fitted]:
     """Identify several recordings at once.
 
     Args:
         orders: one per arm.
-        backend: of joblib: ``loky`` (processes), ``sequential``, or one that the caller has registered, e.g.
-            ``dask`` under an open client.
+        backend: of joblib: ``loky`` (processes), ``sequential``, ``dask`` (the caller's client, else that of
+            $DASK_SCHEDULER_ADDRESS, else a cluster on this machine), or one that the caller has registered.
         jobs: processes.
+
+    Raises:
+        CheckError: there is no such backend.
+        CaptureError, RobotFileError, IdentificationError: as in :func:`analyse`.
     """
+    require_backend(backend)
     if backend == "sequential" or len(orders) < 2:
         return [analyse(order) for order in orders]
     from joblib import Parallel, delayed, parallel_config
 
-    with parallel_config(backend=backend, n_jobs=jobs):
+    with _cluster(backend, jobs), parallel_config(backend=backend, n_jobs=jobs):
         found = list(Parallel()(delayed(analyse)(order) for order in orders))
     if backend == "loky":
         from joblib.externals.loky import get_reusable_executor

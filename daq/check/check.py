@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from daq.catalogue import arms, baselines, models
-from daq.check.analysis import AnalysisOrder, analyse_all
+from daq.check.analysis import AnalysisOrder, analyse_all, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
 from daq.check.request import CheckRequest, CheckResult
@@ -47,7 +47,11 @@ def run_fleet(
 
     Returns:
         for each request its result, or the error that a user can understand.
+
+    Raises:
+        CheckError: there is no such backend; nothing has moved.
     """
+    require_backend(backend)
     with ThreadPoolExecutor(max_workers=at_once) as pool:
         recorded = list(pool.map(_tried, requests))
     good = [

@@ -69,7 +69,7 @@ def check(
     new_arm: NewArm = False,
     at_once: Annotated[int, typer.Option(min=1, help="Streams at the same time, with --all.")] = 1,
     jobs: Annotated[int, typer.Option(min=1, help="Processes that identify, with --all.")] = 2,
-    backend: Annotated[str, typer.Option(help="Of joblib, with --all: loky, sequential.")] = "loky",
+    backend: Annotated[str, typer.Option(help="Of joblib, with --all: loky, sequential, dask.")] = "loky",
     notify: Annotated[
         Path | None,
         typer.Option(help="notify.toml: who is told of a new verdict.", show_default="the user's"),

@@ -91,8 +91,14 @@ def _gains(geometry: Geometry) -> list[Pattern]:
 
 def _payload(geometry: Geometry) -> list[Pattern]:
     last = geometry.joints
-    directions = np.column_stack([_direction(geometry, f"{symbol}{last}") for symbol in _LINK[:4]])
-    return [Pattern("payload", None, "payload on the tool", directions, ("kg", "kg·m", "kg·m", "kg·m"))]
+    columns = [_direction(geometry, f"{symbol}{last}") for symbol in _LINK[:4]]
+    # An axis along a rail feels a mass and none of its moments.
+    seen = [k for k, column in enumerate(columns) if np.abs(column).max() > _SEEN]
+    if not seen:
+        return []
+    units = tuple(("kg", "kg·m", "kg·m", "kg·m")[k] for k in seen)
+    directions = np.column_stack([columns[k] for k in seen])
+    return [Pattern("payload", None, "payload on the tool", directions, units)]
 
 
 def _direction(geometry: Geometry, standard: str) -> FloatArray:

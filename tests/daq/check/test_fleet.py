@@ -19,7 +19,7 @@ from daq.check.analysis import AnalysisOrder, analyse
 from daq.check.fleet import Fleet, FleetArm
 from daq.check.fleet_run import FleetChecked, check_fleet
 from daq.check.judged import comparison_json
-from daq.check.request import CheckResult, Verdict
+from daq.check.request import CheckError, CheckResult, Verdict
 from drivers import Channel
 from ident.drift import DriftSettings
 from robots import Robot
@@ -53,7 +53,7 @@ def two_nights(folder: Path, motion: Path, backend: str, at_once: int) -> FleetC
     scenario.write_text(f"format = 1\n{LOST_GAIN}")
     with Catalogue(str(folder / "catalogue.db")) as catalogue:
 
-        def night(fleet: Fleet, name: str) -> FleetChecked:
+        def night(fleet: Fleet, name: str, backend: str, at_once: int) -> FleetChecked:
             return check_fleet(
                 fleet,
                 catalogue,
@@ -65,11 +65,11 @@ def two_nights(folder: Path, motion: Path, backend: str, at_once: int) -> FleetC
                 backend=backend,
             )
 
-        first = night(fleet_of(motion), "first")
+        first = night(fleet_of(motion), "first", "sequential", 1)
         assert [one.verdict for one in first.results] == [Verdict.UNKNOWN] * ARMS, first.outcomes
         for result in first.results:
             baselines.accept(catalogue, result.model, "Ada", "first night", None)
-        second = night(fleet_of(motion, scenario), "second")
+        second = night(fleet_of(motion, scenario), "second", backend, at_once)
         assert len(arms.every(catalogue)) == ARMS and len(runs.every(catalogue)) == 2 * ARMS
         assert {run.state for run in runs.every(catalogue)} == {"finished"}
     return second
@@ -97,12 +97,26 @@ def test_eight_arms_at_once_and_one_at_a_time(
     assert len({tuple(one.fitted.least_squares.beta) for one in alone.results}) == ARMS
 
     require_same(two_nights(tmp_path / "processes", motion, "loky", ARMS), alone)
-    distributed = pytest.importorskip("distributed")
+    pytest.importorskip("distributed")
+    require_same(two_nights(tmp_path / "dask", motion, "dask", ARMS), alone)
+
+
+def test_a_backend_that_nobody_knows_is_refused_before_anything_moves(tmp_path: Path) -> None:
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-        distributed.Client(cluster),
+        Catalogue() as catalogue,
+        pytest.raises(CheckError, match=r"--backend clouds: joblib does not know it; allowed: dask, loky"),
     ):
-        require_same(two_nights(tmp_path / "dask", motion, "dask", ARMS), alone)
+        check_fleet(
+            fleet_of(tmp_path / "none"),
+            catalogue,
+            tmp_path,
+            DriftSettings(),
+            None,
+            at_once=1,
+            jobs=1,
+            backend="clouds",
+        )
+    assert not list(tmp_path.glob("**/*.mcap"))
 
 
 def test_over_buses_one_that_fails_does_not_stop_the_others(
