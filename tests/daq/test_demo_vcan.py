@@ -16,7 +16,7 @@ from daq.recording.reader import read_capture, read_frames
 from tests.drivers.test_vcan import ROOT, TOOL, needs_device, needs_tool, own_device
 
 STAMPS = 0.001
-"""s; every look at the clock takes a little virtual time, and how many looks there are is not always the same:
+"""s; every look at the clock takes a little virtual time, and there is not always the same number of looks:
 up to 0.06 ms were seen. A frame of another cycle would be 4 ms away."""
 
 
