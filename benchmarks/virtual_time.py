@@ -124,7 +124,8 @@ def main() -> int:
         for other in captures[1:]:
             apart = 1e6 * stamp_distance(captures[0], other)
             print(f"time stamps of the raw frames are up to {apart:.1f} µs apart")
-        print("samples and raw frames:", ", ".join(differing) or "the same to the last bit")
+        if len(captures) > 1:
+            print("samples and raw frames:", ", ".join(differing) or "the same to the last bit")
     return 2 if differing else 0
 
 
