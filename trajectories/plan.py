@@ -31,6 +31,7 @@ from trajectories.motions.trajectory import (
     ExcitingFamily,
     Repeat,
     Trajectory,
+    require_share,
     sample_times,
     stretched,
 )
@@ -113,7 +114,8 @@ def plan(
         workers: processes for them.
         periods: how often the motion is repeated. In the Fourier family the period between lead-in and
             lead-out is repeated; ``duration`` is that of one with both.
-        speed: below 1, the same path is run in 1/speed of the time, as for a first run.
+        speed: below 1, the same path is run in 1/speed of the time, as for a first run; a little slower where
+            that makes a repeated period a whole number of cycles.
         progress: told how far it is, and the best score.
         stop: asked now and then; the best motion so far is returned once it says so.
 
@@ -125,7 +127,7 @@ def plan(
         objective = objective or Objective()
         _require_counts(evaluations=evaluations, searches=searches, workers=workers, periods=periods)
         sample_times(duration, cycle_time)
-        stretched(hold(np.array(robot.home), 1.0), speed)
+        require_share(speed)
         base = base_parameters(RegressorModel.of(robot))
         posture = posture_of(robot, start)
         lead = lead_home(robot, posture, cycle_time, conditions)
@@ -134,7 +136,7 @@ def plan(
         best, done = best_of(running, workers, progress, stop)
         if best.best_score >= NONE:
             raise _nothing_found(problem, best.finished(), len(base.names))
-        motion, repeat = put_together(lead, best, periods, speed)
+        motion, repeat, speed = put_together(lead, best, periods, speed, cycle_time)
         origin = Origin(family, seed, done, repeat, speed)
         return finished(robot, base, motion, cycle_time, conditions, objective, origin, posture)
     except PlanError:
@@ -274,9 +276,9 @@ def _nothing_found(problem: ExcitationProblem, motion: Motion, parameters: int) 
 
 
 def put_together(
-    lead: Motion | None, search: Search, periods: int, speed: float
-) -> tuple[Motion, Repeat | None]:
-    """The move to home, what a search found, its repeats, all at a speed; and where the repeats are.
+    lead: Motion | None, search: Search, periods: int, speed: float, cycle_time: float
+) -> tuple[Motion, Repeat | None, float]:
+    """The move to home, what a search found, its repeats, all at a speed; where the repeats are; the speed.
 
     Raises:
         TrajectoryError: the search's motion cannot be led in.
@@ -291,10 +293,14 @@ def put_together(
     else:
         repeat = Repeat(before, motion.duration, periods)
         parts = leads + (motion,) * periods
-    whole = stretched(MotionSequence(parts) if len(parts) > 1 else motion, speed)
+    whole = MotionSequence(parts) if len(parts) > 1 else motion
     if periods == 1:
-        return whole, None
-    return whole, Repeat(repeat.start / speed, repeat.period / speed, periods)
+        return stretched(whole, speed), None, speed
+    # The plan itself has whole periods; those of a slower run are whole again.
+    planned = repeat.whole_cycles_at(1.0, cycle_time)
+    repeat = repeat.slowed(planned)
+    speed = repeat.whole_cycles_at(speed, cycle_time)
+    return stretched(whole, planned * speed), repeat.slowed(speed), speed
 
 
 def posture_of(robot: Robot, start: ArrayLike | None) -> FloatArray | None:

@@ -169,21 +169,40 @@ def test_a_first_run_is_the_same_path_more_slowly(family: str) -> None:
     robot = load("tx40")
     settings = {"family": family, "periods": 2, "duration": 8.0, "evaluations": 40}
     full, slow = small_plan(robot, **settings), small_plan(robot, **settings, speed=0.25)
-    assert slow.duration == pytest.approx(4 * full.duration) and slow.speed == 0.25
+    speed = slow.speed
+    assert 0.249 < speed <= 0.25
+    assert slow.duration == pytest.approx(full.duration / speed)
     time = np.linspace(0.0, full.duration, 333)
-    there, here = full.at(time), slow.at(4 * time)
+    there, here = full.at(time), slow.at(time / speed)
     np.testing.assert_allclose(here.position, there.position, atol=1e-9)
     for power, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         # The very instant at which a jerk jumps belongs to either side.
-        close = np.isclose(getattr(here, name), 0.25**power * getattr(there, name), atol=1e-6)
+        close = np.isclose(getattr(here, name), speed**power * getattr(there, name), atol=1e-6)
         assert close.mean() > 0.99, name
     assert full.repeat is not None and slow.repeat is not None
-    assert slow.repeat.start == pytest.approx(4 * full.repeat.start)
+    assert slow.repeat.start == pytest.approx(full.repeat.start / speed)
     for one, other in zip(slow.detail.uses, full.detail.uses, strict=True):
         assert (one.share <= other.share + 1e-9).all(), one.constraint
     again = full.slowed(0.25)
     np.testing.assert_allclose(again.position, slow.position, atol=1e-12)
-    assert again.repeat == slow.repeat
+    assert again.repeat is not None
+    assert again.repeat.period == pytest.approx(slow.repeat.period)
+    assert again.repeat.count == slow.repeat.count
+
+
+@pytest.mark.parametrize("family", ["ruckig", "fourier"])
+def test_slow_periods_are_a_whole_number_of_cycles(family: str) -> None:
+    robot = load("tx40")
+    settings = {"family": family, "periods": 2, "duration": 8.0, "evaluations": 40}
+    full, slow = small_plan(robot, **settings), small_plan(robot, **settings, speed=0.6)
+    for motion in (slow, full.slowed(0.6)):
+        assert motion.repeat is not None
+        cycles = motion.repeat.period / motion.cycle_time
+        assert cycles == pytest.approx(round(cycles), abs=1e-6)
+        assert 0.59 < motion.speed <= 0.6
+        first = np.linspace(motion.repeat.start, motion.repeat.start + motion.repeat.period, 500)
+        once, again = motion.at(first), motion.at(first + motion.repeat.period)
+        np.testing.assert_allclose(again.position, once.position, atol=1e-9)
 
 
 def test_periods_repeat_the_motion() -> None:

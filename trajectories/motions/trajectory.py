@@ -63,6 +63,10 @@ class Detail:
         return () if self.prediction is None else tuple(self.prediction.percent_sigma.tolist())
 
 
+_WHOLE = 1e-6
+"""Cycles by which a period may be off a whole number, by rounding."""
+
+
 @dataclass(frozen=True)
 class Repeat:
     """The part of a motion that comes again and again; the spread of repeats is the noise floor.
@@ -76,6 +80,18 @@ class Repeat:
     start: float
     period: float
     count: int
+
+    def slowed(self, factor: float) -> Repeat:
+        """The same repeats in 1/factor of the time."""
+        return Repeat(self.start / factor, self.period / factor, self.count)
+
+    def whole_cycles_at(self, factor: float, cycle_time: float) -> float:
+        """The highest speed up to ``factor`` at which a period is a whole number of cycles.
+
+        Otherwise each period is sampled at other points of the path, and their spread is no noise floor.
+        """
+        cycles = np.ceil(self.period / (factor * cycle_time) - _WHOLE)
+        return min(factor, float(self.period / (cycles * cycle_time)))
 
 
 @dataclass(frozen=True)
@@ -160,13 +176,17 @@ class Trajectory:
     def slowed(self, factor: float) -> Trajectory:
         """The same path in 1/factor of the time: the careful first run. What was judged is left behind.
 
+        A little slower where that makes a repeated period a whole number of cycles.
+
         Raises:
             TrajectoryError: the factor is not above 0, up to 1.
         """
-        motion = stretched(self.motion, factor)
+        require_share(factor)
         repeat = self.repeat
         if repeat is not None:
-            repeat = Repeat(repeat.start / factor, repeat.period / factor, repeat.count)
+            factor = repeat.whole_cycles_at(factor, self.cycle_time)
+            repeat = repeat.slowed(factor)
+        motion = stretched(self.motion, factor)
         slow = self._of(motion, self.cycle_time)
         return replace(slow, detail=Detail(), repeat=repeat, speed=self.speed * factor)
 
@@ -224,6 +244,15 @@ def stretched(motion: Motion, factor: float) -> Motion:
     Raises:
         TrajectoryError: the factor is not above 0, up to 1.
     """
+    require_share(factor)
+    return motion if factor == 1.0 else StretchedMotion(motion, factor)
+
+
+def require_share(factor: float) -> None:
+    """Refuse a speed that is no share of the planned one.
+
+    Raises:
+        TrajectoryError: the factor is not above 0, up to 1.
+    """
     if not 0.0 < factor <= 1.0:
         raise TrajectoryError(f"speed is {factor}; allowed: above 0, up to 1", constraint="speed")
-    return motion if factor == 1.0 else StretchedMotion(motion, factor)

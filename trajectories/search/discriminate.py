@@ -146,7 +146,7 @@ def discriminate(
                 "duration or more evaluations",
                 constraint="separation",
             )
-        motion, repeat = put_together(lead, best, periods, speed)
+        motion, repeat, speed = put_together(lead, best, periods, speed, cycle_time)
         origin = Origin("ruckig", seed, done, repeat, speed)
         plain = finished(robot, base, motion, cycle_time, conditions, Objective(), origin, posture)
         return Discrimination(
