@@ -1,4 +1,4 @@
-"""The simulated year in short, by the code of ``benchmarks/year.py``: quiet nights, wear, a step, less gain."""
+"""The simulated year in short, by the code of ``benchmarks/year.py``: quiet nights, wear, a step, gain."""
 
 from __future__ import annotations
 
