@@ -75,6 +75,7 @@ def searching(robot: Robot, recording: Recording) -> Robot:
     rate = 1.0 / recording.sample_time
     changed = {
         "decimation": max(1, int(rate / ROW_RATE + 1e-6)),
+        "decimation_filter": "fir",  # a Chebyshev filter rings for long after a reversal
         "minimum_speed": max(robot.identification.minimum_speed, MINIMUM_SPEED),
         "standstill_margin": STANDSTILL_MARGIN,
     }
