@@ -8,6 +8,7 @@ import os
 for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+import signal
 import time
 import zlib
 from collections.abc import Callable, Iterator
@@ -21,6 +22,10 @@ import pytest
 from drivers import Channel
 
 ROOT = Path(__file__).resolve().parent.parent
+
+# A shell that starts the tests in the background has them ignore Ctrl-C, and what they start as well.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples in every run, and no clock: how fast the machine is proves nothing. To look further:
 # ./armhil test --hypothesis-profile=explore
