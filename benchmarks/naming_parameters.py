@@ -153,18 +153,18 @@ def _elastic(hidden: Hidden) -> dict[str, float]:
 
 def _shaft(hidden: Hidden) -> dict[str, float]:
     first, second = hidden.entry["joints"]
-    if first > second or hidden.shape("ratio") != hidden.entry["ratios"][0]:
+    if first > second or hidden.shape("ratio") != hidden.entry.get("ratios", (1.0, 1.0))[0]:
         return {}
     return {
-        "Iam": hidden.entry["inertia"],
-        "Fvm": hidden.entry["viscous"],
-        "Fcm": hidden.entry["coulomb"],
+        "Iam": hidden.entry.get("inertia", 0.0),
+        "Fvm": hidden.entry.get("viscous", 0.0),
+        "Fcm": hidden.entry.get("coulomb", 0.0),
     }
 
 
-def _ripple(name: str, key: str) -> Callable[[Hidden], dict[str, float]]:
+def _ripple(name: str, key: str, usual: float) -> Callable[[Hidden], dict[str, float]]:
     def true(hidden: Hidden) -> dict[str, float]:
-        same = hidden.shape("periods_per_turn") == hidden.entry["order"]
+        same = hidden.shape("periods_per_turn") == hidden.entry.get("order", usual)
         return {name: hidden.entry[key]} if same and hidden.entry.get(key) else {}
 
     return true
@@ -209,11 +209,11 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "joint_elasticity": _elastic,
     "backlash": lambda h: {"gap": h.entry["width"]},
     "wrist_coupling": _shaft,
-    "gear_ripple": _ripple("gear_error", "amplitude"),
+    "gear_ripple": _ripple("gear_error", "amplitude", 2.0),
     "drive_gain_error": lambda h: {"gain_error": h.entry["change"] / (1.0 + h.entry["change"])},
     # A current that nobody asks for does a part of the work, so that less is asked for.
     "current_offset": lambda h: {"doff": -h.entry["torque"]},
-    "torque_ripple": _ripple("ripple", "amplitude"),
+    "torque_ripple": _ripple("ripple", "amplitude", 6.0),
     "saturation": lambda h: {"torque_limit": h.entry["limit"] * abs(float(h.robot.gains[h.axis]))},
     "rotor_inertia": lambda h: {"dIa": h.entry["change"]},
     "current_loop_lag": lambda h: {"lag": h.entry["time_constant"]},

@@ -12,6 +12,7 @@ import robots
 from benchmarks import naming
 from benchmarks.naming_parameters import compared, coverage
 from drivers.simulated import draw_truth
+from drivers.simulated.scenario import Scenario
 from ident.effects.vocabulary import family_named
 from robots import Robot
 
@@ -82,6 +83,20 @@ def test_a_found_value_stands_beside_the_arms_own_figure() -> None:
     assert pairs == {"Fv": [0.5, 0.01, pytest.approx(0.2 * truth.parameters["Fv3"])]}
     assert compared(robot, truth, scenario, "viscous_friction", [2], {"Fv2": (0.5, 0.01)}) == {}
     assert compared(robot, truth, scenario, "coulomb_friction", [3], {"Fc3": (0.5, 0.01)}) == {}
+
+
+@pytest.mark.parametrize(
+    ("effect", "amplitude", "waves"), [("gear_ripple", "gear_error", 2.0), ("torque_ripple", "ripple", 6.0)]
+)
+def test_what_a_scenario_leaves_out_has_its_usual_value(effect: str, amplitude: str, waves: float) -> None:
+    robot = arm()
+    given = {"format": 1, effect: [{"drive": 3, "amplitude": 0.1, "order": waves}]}
+    hidden = Scenario.from_dict(given).as_dict()
+    assert "order" not in hidden[effect][0]
+    found = {f"{amplitude}_cos3": (0.1, 0.01), f"{amplitude}_sin3": (0.0, 0.01)}
+    for periods, pairs in ((waves, {amplitude: [0.1, 0.01, 0.1]}), (waves + 1.0, {})):
+        parameters = found | {"periods_per_turn": (periods, 0.0)}
+        assert compared(robot, draw_truth(robot, 7), hidden, effect, [3], parameters) == pairs
 
 
 def test_another_law_is_not_compared() -> None:
