@@ -125,10 +125,11 @@ def _single_frequency(joint: int, white: FloatArray, sample_time: float) -> list
 def _bursts(joint: int, white: FloatArray, sample_time: float) -> list[Unrepeated]:
     """Bartlett's test of equal variance over blocks of time."""
     whole = [block[np.isfinite(block)] for block in np.array_split(white, _BLOCKS)]
-    blocks = [block for block in whole if block.size >= _FEWEST]
+    # Where a joint rests, quantised torques may repeat exactly: that says nothing about its noise.
+    at = [k for k, block in enumerate(whole) if block.size >= _FEWEST and np.ptp(block) > 0.0]
+    blocks = [whole[k] for k in at]
     if len(blocks) < 2:
         return []
-    at = [k for k, block in enumerate(whole) if block.size >= _FEWEST]
     length, white = white.size, np.concatenate(blocks)
     sizes = np.array([block.size - 1.0 for block in blocks])
     variances = np.array([block.var(ddof=1) for block in blocks])

@@ -64,3 +64,9 @@ def test_a_few_sudden_torques_are_shocks_though_they_hardly_raise_the_noise() ->
     assert found[0].kind == "shocks"
     assert found[0].joint == 1
     assert found[0].p_value < 1e-6
+
+
+def test_a_block_that_repeats_exactly_is_no_quiet_between_bursts() -> None:
+    white = np.random.default_rng(5).normal(size=4000)
+    white[1000:1600] = 0.0
+    assert not _bursts(0, white, 0.004)
