@@ -93,6 +93,7 @@ def test_from_a_trajectory_to_a_verdict(
     assert (leaving.value.code == 1) == (result["test"]["verdict"] == "instruments_invalid")
     assert result == json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert {path.name for path in out.iterdir()} == {
+        "capture.live",
         "capture.mcap",
         "report.html",
         "result.json",
