@@ -60,7 +60,7 @@ def test_interpolated_position_and_a_second_tpdo_move_the_arm_as_csp_does(
     wide = drives_changed(slow, control_signal=signal)
     result, samples, group = streamed(wide, new_channel())
     assert (result.outcome, result.cycles) == ("completed", CYCLES), result.reason
-    assert all(drive.second_tpdo.maps(0x30D1) for drive in group.drives)
+    assert all(drive.process_data.second_tpdo.maps(0x30D1) for drive in group.drives)
     whole = samples.complete.all(axis=1) & ours.complete.all(axis=1)
     np.testing.assert_allclose(samples.position[whole], ours.position[whole], atol=1e-3)
     # The same signal, in 32 bits of a frame of its own.
