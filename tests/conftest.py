@@ -23,9 +23,12 @@ from drivers import Channel
 
 ROOT = Path(__file__).resolve().parent.parent
 
-# A shell that starts the tests in the background has them ignore Ctrl-C, and what they start as well.
+# A shell that starts the tests in the background has them ignore Ctrl-C, nohup the hang-up, and the commands
+# under test would inherit that. A handler is not inherited.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 # The same examples in every run, and no clock: how fast the machine is proves nothing. To look further:
 # ./armhil test --hypothesis-profile=explore
