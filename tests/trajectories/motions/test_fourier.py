@@ -83,7 +83,11 @@ def test_periods_repeat_what_lies_between_lead_in_and_lead_out() -> None:
         plan(robot, cycle_time=0.01, duration=5.0, seed=2, family="fourier", evaluations=60, periods=periods)
         for periods in (1, 3)
     )
-    period = (thrice.duration - once.duration) / 2
+    assert thrice.repeat is not None
+    period = thrice.repeat.period
+    assert period / 0.01 == pytest.approx(round(period / 0.01), abs=1e-6)
+    # The planned periods are made a whole number of cycles, by less than one cycle each.
+    assert 0.0 <= thrice.duration - once.duration - 2 * period < 2 * 0.01
     inside = np.linspace(1.5, 1.5 + period, 40)
     np.testing.assert_allclose(thrice.at(inside).position, thrice.at(inside + period).position, atol=1e-9)
 
