@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import chain, islice
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class Follower:
         self._cycle = cycle
         self._job = cycle.job
         self._ends = frozenset(cycle.job.period_ends)
+        self._targets: list[list[int]] = cycle.job.reference.tolist()
+        """The reference as it is sent; a long one takes milliseconds to convert, which no cycle has."""
 
     def warm_up(self) -> None:
         """Use once what the cycle will use: the first call of a linear solver takes many milliseconds."""
@@ -62,9 +65,9 @@ class Follower:
         Returns:
             Whether what comes next still belongs to the record: not where it ended in a pause.
         """
-        targets: list[list[int]] = self._job.reference.tolist()
+        targets = self._targets
         cycle, watch = self._cycle, self._cycle.watch
-        for row, target in enumerate([*targets[1:], targets[-1]], start=1):
+        for row, target in enumerate(chain(islice(targets, 1, None), targets[-1:]), start=1):
             paused = False
             if row in self._ends and watch.request is not None and watch.fine:
                 paused = self._end_period(targets, row)
