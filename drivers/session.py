@@ -13,13 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drivers.bus.access import BusLock, describe_cob_id, listen_for_traffic
 from drivers.bus.budget import BusBudget
 from drivers.bus.channel import Channel
-from drivers.cia402 import objects
-from drivers.cia402.states import State, state_of
 from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
-from drivers.cyclic.layout import DriveLink, master_cob_ids
 from drivers.cyclic.requests import StreamControl
 from drivers.cyclic.samples import StreamResult
 from drivers.cyclic.stream import OnSamples, run_stream
@@ -27,11 +23,9 @@ from drivers.errors import BusError, DriveError
 from drivers.motion.envelope import check_drive_limits, check_envelope, checked_period_ends
 from drivers.motion.jog import JOG_SHARE, ignore_samples, jog_path
 from drivers.setup.attestation import attest, refuse_unattested
-from drivers.setup.drive import DriveReport, configure, refuse
-from drivers.setup.guarding import acknowledge_fault, arm, prove
+from drivers.setup.connection import Connection
+from drivers.setup.drive import DriveReport
 from drivers.setup.homing import Homing, end_homing, prepare_homing
-from drivers.setup.mapping import refuse_shared_cob_ids, transmitted_cob_ids
-from drivers.setup.sdo import SdoNetwork
 from drivers.units import Units
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -67,21 +61,12 @@ class ArmSession:
         self.robot = robot
         self.channel = channel or Channel(robot.bus.interface, robot.bus.channel)
         self.units = Units.of(robot)
-        self.drives: tuple[DriveReport, ...] = ()
-        """What the set-up found, in the order of the axes."""
         self._budgets = budgets or Budgets.on(self.channel, robot.bus.cycle_time)
         self._start_tolerance = start_tolerance
-        self._nodes = tuple(drive.node_id for drive in robot.drive)
-        self._names = tuple(
-            f"drive of joint {joint.name} (node {drive.node_id})"
-            for joint, drive in zip(robot.joint, robot.drive, strict=True)
-        )
+        self._connection = Connection(robot, self.channel, self._budgets)
         self._allow_jog = allow_jog
         self._attested = False
-        self._proved: frozenset[int] = frozenset()
         self._unacknowledged: str | None = None
-        self._lock: BusLock | None = None
-        self._network: SdoNetwork | None = None
 
     def open(self) -> None:
         """Take the bus and configure every drive; torque stays off.
@@ -90,23 +75,11 @@ class ArmSession:
             BusError: the bus cannot be opened or has another master.
             DriveError: a drive does not answer or refuses a setting.
         """
-        self._lock = BusLock(self.channel)
-        try:
-            self._refuse_other_master()
-            self._connect()
-            self._configure()
-        except BaseException:
-            self.close()
-            raise
+        self._connection.open()
 
     def close(self) -> None:
         """Leave the drives in NMT pre-operational and give the bus back."""
-        try:
-            self._disconnect(last=True)
-        finally:
-            if self._lock is not None:
-                self._lock.release()
-                self._lock = None
+        self._connection.close()
 
     def __enter__(self) -> Self:
         self.open()
@@ -117,62 +90,14 @@ class ArmSession:
     ) -> None:
         self.close()
 
-    def _refuse_other_master(self) -> None:
-        heard = listen_for_traffic(self.channel, cob_ids=master_cob_ids(self._nodes))
-        if heard:
-            frames = ", ".join(describe_cob_id(cob_id) for cob_id in sorted(heard))
-            raise BusError(f"{self.channel} is occupied: another master is on it, heard {frames}")
-
-    def _connect(self) -> SdoNetwork:
-        if self._lock is None:
-            raise DriveError("the session is not open")
-        if self._network is None:
-            self._network = SdoNetwork(self.channel, self._nodes, self._names, self.robot.bus.bitrate)
-        return self._network
-
-    def _disconnect(self, last: bool = False) -> None:
-        network, self._network = self._network, None
-        if network is not None:
-            try:
-                if last:
-                    network.nmt("PRE-OPERATIONAL")
-            finally:
-                network.close()
-
-    def _configure(self) -> None:
-        network = self._connect()
-        network.nmt("PRE-OPERATIONAL")
-        self.drives = tuple(
-            configure(sdo, self.robot, axis, self._budgets.watch_seconds)
-            for axis, sdo in enumerate(network.drives)
-        )
-        for report, name in zip(self.drives, self._names, strict=True):
-            log.info("%s: vendor 0x%08X, state %s", name, report.vendor, report.state.value)
-            for finding in report.findings:
-                log.info("%s: %s: %s", name, finding.severity, finding)
-        refuse(self.drives, self._names)
-        refuse_shared_cob_ids({sdo.drive: transmitted_cob_ids(sdo) for sdo in network.drives})
-        self.bus_budget().check()
-        self._prove_watch()
-
-    def _prove_watch(self) -> None:
-        """Every drive that has not done so yet shows that it notices a lost master."""
-        network = self._connect()
-        watching = [
-            sdo
-            for sdo, report in zip(network.drives, self.drives, strict=True)
-            if report.watches and report.node_id not in self._proved
-        ]
-        if watching:
-            proved = prove(network, watching, self.robot.bus.master_node_id, self._budgets.watch_seconds)
-            self._proved |= proved
+    @property
+    def drives(self) -> tuple[DriveReport, ...]:
+        """What the set-up found, in the order of the axes."""
+        return self._connection.reports
 
     def bus_budget(self) -> BusBudget:
         """The worst-case load of the bus with the drives as they are mapped."""
-        return BusBudget.of(self.robot, self._links(), self._budgets)
-
-    def _links(self) -> tuple[DriveLink, ...]:
-        return tuple(report.link(name) for report, name in zip(self.drives, self._names, strict=True))
+        return self._connection.bus_budget()
 
     @property
     def unacknowledged(self) -> str | None:
@@ -188,9 +113,7 @@ class ArmSession:
         Raises:
             DriveError: a fault stays, or a drive does not notice a lost master.
         """
-        for sdo in self._connect().drives:
-            acknowledge_fault(sdo)
-        self._prove_watch()
+        self._connection.acknowledge_faults()
         self._unacknowledged = None
 
     def actual_position(self) -> FloatArray:
@@ -199,8 +122,7 @@ class ArmSession:
         Raises:
             DriveError: a drive does not answer.
         """
-        drives = self._connect().drives
-        return self.units.position([sdo.read_int(objects.ACTUAL_POSITION, signed=True) for sdo in drives])
+        return self._connection.actual_position()
 
     def temperatures(self) -> FloatArray:
         """How warm the drives are: (n,) °C, read over SDO; NaN where the description names no object.
@@ -208,11 +130,7 @@ class ArmSession:
         Raises:
             DriveError: a drive does not answer, or has no such object.
         """
-        found = np.full(self.robot.n, np.nan)
-        for axis, (sdo, drive) in enumerate(zip(self._connect().drives, self.robot.drive, strict=True)):
-            if (where := drive.temperature) is not None:
-                found[axis] = where.per_count * sdo.read_int(where.index, where.subindex, signed=True)
-        return found
+        return self._connection.temperatures()
 
     def stream(
         self,
@@ -245,7 +163,7 @@ class ArmSession:
         refuse_unattested(self.robot, self._attested)
         check_drive_limits(self.robot, self.units.counts(targets), self.drives)
         self._refuse_elsewhere(targets[0])
-        self._refuse_faults()
+        self._connection.refuse_faults()
         job = self._job(targets, checked_period_ends(period_ends, len(targets)))
         return self._run(job, on_samples, control or StreamControl(stop))
 
@@ -259,19 +177,12 @@ class ArmSession:
 
     def _run(self, job: Job, on_samples: OnSamples, control: StreamControl) -> StreamResult:
         """Hand the bus to the cyclic process until the drives are disabled."""
-        self._arm()
-        self._disconnect()
+        self._connection.arm()
+        self._connection.release()
         result = run_stream(job, on_samples, control)
         if result.outcome in ("aborted", "fault"):
             self._unacknowledged = result.reason
         return result
-
-    def _arm(self) -> None:
-        """The drives watch this master from the first heartbeat on that the cyclic process sends."""
-        network = self._connect()
-        watching = [sdo for sdo, report in zip(network.drives, self.drives, strict=True) if report.watches]
-        arm(watching, self.robot.bus.master_node_id, self._budgets.watch_seconds)
-        network.nmt("OPERATIONAL")
 
     def jog(
         self,
@@ -318,15 +229,15 @@ class ArmSession:
         axis = homing.axis(self.robot)
         self._refuse_stream()
         self._attested = False
-        prepare_homing(self._connect().drives[axis], self.robot, homing)
+        prepare_homing(self._connection.drives[axis], self.robot, homing)
         try:
-            self._refuse_faults()
+            self._connection.refuse_faults()
             here = self.actual_position()[None, :]
             travel = round(homing.travel * abs(float(self.robot.counts_per_output_unit[axis])))
             job = replace(self._job(here, ()), homing=HomingJob(axis, travel, homing.seconds))
             result = self._run(job, ignore_samples, control or StreamControl())
         finally:
-            end_homing(self._connect().drives[axis], self.drives[axis].mode)
+            end_homing(self._connection.drives[axis], self.drives[axis].mode)
         return result
 
     def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
@@ -354,19 +265,13 @@ class ArmSession:
                 f"at {first[axis]:.6g}; allowed: {self._start_tolerance:g} apart"
             )
 
-    def _refuse_faults(self) -> None:
-        for sdo, name in zip(self._connect().drives, self._names, strict=True):
-            state = state_of(sdo.read_int(objects.STATUSWORD))
-            if state in (State.FAULT, State.FAULT_REACTION):
-                raise DriveError(f"{name} is in state {state.value!r}; acknowledge it before enabling")
-
     def _job(self, targets: FloatArray, period_ends: tuple[int, ...]) -> Job:
         robot = self.robot
         window = following_error_window(robot, robot.bus.cycle_time)
         return Job(
             channel=self.channel,
             bitrate=robot.bus.bitrate,
-            links=self._links(),
+            links=self._connection.links(),
             cycle_time=robot.bus.cycle_time,
             units=self.units,
             reference=self.units.counts(targets),

@@ -41,7 +41,7 @@ def test_the_arm_comes_to_rest_and_the_line_says_why(
 
         with pytest.raises(CaptureError) as caught:
             session.stream(way, keep)
-        words = [sdo.read_int(objects.STATUSWORD) for sdo in session._connect().drives]
+        words = [sdo.read_int(objects.STATUSWORD) for sdo in session._connection.drives]
     assert {state_of(word) for word in words} == {State.SWITCH_ON_DISABLED}
     assert "run.mcap: cannot be written any further: No space left on device" in str(caught.value)
     assert "what was recorded before is readable" in str(caught.value)

@@ -149,9 +149,9 @@ def test_a_fault_is_refused_until_it_is_acknowledged(tx40: Robot, channel: Chann
     with drives(tx40, channel) as group, ArmSession(tx40, channel) as session:
         group.drives[3].fail(0x4310)
         with pytest.raises(DriveError, match=r"joint_4 \(node 4\) is in state 'fault'; acknowledge it"):
-            session._refuse_faults()
+            session._connection.refuse_faults()
         session.acknowledge_faults()
-        session._refuse_faults()
+        session._connection.refuse_faults()
 
 
 def test_a_stream_needs_a_bus_between_processes(tx40: Robot, channel: Channel) -> None:
@@ -211,7 +211,7 @@ def test_each_drive_has_proved_that_it_notices_a_lost_master(tx40: Robot, channe
             assert drive.dictionary.integer(0x1016, 1) == 0, "and watches nobody while nothing streams"
             assert drive.dictionary.integer(0x6007) == 1
             assert drive.dictionary.integer(0x1400, 5) == 100
-        session._arm()
+        session._connection.arm()
         assert {drive.dictionary.integer(0x1016, 1) for drive in group.drives} == {127 << 16 | 100}
 
 
@@ -274,7 +274,7 @@ def test_a_drive_with_interpolated_position_alone_gets_its_set_points_in_60c1(
 
     with drives(tx40, channel, old) as group, ArmSession(tx40, channel) as session:
         assert {report.mode for report in session.drives} == {7}
-        assert all(link.interpolated for link in session._links())
+        assert all(link.interpolated for link in session._connection.links())
         for drive in group.drives:
             assert drive.dictionary.integer(0x6061) == 7
             assert drive.process_data.rpdo.maps(0x60C1) and not drive.process_data.rpdo.maps(0x607A)
