@@ -10,11 +10,11 @@ import numpy as np
 
 from daq.catalogue import baselines, checks, models, runs
 from daq.catalogue.again import IDENTIFY
-from daq.catalogue.database import Catalogue
 from daq.catalogue.keep import Made, keep_diagnose_request, keep_identified
-from daq.catalogue.values import Baseline, CheckRecord, Model
-from daq.check.carried import carried_over, lost_words
-from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256, Recorded
+from daq.catalogue.values import Baseline, Model
+from daq.check.carried import lost_words
+from daq.check.nights import compare_nights, night_of, nights_since
+from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
@@ -25,10 +25,8 @@ from daq.importing.load import capture_recordings
 from daq.progress import Steps
 from daq.recording.reader import read_capture
 from ident import Fitted
-from ident.drift import Comparison, Night, compare, geometry_of
+from ident.drift import Comparison
 from robots.arrays import FloatArray
-
-_DAY = 86400.0
 
 
 def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps: Steps) -> CheckResult:
@@ -56,12 +54,12 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         model = keep_identified(catalogue, fitted, made, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
         baseline = baselines.current(catalogue, recorded.arm.id)
+        sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
         warnings = list(recorded.warnings)
         compared = None
         grown: Grown = ()
         if baseline is not None:
-            compared, lost = _compared(request, recorded, fitted, model, baseline)
-            sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
+            compared, lost = _compared(request, recorded, fitted, model, baseline, sha256)
             grown = grown_residuals(catalogue, baseline, model, sha256)
             warnings += [
                 *lost_words(baseline.run_id, lost),
@@ -75,7 +73,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
-    details = _details(request, recorded, compared, warnings, findings)
+    details = _details(request, recorded, sha256, compared, warnings, findings)
     kept = checks.add(
         catalogue,
         recorded.run,
@@ -103,70 +101,16 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     )
 
 
-def nights_since(
-    catalogue: Catalogue,
-    baseline: Baseline,
-    trajectory_sha256: str,
-    names: tuple[str, ...],
-    before: int | None = None,
-) -> list[Night]:
-    """The checks of an arm since its baseline was accepted that drove the same motion, oldest first.
-
-    Those that found something teach nothing: they are marked as not clean.
-
-    Args:
-        before: only checks with a smaller number; all where None.
-    """
-    known = checks.of_arm(catalogue, baseline.arm_id)
-    records = {record.model_id: record for record in known if before is None or record.id < before}
-    accepted = models.get(catalogue, baseline.model_id)
-    nights = []
-    for model in reversed(models.of_arm(catalogue, baseline.arm_id)):
-        record = records.get(model.id)
-        if record is None or model.id == baseline.model_id or model.method != accepted.method:
-            continue
-        if record.baseline_id != baseline.id or tuple(p.name for p in model.parameters) != names:
-            continue
-        if record.details.get(TRAJECTORY_SHA256) == trajectory_sha256 and model.covariance is not None:
-            nights.append(night_of(catalogue, model, record))
-    return nights
-
-
-def night_of(catalogue: Catalogue, model: Model, record: CheckRecord | None) -> Night:
-    """A model of the catalogue as the comparison takes it."""
-    run = runs.get(catalogue, model.run_id)
-    celsius = None if record is None else record.details.get("celsius")
-    if celsius is None and CELSIUS in run.facts:
-        celsius = [float(run.facts[CELSIUS])] * len(model.torque_rms)
-    assert model.covariance is not None
-    return Night(
-        day=run.started.timestamp() / _DAY,
-        values=np.array([parameter.value for parameter in model.parameters]),
-        covariance=model.covariance,
-        celsius=None if celsius is None else np.array(celsius, dtype=np.float64),
-        clean=record is None or record.details.get("state") == "unchanged",
-        label=f"run {run.id} ({run.started:%Y-%m-%d})",
-    )
-
-
 def _compared(
-    request: CheckRequest, recorded: Recorded, fitted: Fitted, model: Model, baseline: Baseline
+    request: CheckRequest, recorded: Recorded, fitted: Fitted, model: Model, baseline: Baseline, sha256: str
 ) -> tuple[Comparison, tuple[str, ...]]:
     """The comparison, and parameters of the baseline that it leaves out."""
-    catalogue = request.catalogue
-    accepted = models.get(catalogue, baseline.model_id)
-    of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
-    first = night_of(catalogue, accepted, of_baseline[-1] if of_baseline else None)
-    sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
-    history = nights_since(catalogue, baseline, sha256, fitted.base.names)
     tonight = replace(
-        night_of(catalogue, model, None),
+        night_of(request.catalogue, model, None),
         celsius=None if recorded.celsius is None else np.array(recorded.celsius),
     )
-    first, lost = carried_over(first, tonight, accepted, fitted.base)
-    fit = fitted.least_squares
-    geometry = geometry_of(fitted.base, fitted.rows, fit.sigma, first.values)
-    return compare(first, [*history, tonight], geometry, request.settings), lost
+    history = nights_since(request.catalogue, baseline, sha256, fitted.base.names)
+    return compare_nights(request.catalogue, baseline, [*history, tonight], fitted, request.settings)
 
 
 def _suspicions(baseline: Baseline, recorded: Recorded) -> list[str]:
@@ -226,13 +170,13 @@ def _verdict(
 def _details(
     request: CheckRequest,
     recorded: Recorded,
+    sha256: str,
     compared: Comparison | None,
     warnings: list[str],
     findings: tuple[str, ...],
 ) -> dict[str, Any]:
-    facts = runs.get(request.catalogue, recorded.run).facts
     return {
-        TRAJECTORY_SHA256: facts[TRAJECTORY_SHA256],
+        TRAJECTORY_SHA256: sha256,
         "celsius": None if recorded.celsius is None else list(recorded.celsius),
         "warnings": warnings,
         "findings": list(findings),

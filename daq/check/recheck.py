@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from daq.catalogue import baselines, checks, models, runs
+from daq.catalogue import baselines, checks, runs
 from daq.catalogue.again import Rerun, refuse_unrecorded, rerun
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import CatalogueError, CheckRecord
-from daq.check.carried import carried_over
-from daq.check.judged import comparison_json, night_of, nights_since
+from daq.check.judged import comparison_json
+from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256
 from daq.progress import Steps
-from ident.drift import Comparison, DriftSettings, compare, geometry_of
+from ident.drift import Comparison, DriftSettings
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,9 @@ def recheck(catalogue: Catalogue, run_id: int, steps: Steps, out: Path | None = 
 def _compared(catalogue: Catalogue, record: CheckRecord, again: Rerun) -> Comparison:
     with catalogue.reading() as connection:
         baseline = baselines.get_in(connection, int(record.baseline_id or 0))
-    accepted = models.get(catalogue, baseline.model_id)
     fitted, earlier = again.result.fitted, again.earlier
     if earlier is None:
         raise CatalogueError(f"run {record.run_id}: its model is not in the catalogue")
-    of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
-    first = night_of(catalogue, accepted, of_baseline[-1] if of_baseline else None)
     sha256 = str(record.details.get(TRAJECTORY_SHA256, ""))
     history = nights_since(catalogue, baseline, sha256, fitted.base.names, before=record.id)
     estimate = next(e for e in fitted.result.estimates if e.method == earlier.method)
@@ -82,11 +79,8 @@ def _compared(catalogue: Catalogue, record: CheckRecord, again: Rerun) -> Compar
         covariance=np.asarray(estimate.covariance),
         celsius=None if celsius is None else np.array(celsius, dtype=np.float64),
     )
-    first, _ = carried_over(first, tonight, accepted, fitted.base)
-    fit = fitted.least_squares
-    geometry = geometry_of(fitted.base, fitted.rows, fit.sigma, first.values)
     settings = DriftSettings(**record.details.get("settings", {}))
-    return compare(first, [*history, tonight], geometry, settings)
+    return compare_nights(catalogue, baseline, [*history, tonight], fitted, settings)[0]
 
 
 def _differs(record: CheckRecord, compared: Comparison | None) -> tuple[str, ...]:
