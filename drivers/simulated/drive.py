@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
+from drivers.simulated.axis_command import AxisCommand
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.emergency import Emergency, record_error
 from drivers.simulated.heartbeats import Heartbeats
-from drivers.simulated.homing import HOMING_MODE, Homing
+from drivers.simulated.homing import Homing
 from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.process_data import ProcessData
@@ -20,17 +21,10 @@ from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
-from drivers.simulated.stop_ramp import stop_options, stop_ramp
+from drivers.simulated.stop_end import STANDSTILL_SPEED, StopEnd
+from drivers.simulated.stop_ramp import stop_options
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
-
-INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
-_HALT, _START_HOMING = 0x100, 0x10
-"""Bits of the controlword."""
-_STANDSTILL_SPEED = 0.02
-"""Speed of a drive output below which a stop is over, rad/s or m/s."""
-_STANDSTILL_PATIENCE = 1.0
-"""A stop is over this long after the set-point stopped, whatever the speed, s."""
 
 
 class Nmt(IntEnum):
@@ -79,8 +73,6 @@ class Drive:
                 dictionary.add(Entry(*key, "i", "ro", 0, None, None, mappable=True))
         set_parameters(dictionary, self._robot, self._axis, self._serial)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
-        dictionary.listeners[0x607A] = lambda subindex, value: self._note_target()
-        dictionary.listeners[0x60C1] = lambda subindex, value: self._note_target()
         dictionary.guards[0x6060] = self._guard_mode
         for key, value in self.changed_values.items():
             dictionary.set(*key, value)
@@ -89,10 +81,9 @@ class Drive:
         self._sdo = SdoServer(dictionary)
         self._heartbeats = Heartbeats(dictionary)
         self.homing = Homing(dictionary, self._robot.drive[self._axis].encoder_counts)
-        self._target_known = False
-        self._limited = False
+        self._asked = AxisCommand(dictionary, self.machine, self.homing)
         self._following = FollowingErrorWatch(dictionary)
-        self._ramp_time = self._brake_time = 0.0
+        self._stop_end = StopEnd(self.machine, brake)
         self.sync_period = self.period
 
     # -- network management ---------------------------------------------------------------------
@@ -164,12 +155,9 @@ class Drive:
         if data is None or not self.process_data.unpack(data):
             return
         if self.process_data.sets_target:
-            self._note_target()
+            self._asked.note_target()
         if self.process_data.commands:
             self._obey()
-
-    def _note_target(self) -> None:
-        self._target_known = True
 
     def observe(self, position: int, set_point: int, control_signal: int) -> None:
         """Values at the start of a SYNC period.
@@ -196,11 +184,11 @@ class Drive:
         word = statusword(
             self.machine.state,
             remote=self.nmt is Nmt.OPERATIONAL,
-            following=self.homing.attained if self._homes else self.mode is AxisMode.TRACKING,
-            limited=self._limited,
-            error=self.homing.failed if self._homes else self._following.exceeded,
+            following=self.homing.attained if self._asked.homes else self.mode is AxisMode.TRACKING,
+            limited=self._asked.limited,
+            error=self.homing.failed if self._asked.homes else self._following.exceeded,
             warning=self.temperature.warns,
-            reached=not self.homing.active if self._homes else self._halted and self._stands,
+            reached=not self.homing.active if self._asked.homes else self._asked.halted and self._stands,
         )
         self.dictionary.set(0x6041, 0, word)
 
@@ -214,51 +202,16 @@ class Drive:
 
     def target(self, position: int) -> int:
         """Target in counts of the encoder, within 607D; the present position while no target is known."""
-        if self._homes:
-            return self.homing.target(self.sync_period)
-        zero = self._encoder.zero
-        key = (0x60C1, 1) if self._interpolating else (0x607A, 0)
-        if not self._target_known:
-            self.dictionary.set(*key, position - zero)
-        wanted = self.dictionary.integer(*key)
-        low, high = self.dictionary.integer(0x607D, 1), self.dictionary.integer(0x607D, 2)
-        allowed = min(max(wanted, low), high)
-        self._limited = allowed != wanted
-        return allowed + zero
-
-    @property
-    def _homes(self) -> bool:
-        return self.dictionary.integer(0x6060) == HOMING_MODE
-
-    @property
-    def _halted(self) -> bool:
-        return bool(self.dictionary.integer(0x6040) & _HALT)
-
-    @property
-    def _stands(self) -> bool:
-        return self._encoder.output_speed < _STANDSTILL_SPEED
-
-    @property
-    def _interpolating(self) -> bool:
-        return self.dictionary.integer(0x6060) == INTERPOLATED_POSITION
+        return self._asked.target(position, self._encoder.zero, self.sync_period)
 
     @property
     def mode(self) -> AxisMode:
-        """What the axis does now.
-
-        In interpolated position mode it follows only while bit 4 says so, in homing mode only while it homes,
-        and in none while it is halted (bit 8).
-        """
-        mode = self.machine.mode
-        if mode is not AxisMode.TRACKING:
-            return mode
-        idle = self._interpolating and not self.dictionary.integer(0x6040) & 0x10
-        idle = idle or self._halted or (self._homes and not self.homing.active)
-        return AxisMode.STOPPING if idle else mode
+        """What the axis does now."""
+        return self._asked.mode
 
     def deceleration(self) -> float:
         """Ramp of the present stop, counts/s²."""
-        return stop_ramp(self.dictionary, self.machine.state, halted=self._halted, homes=self._homes)
+        return self._asked.deceleration()
 
     def fail(self, code: int) -> None:
         """A fault: EMCY, error objects, and the fault reaction of 605E."""
@@ -269,17 +222,11 @@ class Drive:
 
     def follow_stop(self, set_point_stands: bool) -> None:
         """End of a SYNC period: finishes a stop when set-point and axis stand still."""
-        if self.machine.pending is None or not set_point_stands:
-            self._ramp_time = self._brake_time = 0.0
-            return
-        self._ramp_time += self.sync_period
-        if self._stands or self._ramp_time > _STANDSTILL_PATIENCE:
-            # The axis is held while the brake opens, and until it has fallen in.
-            brake = self._robot.drive[self._axis].brake
-            opens = self.machine.pending is State.OPERATION_ENABLED
-            if self._brake_time >= (brake.release if opens else brake.engage):
-                self.machine.standstill()
-            self._brake_time += self.sync_period
+        self._stop_end.follow(set_point_stands, self._stands, self.sync_period)
+
+    @property
+    def _stands(self) -> bool:
+        return self._encoder.output_speed < STANDSTILL_SPEED
 
     def _has_torque(self) -> bool:
         return self.machine.mode is not AxisMode.BRAKED
@@ -291,13 +238,13 @@ class Drive:
         was = self.machine.state
         may_enable = self.nmt is Nmt.OPERATIONAL
         self.machine.command(self.dictionary.integer(0x6040), self._options(), may_enable)
-        self._command_homing()
+        self._asked.command_homing(self._encoder.zero)
         if self.machine.state is was:
             return
         if was is State.FAULT:
             self._report(Emergency.NO_ERROR)
         if self.machine.state is not State.OPERATION_ENABLED:
-            self._target_known = False
+            self._asked.forget_target()
         else:
             self._following.restart()
             self.process_data.restart()
@@ -306,18 +253,10 @@ class Drive:
                 self.fail(Emergency.PARAMETER)
         self.refresh_statusword()
 
-    def _command_homing(self) -> None:
-        if not self._homes or self.machine.mode is not AxisMode.TRACKING:
-            self.homing.forget()
-            return
-        start = bool(self.dictionary.integer(0x6040) & _START_HOMING) and not self._halted
-        self.homing.command(start, self.dictionary.integer(0x6062) + self._encoder.zero)
-
     def _parameters_fit(self) -> bool:
-        modes = (CYCLIC_SYNCHRONOUS_POSITION, INTERPOLATED_POSITION, HOMING_MODE)
-        position_mode = self.dictionary.integer(0x6060) in modes
         same_period = abs(self.period - self.sync_period) < 1e-9
-        return position_mode and same_period and is_multiple(self.period, self._robot.controller.sample_time)
+        whole_steps = is_multiple(self.period, self._robot.controller.sample_time)
+        return self._asked.follows_targets and same_period and whole_steps
 
     def _guard_mode(self, subindex: int, value: int | bytes) -> None:
         assert isinstance(value, int)
