@@ -12,11 +12,14 @@ from daq.cli.common import (
     OK,
     CellOption,
     ChannelName,
+    Evaluations,
     Interface,
     Json,
     NewArm,
     NoCatalogue,
+    Periods,
     Quiet,
+    RobotArgument,
     Simulated,
     StandsAt,
     Yes,
@@ -32,7 +35,7 @@ from daq.cli.common import (
 
 @app.command()
 def commission(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: RobotArgument,
     move: Annotated[
         bool,
         typer.Option("--move/--dry-run", help="Go through the stages; else nothing is sent or moved."),
@@ -42,8 +45,8 @@ def commission(
     ] = None,
     cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the plan, s.")] = 12.0,
-    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
-    evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    periods: Periods = 2,
+    evaluations: Evaluations = 6000,
     first: Annotated[
         str | None,
         typer.Option(

@@ -12,8 +12,16 @@ import typer
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout; text goes to stderr.")]
+RobotArgument = Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")]
 RobotName = Annotated[
     str, typer.Option("--robot", help="A shipped arm (see `armhil robots`) or a robot.toml.")
+]
+RobotOfRecording = Annotated[
+    str | None,
+    typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+]
+Columns = Annotated[
+    Path | None, typer.Option("--columns", help="Column map of a log.", show_default="the robot's")
 ]
 Out = Annotated[
     Path | None, typer.Option("--out", help="Folder for the results.", show_default="runs/<time>-<robot>")
@@ -26,6 +34,7 @@ ChannelName = Annotated[
     str | None, typer.Option("--channel", help="Channel on it.", show_default="the robot's")
 ]
 Simulated = Annotated[bool, typer.Option("--simulated", help="Start simulated drives on the bus.")]
+SimulatedSeed = Annotated[int, typer.Option("--seed", min=0, help="Of the simulated arm and its noise.")]
 NewArm = Annotated[
     bool, typer.Option("--new-arm", help="Drives that are not known under this name are another arm.")
 ]
@@ -39,6 +48,12 @@ CellOption = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
+Note = Annotated[str | None, typer.Option("--note", help="To be remembered of the run.", show_default="none")]
+Periods = Annotated[int, typer.Option("--periods", min=1, max=100, help="How often it is repeated.")]
+Evaluations = Annotated[int, typer.Option("--evaluations", min=100, help="Trials of the trajectory search.")]
+OfArm = Annotated[
+    str | None, typer.Option("--arm", help="Only of this arm, by its label.", show_default="all")
+]
 RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil runs`).", metavar="RUN")]
 
 

@@ -8,19 +8,14 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, console_of, print_json
+from daq.cli.common import OK, WARNING, Columns, Json, RobotOfRecording, console_of, print_json
 
 
 @app.command()
 def controller(
     paths: Annotated[list[Path], typer.Argument(help="Captures or logs with position references.")],
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
-    ] = None,
-    columns: Annotated[
-        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
-    ] = None,
+    robot: RobotOfRecording = None,
+    columns: Columns = None,
     as_json: Json = False,
 ) -> int:
     """Identify the drives' control law from set-points, positions and control signals.

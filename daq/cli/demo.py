@@ -8,11 +8,16 @@ import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
+    ChannelName,
+    Evaluations,
+    Interface,
     Json,
     NoCatalogue,
     Out,
+    Periods,
     Quiet,
     RobotName,
+    bus_of,
     catalogue_of,
     code_of,
     console_of,
@@ -25,15 +30,13 @@ from daq.cli.common import (
 @app.command()
 def demo(
     robot: RobotName = "tx40",
-    interface: Annotated[
-        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
-    ] = None,
-    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    interface: Interface = None,
+    channel: ChannelName = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm, its noise and the trajectory.")] = 0,
     out: Out = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
-    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 2,
-    evaluations: Annotated[int, typer.Option(min=100, help="Trials of the trajectory search.")] = 6000,
+    periods: Periods = 2,
+    evaluations: Evaluations = 6000,
     quiet: Quiet = False,
     no_catalogue: NoCatalogue = False,
     as_json: Json = False,
@@ -48,12 +51,9 @@ def demo(
     from daq.identification.identification_json import identification_json
     from daq.identification.terminal import print_identification
     from daq.session.keyboard import by_keyboard
-    from drivers import Channel
 
     arm = robots.load(robot)
-    bus = Channel(
-        arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
-    )
+    bus = bus_of(arm, interface, channel)
     catalogue = catalogue_of(no_catalogue)
     folder = make_run_folder(out, arm.name)
     console = console_of(as_json)

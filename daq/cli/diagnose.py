@@ -9,7 +9,18 @@ from typing import Annotated, Any
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, NoCatalogue, bus_of, catalogue_of, console_of, print_json
+from daq.cli.common import (
+    OK,
+    WARNING,
+    Columns,
+    Json,
+    NoCatalogue,
+    RobotOfRecording,
+    bus_of,
+    catalogue_of,
+    console_of,
+    print_json,
+)
 
 
 @app.command()
@@ -20,13 +31,8 @@ def diagnose(
     validate: Annotated[
         list[Path] | None, typer.Option("--validate", help="Captures or logs to show the gap on.")
     ] = None,
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
-    ] = None,
-    columns: Annotated[
-        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
-    ] = None,
+    robot: RobotOfRecording = None,
+    columns: Columns = None,
     split_half: Annotated[
         bool, typer.Option("--split-half", help="Validate on the second half of each record.")
     ] = False,

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, bus_of, console_of, print_json
+from daq.cli.common import ChannelName, Interface, Json, bus_of, console_of, print_json
 
 
 @app.command()
@@ -18,10 +18,8 @@ def doctor(
             help="A shipped arm (see `armhil robots`) or a robot.toml; without one, this machine."
         ),
     ] = None,
-    interface: Annotated[
-        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
-    ] = None,
-    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
+    interface: Interface = None,
+    channel: ChannelName = None,
     as_json: Json = False,
 ) -> int:
     """Is this machine fit to drive this arm? Each check with what to do about it; nothing moves.

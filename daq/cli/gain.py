@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, Json, console_of, print_json
+from daq.cli.common import OK, Columns, Json, RobotOfRecording, console_of, print_json
 
 
 @app.command()
@@ -20,13 +20,8 @@ def gain(
     payload: Annotated[
         Path, typer.Option("--payload", help="payload.toml: mass, centre and inertia of the payload.")
     ],
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
-    ] = None,
-    columns: Annotated[
-        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
-    ] = None,
+    robot: RobotOfRecording = None,
+    columns: Columns = None,
     as_json: Json = False,
 ) -> int:
     """Identify the drive gains from recordings without and with a known payload.

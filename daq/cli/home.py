@@ -17,8 +17,11 @@ from daq.cli.common import (
     Json,
     NewArm,
     NoCatalogue,
+    Note,
     Quiet,
+    RobotArgument,
     Simulated,
+    SimulatedSeed,
     StandsAt,
     Yes,
     arm_order_of,
@@ -32,7 +35,7 @@ from daq.cli.common import (
 
 @app.command()
 def home(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: RobotArgument,
     joint: Annotated[
         list[str] | None,
         typer.Option(
@@ -46,10 +49,10 @@ def home(
     interface: Interface = None,
     channel: ChannelName = None,
     simulated: Simulated = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    seed: SimulatedSeed = 0,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
-    note: Annotated[str | None, typer.Option(help="To be remembered.", show_default="none")] = None,
+    note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-home-<robot>")
     ] = None,

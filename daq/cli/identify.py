@@ -8,7 +8,16 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, NoCatalogue, catalogue_of, code_of, console_of, print_json
+from daq.cli.common import (
+    Columns,
+    Json,
+    NoCatalogue,
+    RobotOfRecording,
+    catalogue_of,
+    code_of,
+    console_of,
+    print_json,
+)
 
 
 @app.command()
@@ -16,13 +25,8 @@ def identify(
     paths: Annotated[
         list[Path], typer.Argument(help="Captures (.mcap), or logs that a column map describes.")
     ],
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
-    ] = None,
-    columns: Annotated[
-        Path | None, typer.Option(help="Column map of a log.", show_default="the robot's")
-    ] = None,
+    robot: RobotOfRecording = None,
+    columns: Columns = None,
     validate: Annotated[
         list[Path] | None, typer.Option(help="A recording to predict and not to fit to; may be repeated.")
     ] = None,

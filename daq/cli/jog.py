@@ -16,8 +16,11 @@ from daq.cli.common import (
     Json,
     NewArm,
     NoCatalogue,
+    Note,
     Quiet,
+    RobotArgument,
     Simulated,
+    SimulatedSeed,
     StandsAt,
     Yes,
     arm_order_of,
@@ -32,20 +35,18 @@ from daq.cli.common import (
 
 @app.command()
 def jog(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: RobotArgument,
     joint: Annotated[str, typer.Option(help="Number (from 1) or name of the joint.")],
     by: Annotated[str, typer.Option(help="How far: 0.05 (rad or m), -3deg, 2mm.")],
     speed: Annotated[float, typer.Option(help="Share of its speed; at most a tenth.")] = 0.05,
     interface: Interface = None,
     channel: ChannelName = None,
     simulated: Simulated = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    seed: SimulatedSeed = 0,
     cell: CellOption = None,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
-    note: Annotated[
-        str | None, typer.Option(help="To be remembered of the run.", show_default="none")
-    ] = None,
+    note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-jog-<robot>")
     ] = None,

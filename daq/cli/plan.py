@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import FAILED, OK, UNKNOWN, WARNING, Json, console_of, print_json
+from daq.cli.common import FAILED, OK, UNKNOWN, WARNING, Json, Periods, RobotArgument, console_of, print_json
 
 
 @app.command()
 def plan(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: RobotArgument,
     check: Annotated[
         Path | None, typer.Option(help="Judge this trajectory (.json, .csv, .mcap) instead of planning one.")
     ] = None,
@@ -25,7 +25,7 @@ def plan(
     ] = None,
     family: Annotated[str, typer.Option(help="ruckig or fourier.")] = "ruckig",
     duration: Annotated[float, typer.Option(min=0.1, max=600.0, help="One period of the motion, s.")] = 12.0,
-    periods: Annotated[int, typer.Option(min=1, max=100, help="How often it is repeated.")] = 1,
+    periods: Periods = 1,
     speed: Annotated[float, typer.Option(help="The same path slower, e.g. 0.1 for a first run.")] = 1.0,
     start: Annotated[
         str | None, typer.Option(help="Where the arm stands: n positions, comma.", show_default="home")

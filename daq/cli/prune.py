@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, console_of, print_json
+from daq.cli.common import Json, OfArm, console_of, print_json
 
 
 @app.command()
@@ -16,9 +16,7 @@ def prune(
     older_than: Annotated[
         float, typer.Option("--older-than", min=0.0, help="Only runs that began so many days ago.")
     ] = 90.0,
-    arm: Annotated[
-        str | None, typer.Option(help="Only of this arm, by its label.", show_default="all")
-    ] = None,
+    arm: OfArm = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would go; delete nothing.")] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
     as_json: Json = False,

@@ -16,8 +16,11 @@ from daq.cli.common import (
     Json,
     NewArm,
     NoCatalogue,
+    Note,
     Quiet,
+    RobotArgument,
     Simulated,
+    SimulatedSeed,
     StandsAt,
     Yes,
     arm_order_of,
@@ -32,12 +35,12 @@ from daq.cli.common import (
 
 @app.command()
 def run(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
+    robot: RobotArgument,
     trajectory: Annotated[Path, typer.Argument(help="What to drive (.json, .csv, .mcap).")],
     interface: Interface = None,
     channel: ChannelName = None,
     simulated: Simulated = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    seed: SimulatedSeed = 0,
     speed: Annotated[float, typer.Option(help="The same path slower, e.g. 0.1 for a first run.")] = 1.0,
     approach: Annotated[
         bool, typer.Option("--approach", help="Go slowly to where the trajectory begins.")
@@ -45,9 +48,7 @@ def run(
     cell: CellOption = None,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
-    note: Annotated[
-        str | None, typer.Option(help="To be remembered of the run.", show_default="none")
-    ] = None,
+    note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-run-<robot>")
     ] = None,

@@ -7,14 +7,12 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import Json, console_of, print_json
+from daq.cli.common import Json, OfArm, console_of, print_json
 
 
 @app.command()
 def runs(
-    arm: Annotated[
-        str | None, typer.Option(help="Only of this arm, by its label.", show_default="all")
-    ] = None,
+    arm: OfArm = None,
     kind: Annotated[
         str | None,
         typer.Option(help="demo, plan, check, commission, import or run.", show_default="all"),

@@ -8,17 +8,15 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import bus_of
+from daq.cli.common import ChannelName, Interface, RobotArgument, SimulatedSeed, bus_of
 
 
 @app.command()
 def sim(
-    robot: Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")],
-    interface: Annotated[
-        str | None, typer.Option(help="python-can interface.", show_default="the robot's")
-    ] = None,
-    channel: Annotated[str | None, typer.Option(help="Channel on it.", show_default="the robot's")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm and its noise.")] = 0,
+    robot: RobotArgument,
+    interface: Interface = None,
+    channel: ChannelName = None,
+    seed: SimulatedSeed = 0,
     scenario: Annotated[
         Path | None,
         typer.Option(help="A scenario.toml: what the arm hides. Only the drives' process reads it."),
