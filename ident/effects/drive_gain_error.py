@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel
 from ident.effects.placed import (
@@ -32,8 +30,7 @@ def _make(
         return along(row, -drive_torque(robot, present.torque(state), drive))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        share = float(np.clip(values[0], -0.9, 0.9))
-        return SimulatedParts(drives=(DriveChange(drive, gain=share / (1.0 - share)),))
+        return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[0]),))
 
     return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),)), law, parts
 

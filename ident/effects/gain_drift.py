@@ -35,8 +35,7 @@ def _make(
 
     def parts(values: FloatArray) -> SimulatedParts:
         # A simulation has one gain: that of the end.
-        share = float(np.clip(values[1], -0.9, 0.9))
-        return SimulatedParts(drives=(DriveChange(drive, gain=share / (1.0 - share)),))
+        return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[1]),))
 
     names = (f"gain_cold{number(place)}", f"gain_warm{number(place)}")
     return Parameters(names, ("1", "1"), ((-0.9, 0.9), (-0.9, 0.9))), law, parts

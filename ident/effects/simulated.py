@@ -97,6 +97,8 @@ class FrictionTorque:
         speed_row, torque_row: (n,), as of ``SpeedTerm``.
         law: its course over speed.
         direction: 1 or -1 where it acts in that direction of motion only.
+        speed_factor: a factor over its own speed, a function of an array of speeds, if any. Dry friction that
+            changes with speed is a sign with a factor: so what holds at standstill can still be bristles.
         position_row, curve: a factor over a position, if any; both or none.
         course: a factor over time (of the recording, s), if any.
         load_row: (n,) if its size follows a load: |load_row · torque of the links|.
@@ -106,6 +108,7 @@ class FrictionTorque:
     torque_row: FloatArray
     law: SpeedLaw
     direction: Literal[-1, 0, 1] = 0
+    speed_factor: Callable[[FloatArray], FloatArray] | None = None
     position_row: FloatArray | None = None
     curve: Table | None = None
     course: Table | None = None
@@ -167,6 +170,15 @@ class DriveChange:
     delay: float = 0.0
     limit: float = np.inf
     reading_delay: float = 0.0
+
+    @classmethod
+    def of_missing_share(cls, drive: int, share: float) -> DriveChange:
+        """Of a drive whose torque is told but for a share of it: g_τ v_τ = (1 − share) · torque.
+
+        A share beyond ±0.9, which no drive has, counts as ±0.9.
+        """
+        share = float(np.clip(share, -0.9, 0.9))
+        return cls(drive, gain=share / (1.0 - share))
 
 
 @dataclass(frozen=True, eq=False)
