@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -89,17 +90,17 @@ class Step:
         standard = self.base.standard_from(examination.beta, self.base.model.prior())
         return Step(self.base, self.prior, examination, Present(self.base.model, standard), self.plain)
 
-    @property
+    @cached_property
     def shown(self) -> FloatArray:
         """β̂ (b,) that the gap is shown with."""
         return shown_values(self.examination)
 
-    @property
+    @cached_property
     def standard_shown(self) -> FloatArray:
         """Standard vector (p,) of :attr:`shown`, nearest to the description's."""
         return self.base.standard_from(self.shown, self.base.model.prior())
 
-    @property
+    @cached_property
     def covariance(self) -> FloatArray:
         """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
         examination = self.examination
