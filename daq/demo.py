@@ -15,14 +15,14 @@ from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
 from daq.importing.load import capture_recordings
-from daq.progress import Steps, Update
+from daq.progress import Steps
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from daq.session.recorded_runs import Conducting, require_completed, unconducted
 from daq.session.session_error import RunFailed, RunInterrupted
-from daq.session.states import Conduct
-from daq.session.streaming import StreamOrder, Watcher, stream_recorded
-from drivers import ArmSession, BusError, Channel, Samples, StreamResult
+from daq.session.streaming import StreamOrder, stream_recorded
+from daq.session.watching import StepBar, Watcher
+from drivers import ArmSession, BusError, Channel
 from drivers.simulated import PlantTruth, SimulatedArm
 from ident import BaseParameters, Fitted, drive_parameters, identify
 from robots import Robot
@@ -159,27 +159,6 @@ def _plan(request: DemoRequest, session: ArmSession, steps: Steps) -> Trajectory
         )
 
 
-@dataclass
-class _Bar:
-    """Shows a stream as one more step of the demonstration."""
-
-    update: Update
-    total: int = 1
-
-    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
-        self.total = len(trajectory.time)
-
-    def samples(self, samples: Samples) -> None:
-        if len(samples):
-            cycle = int(samples.cycle[-1])
-            missing = int((~samples.complete).sum())
-            word = f"cycle {cycle}, {missing} late TPDOs" if missing else f"cycle {cycle}"
-            self.update(cycle / self.total, word)
-
-    def end(self, result: StreamResult | None) -> None:
-        """The step ends by itself."""
-
-
 def _stream(
     request: DemoRequest, session: ArmSession, trajectory: Trajectory, steps: Steps, kept: KeptRun
 ) -> Path:
@@ -192,7 +171,7 @@ def _stream(
             result = stream_recorded(session, order, request.watcher, conduct)
         else:
             with steps.step("Stream and record") as update:
-                result = stream_recorded(session, order, _Bar(update), conduct)
+                result = stream_recorded(session, order, StepBar(update), conduct)
     kept.streamed(result, path)
     require_completed(result, path)
     return path

@@ -2,41 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from daq.progress import Steps, Update
+from daq.progress import Steps
 from daq.session.recorded_runs import Conducting, require_completed, unconducted
-from daq.session.states import Conduct
 from daq.session.streaming import StreamOrder, stream_recorded
-from drivers import ArmSession, Channel, Samples, StreamResult
+from daq.session.watching import StepBar
+from drivers import ArmSession, Channel
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Trajectory, approach
 
 _AT_START = 1e-3
 """rad or m; nearer than this the arm stands where a motion begins."""
-
-
-@dataclass
-class _Bar:
-    """Shows a stream as one step."""
-
-    update: Update
-    total: int = 1
-
-    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
-        self.total = len(trajectory.time)
-
-    def samples(self, samples: Samples) -> None:
-        if len(samples):
-            cycle = int(samples.cycle[-1])
-            self.update(cycle / self.total, f"cycle {cycle}")
-
-    def end(self, result: StreamResult | None) -> None:
-        """The step ends by itself."""
 
 
 def stream_and_record(
@@ -95,5 +75,5 @@ def _drive(
 ) -> None:
     order = StreamOrder(title, motion, path, {"kind": "diagnosis"})
     with steps.step(title) as update, conducting() as conduct:
-        result = stream_recorded(session, order, _Bar(update), conduct)
+        result = stream_recorded(session, order, StepBar(update), conduct)
     require_completed(result, path)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
+from daq.progress import Update
 from daq.session.states import Conduct
 from drivers import Samples, StreamResult
 from trajectories import Trajectory
@@ -33,3 +35,26 @@ class Nobody:
 
     def end(self, result: StreamResult | None) -> None:
         """Nobody watches."""
+
+
+@dataclass
+class StepBar:
+    """Shows a stream as one step of a longer piece of work."""
+
+    update: Update
+    total: int = 1
+
+    def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
+        """The way to go is known."""
+        self.total = len(trajectory.time)
+
+    def samples(self, samples: Samples) -> None:
+        """How far it is, and what has gone missing."""
+        if len(samples):
+            cycle = int(samples.cycle[-1])
+            missing = int((~samples.complete).sum())
+            word = f"cycle {cycle}, {missing} late TPDOs" if missing else f"cycle {cycle}"
+            self.update(cycle / self.total, word)
+
+    def end(self, result: StreamResult | None) -> None:
+        """The step ends by itself."""
