@@ -18,6 +18,7 @@ from daq.importing.load import capture_recordings
 from daq.progress import Steps
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
+from daq.session.exciting import plan_exciting
 from daq.session.recorded_runs import Conducting, require_completed, unconducted
 from daq.session.session_error import RunFailed, RunInterrupted
 from daq.session.streaming import StreamOrder, stream_recorded
@@ -26,7 +27,7 @@ from drivers import ArmSession, BusError, Channel
 from drivers.simulated import PlantTruth, SimulatedArm
 from ident import BaseParameters, Fitted, drive_parameters, identify
 from robots import Robot
-from trajectories import Trajectory, plan
+from trajectories import Trajectory
 
 __all__ = ["DemoRequest", "DemoResult", "RunFailed", "RunInterrupted", "run_demo", "true_base_parameters"]
 
@@ -95,7 +96,15 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
             session = ArmSession(robot, request.channel)
             session.open()
         try:
-            trajectory = _plan(request, session, steps)
+            trajectory = plan_exciting(
+                robot,
+                steps,
+                duration=request.duration,
+                seed=request.seed,
+                evaluations=request.evaluations,
+                periods=request.periods,
+                start=None if request.periods > 1 else session.actual_position(),
+            )
             identity = identity_of_arm(robot, session.drives, simulated=True)
             with kept_run(
                 request.catalogue,
@@ -143,20 +152,6 @@ def true_base_parameters(base: BaseParameters, plant: PlantTruth) -> dict[str, f
     )
     values = base.regroup({**plant.parameters, **drives})
     return dict(zip(base.names, values.tolist(), strict=True))
-
-
-def _plan(request: DemoRequest, session: ArmSession, steps: Steps) -> Trajectory:
-    with steps.step("Plan exciting trajectory") as update:
-        return plan(
-            request.robot,
-            cycle_time=request.robot.bus.cycle_time,
-            duration=request.duration,
-            seed=request.seed,
-            start=None if request.periods > 1 else session.actual_position(),
-            evaluations=request.evaluations,
-            periods=request.periods,
-            progress=lambda share, score: update(share, f"score {score:.2f}"),
-        )
 
 
 def _stream(

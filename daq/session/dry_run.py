@@ -12,16 +12,16 @@ from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_arm, sha256_of
 from daq.catalogue.values import ArmIdentity
-from daq.files.trajectory_file import SUFFIX, write_trajectory
 from daq.progress import Steps
 from daq.session.bench import ArmOrder
 from daq.session.cell import Cell
 from daq.session.estimates import Estimate, estimate, require_room
+from daq.session.exciting import kept_in, plan_exciting
 from daq.session.motions import read_trajectory, refuse_undrivable
 from daq.session.session_error import SessionError
 from daq.session.stages import SLOW_SPEED, StageName, StageStatus, status
 from daq.session.warm_up import warm_up
-from trajectories import Trajectory, plan
+from trajectories import Trajectory
 
 
 @dataclass(frozen=True)
@@ -108,20 +108,16 @@ def plan_commission(request: CommissionRequest, steps: Steps) -> Planned:
 
 def _planned_file(request: CommissionRequest, steps: Steps) -> Path:
     robot = request.arm.robot
-    with steps.step("Plan exciting trajectory") as update:
-        trajectory = plan(
-            robot,
-            cycle_time=robot.bus.cycle_time,
-            duration=request.duration,
-            seed=request.seed,
-            conditions=request.cell.for_plans,
-            evaluations=request.evaluations,
-            periods=request.periods,
-            progress=lambda share, score: update(share, f"score {score:.2f}" if score < 1e3 else ""),
-        )
-    file = request.folder / f"{robot.name}{SUFFIX}"
-    write_trajectory(file, trajectory, robot)
-    return file
+    trajectory = plan_exciting(
+        robot,
+        steps,
+        duration=request.duration,
+        seed=request.seed,
+        evaluations=request.evaluations,
+        periods=request.periods,
+        conditions=request.cell.for_plans,
+    )
+    return kept_in(request.folder, trajectory, robot)
 
 
 def _known_identity(request: CommissionRequest) -> ArmIdentity | None:
