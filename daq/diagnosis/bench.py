@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from daq.progress import Steps
+from daq.session.cell import Cell
+from daq.session.motions import slow_way
 from daq.session.recorded_runs import Conducting, require_completed, unconducted
 from daq.session.streaming import StreamOrder, stream_recorded
 from daq.session.watching import StepBar
 from drivers import ArmSession, Channel
 from robots import Robot
-from robots.arrays import FloatArray
-from trajectories import Conditions, Trajectory, approach
+from trajectories import Conditions, Trajectory
+from trajectories.plan import APPROACH_SPEED
 
 _AT_START = 1e-3
 """rad or m; nearer than this the arm stands where a motion begins."""
@@ -51,23 +53,11 @@ def stream_and_record(
     with ArmSession(robot, channel) as session:
         actual = session.actual_position()
         if np.abs(actual - trajectory.position[0]).max() > _AT_START:
-            way = _way(robot, actual, trajectory, conditions)
+            way = slow_way(robot, actual, trajectory.position[0], APPROACH_SPEED, Cell(conditions))
             beside = path.with_name(f"{path.stem}-approach{path.suffix}")
             _drive(session, "Move to where the motion begins", way, beside, steps, conducting)
         _drive(session, f"Stream and record {path.name}", trajectory, path, steps, conducting)
     return path
-
-
-def _way(robot: Robot, actual: FloatArray, trajectory: Trajectory, conditions: Conditions) -> Trajectory:
-    return approach(
-        robot,
-        actual,
-        trajectory.position[0],
-        robot.bus.cycle_time,
-        surroundings=conditions.surroundings,
-        tool=conditions.tool,
-        tool_speed=conditions.tool_speed,
-    )
 
 
 def _drive(
