@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -40,3 +41,13 @@ def written(folder: Path, robot: Robot, trajectory: Trajectory) -> Path:
 
 def order(robot: Robot, channel: Channel, source: str = "emps", **more: object) -> ArmOrder:
     return ArmOrder(robot, source, channel, **more)  # type: ignore[arg-type]
+
+
+def refusing(asked: list[str]) -> Callable[[str], bool]:
+    """Somebody who keeps what is asked and answers no."""
+
+    def no(question: str) -> bool:
+        asked.append(question)
+        return False
+
+    return no

@@ -33,7 +33,7 @@ from daq.session.streaming import Nobody
 from daq.session.warm_up import MOST, SHARE, warm_up
 from drivers import Channel, listen_for_traffic
 from robots import Robot
-from tests.daq.session.motions import order, there_and_back, written
+from tests.daq.session.motions import order, refusing, there_and_back, written
 from trajectories import Trajectory
 
 
@@ -109,12 +109,8 @@ def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: P
 def test_a_no_ends_it_there_and_what_passed_is_kept(request_for: CommissionRequest) -> None:
     asked: list[str] = []
 
-    def no(question: str) -> bool:
-        asked.append(question)
-        return False
-
     with Catalogue() as catalogue:
-        request = replace(request_for, catalogue=catalogue, confirm=no)
+        request = replace(request_for, catalogue=catalogue, confirm=refusing(asked))
         with pytest.raises(NotMoved, match="stage warm-up was not confirmed"):
             go(request)
         assert letters(plan_commission(request, Silent())) == "pppolll"

@@ -28,7 +28,7 @@ from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from drivers import Channel
 from robots import Robot
-from tests.daq.session.motions import order
+from tests.daq.session.motions import order, refusing
 from tests.daq.session.test_cell import BESIDE, POST
 from trajectories import Trajectory
 
@@ -101,13 +101,16 @@ def test_a_jog_is_slow(emps: Robot, channel: Channel, tmp_path: Path, speed: flo
 def test_asked_for_refused_driven_and_stopped(emps: Robot, bench: Channel, tmp_path: Path) -> None:
     asked: list[str] = []
 
-    def no(question: str) -> bool:
-        asked.append(question)
-        return False
-
     with Catalogue() as catalogue:
         request = JogRequest(
-            order(emps, bench), "1", "-8mm", tmp_path, 0.1, catalogue=catalogue, confirm=no, note="a look"
+            order(emps, bench),
+            "1",
+            "-8mm",
+            tmp_path,
+            0.1,
+            catalogue=catalogue,
+            confirm=refusing(asked),
+            note="a look",
         )
         with pytest.raises(NotMoved, match="not confirmed, nothing moved"):
             jog(request, Silent(), Nobody(), unconducted)

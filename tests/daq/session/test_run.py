@@ -34,7 +34,7 @@ from daq.session.streaming import Nobody, period_ends
 from drivers import Channel, Samples, StreamResult
 from robots import Robot
 from tests.daq.catalogue.entries import identity
-from tests.daq.session.motions import order, there_and_back, written
+from tests.daq.session.motions import order, refusing, there_and_back, written
 from trajectories import Trajectory
 
 S = SessionState
@@ -252,14 +252,10 @@ def test_nothing_moves_without_a_yes(
 ) -> None:
     asked: list[str] = []
 
-    def no(question: str) -> bool:
-        asked.append(question)
-        return False
-
     path = written(tmp_path, emps, there_and_back(emps))
     with Catalogue() as catalogue:
         request = RunRequest(
-            order(emps, bench), path, tmp_path, catalogue=catalogue, confirm=no, approach=True
+            order(emps, bench), path, tmp_path, catalogue=catalogue, confirm=refusing(asked), approach=True
         )
         with pytest.raises(NotMoved):
             run_trajectory(request, Silent(), Nobody(), unconducted)
