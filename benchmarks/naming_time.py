@@ -20,8 +20,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import robots
 from daq.files.model_file import SUFFIX
 from daq.identification.identify import IdentifyRequest, run_identify
@@ -39,7 +37,6 @@ from trajectories import Trajectory, plan
 ARM = "tx40"
 PERIOD = 12.0
 NOTHING = "none"
-_OPERATION_ENABLED = 0x1237
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -79,17 +76,7 @@ def captures(folder: Path, effect: str, seed: int, size: float) -> None:
     for offset, (name, motion) in enumerate(motions.items()):
         scenario = Scenario() if name == "accepted" else hidden
         run = simulate_offline(robot, truth, motion.position, scenario=scenario, seed=seed + offset)
-        samples = Samples(
-            cycle=run.cycle,
-            time=run.time,
-            reference=run.reference,
-            position=run.position,
-            control_signal=run.control_signal,
-            statusword=np.full(run.position.shape, _OPERATION_ENABLED, dtype=np.uint16),
-            complete=np.ones(run.position.shape, dtype=np.bool_),
-            lateness=np.zeros(len(run.cycle)),
-        )
-        write(folder / f"{name}.mcap", robot, motion, samples)
+        write(folder / f"{name}.mcap", robot, motion, run.samples())
     run_identify(IdentifyRequest((folder / "accepted.mcap",), robot=ARM, out=folder / "model"), Silent())
 
 

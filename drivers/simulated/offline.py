@@ -6,12 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drivers.cyclic.samples import Samples
 from drivers.errors import DriveError
 from drivers.simulated.bench import Bench
 from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
 from robots.arrays import FloatArray, IntArray
+
+_OPERATION_ENABLED = 0x1237
+"""6041h of a drive that follows its targets."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,20 @@ class SimulatedRun:
         """The same without its first cycles."""
         arrays = {name: getattr(self, name)[cycles:] for name in self.__dataclass_fields__}
         return SimulatedRun(**arrays)
+
+    def samples(self) -> Samples:
+        """The rows that a master would have recorded: every drive enabled, every TPDO and SYNC in time."""
+        shape = self.position.shape
+        return Samples(
+            cycle=self.cycle,
+            time=self.time,
+            reference=self.reference,
+            position=self.position,
+            control_signal=self.control_signal,
+            statusword=np.full(shape, _OPERATION_ENABLED, dtype=np.uint16),
+            complete=np.ones(shape, dtype=np.bool_),
+            lateness=np.zeros(len(self.cycle)),
+        )
 
 
 def simulate_offline(

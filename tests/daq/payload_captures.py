@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from daq.recording.recorder import Recorder
-from drivers import Samples
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from robots import Robot
@@ -38,20 +37,10 @@ def write_payload_captures(robot: Robot, folder: Path) -> tuple[Path, Path, Path
     paths = folder / "unloaded.mcap", folder / "loaded.mcap"
     for path, arm, phase in zip(paths, (truth, loaded), (0.0, 1.0), strict=True):
         run = simulate_offline(robot, arm, _motion(robot, phase))
-        count = len(run.cycle)
-        samples = Samples(
-            cycle=run.cycle,
-            time=run.time,
-            reference=run.reference,
-            position=run.position,
-            control_signal=run.control_signal / (1.0 + GAIN_ERROR),
-            statusword=np.full((count, robot.n), 0x1237, dtype=np.uint16),
-            complete=np.ones((count, robot.n), dtype=np.bool_),
-            lateness=np.zeros(count),
-        )
+        samples = replace(run.samples(), control_signal=run.control_signal / (1.0 + GAIN_ERROR))
         with Recorder(path, robot, facts(robot, robot.bus.cycle_time)) as recorder:
             recorder.write(samples)
-            recorder.finish(outcome(count))
+            recorder.finish(outcome(len(samples)))
     return (*paths, payload)
 
 

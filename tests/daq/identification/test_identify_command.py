@@ -18,8 +18,7 @@ from daq.files.model_file import read_model
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
-from drivers import Samples
-from drivers.simulated.offline import SimulatedRun, simulate_offline
+from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from ident import RegressorModel, base_parameters
 from ident.base import random_states
@@ -57,27 +56,13 @@ def back_and_forth(robot: Robot) -> np.ndarray:
     return np.asarray(window * sines)[:, np.newaxis]
 
 
-def samples_of(run: SimulatedRun, n: int) -> Samples:
-    count = len(run.cycle)
-    return Samples(
-        cycle=run.cycle,
-        time=run.time,
-        reference=run.reference,
-        position=run.position,
-        control_signal=run.control_signal,
-        statusword=np.full((count, n), 0x1237, dtype=np.uint16),
-        complete=np.ones((count, n), dtype=np.bool_),
-        lateness=np.zeros(count),
-    )
-
-
 @pytest.fixture(scope="module")
 def capture(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A capture of the simulated one-axis arm, seed 2."""
     path = tmp_path_factory.mktemp("offline") / "capture.mcap"
     run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps))
     with Recorder(path, emps, facts(emps, emps.bus.cycle_time)) as recorder:
-        recorder.write(samples_of(run, emps.n))
+        recorder.write(run.samples())
         recorder.finish(outcome(len(run.cycle)))
     return path
 
@@ -144,7 +129,7 @@ def other_capture(emps: Robot, folder: Path) -> Path:
     path = folder / "other.mcap"
     run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps)[::-1] * np.array([0.8]))
     with Recorder(path, emps, facts(emps, emps.bus.cycle_time)) as recorder:
-        recorder.write(samples_of(run, emps.n))
+        recorder.write(run.samples())
         recorder.finish(outcome(len(run.cycle)))
     return path
 

@@ -104,6 +104,18 @@ def test_periods_follow_one_another(tx40: Robot, truth: PlantTruth) -> None:
         simulate_offline(tx40, truth, reference, periods=0)
 
 
+def test_samples_are_what_a_master_records(tx40: Robot, truth: PlantTruth) -> None:
+    run = simulate_offline(tx40, truth, exercise(tx40, 0.4), warm_up=1)
+    samples = run.samples()
+    for name in ("cycle", "time", "reference", "position", "control_signal"):
+        assert np.array_equal(getattr(samples, name), getattr(run, name))
+    assert samples.cycle[0] == 100
+    enabled = samples.statusword & 0x6F == 0x27  # CiA 402: operation enabled
+    assert enabled.shape == samples.complete.shape == run.position.shape
+    assert enabled.all() and samples.complete.all() and not samples.lateness.any()
+    assert np.isnan(samples.velocity).all()
+
+
 def test_a_seed_changes_the_noise_and_not_the_arm(tx40: Robot, truth: PlantTruth) -> None:
     reference = exercise(tx40, 1.0)
     one, same, other = (simulate_offline(tx40, truth, reference, seed=s) for s in (1, 1, 2))
