@@ -11,9 +11,13 @@ from sqlalchemy import Connection, Row, Select, insert, select, update
 from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms as arms_table
+from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.schema import runs
 from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
 from daq.catalogue.who import is_gone, now, this_process, user
+
+UNJUDGED = "recorded to the end, but the check ended before its verdict"
+"""Reason of a check whose process has ended between the recording and the verdict."""
 
 
 def begin(
@@ -184,7 +188,11 @@ def kind_of(text: str | None) -> RunKind | None:
 
 
 def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
-    """Mark the runs of this host whose process is gone without having said how they ended; returns them."""
+    """Mark the runs of this host whose process is gone without having said how they ended; returns them.
+
+    Checks that were recorded and never judged are marked too, and are not among those that are returned.
+    """
+    _settle_unjudged(catalogue)
     with catalogue.reading() as connection:
         running = [_run_of(row) for row in connection.execute(_select().where(runs.c.state == "running"))]
     gone = [run.id for run in running if run.process and is_gone(run.process)]
@@ -195,6 +203,26 @@ def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
         still = runs.c.id.in_(gone) & (runs.c.state == "running")
         connection.execute(update(runs).where(still).values(state="abandoned", reason=reason))
         return tuple(get_in(connection, run_id) for run_id in gone)
+
+
+def _settle_unjudged(catalogue: Catalogue) -> None:
+    judged = select(checks_table.c.run_id)
+    wanted = _select().where(
+        (runs.c.kind == "check")
+        & (runs.c.stage == "")
+        & (runs.c.state == "finished")
+        & (runs.c.outcome == "completed")
+        & (runs.c.reason != UNJUDGED)
+        & runs.c.id.not_in(judged)
+    )
+    with catalogue.reading() as connection:
+        found = [_run_of(row) for row in connection.execute(wanted)]
+    gone = [run.id for run in found if run.process and is_gone(run.process)]
+    if not gone:
+        return
+    with catalogue.writing() as connection:
+        still = runs.c.id.in_(gone) & runs.c.id.not_in(judged)
+        connection.execute(update(runs).where(still).values(reason=UNJUDGED))
 
 
 def _select() -> Select[Any]:

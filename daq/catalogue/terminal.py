@@ -14,6 +14,7 @@ from daq.catalogue.again import Rerun, Sameness
 from daq.catalogue.compare import Comparison
 from daq.catalogue.details import RunDetails
 from daq.catalogue.prune import PrunePlan
+from daq.catalogue.runs import UNJUDGED
 from daq.catalogue.values import Model, Run
 from daq.report.numbers import percent, significant, with_sigma
 
@@ -191,6 +192,8 @@ def _ending(run: Run) -> str:
         return "[cyan]running[/]"
     if run.state == "abandoned":
         return "[yellow]abandoned[/]"
+    if run.reason == UNJUDGED:
+        return "[yellow]no verdict[/]"
     return run.outcome if run.outcome == "completed" else f"[yellow]{run.outcome}[/]"
 
 

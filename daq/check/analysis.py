@@ -46,6 +46,16 @@ def analyse(order: AnalysisOrder) -> Fitted:
     return replace(fitted, result=result)
 
 
+def tried(order: AnalysisOrder) -> Fitted | Exception:
+    """As :func:`analyse`; an error that a user can understand is given back, so that others go on."""
+    from daq.user_errors import user_errors
+
+    try:
+        return analyse(order)
+    except user_errors() as error:
+        return error
+
+
 def require_backend(backend: str) -> None:
     """Can identifications be handed to that backend? Asked before anything moves.
 
@@ -82,7 +92,7 @@ def _cluster(backend: str, jobs: int) -> Iterator[None]:
         yield
 
 
-def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> list[Fitted]:
+def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> list[Fitted | Exception]:
     """Identify several recordings at once.
 
     Args:
@@ -91,17 +101,19 @@ def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> lis
             $DASK_SCHEDULER_ADDRESS, else a cluster on this machine), or one that the caller has registered.
         jobs: processes.
 
+    Returns:
+        for each its model, or the error that a user can understand.
+
     Raises:
         CheckError: there is no such backend.
-        CaptureError, RobotFileError, IdentificationError: as in :func:`analyse`.
     """
     require_backend(backend)
     if backend == "sequential" or len(orders) < 2:
-        return [analyse(order) for order in orders]
+        return [tried(order) for order in orders]
     from joblib import Parallel, delayed, parallel_config
 
     with _cluster(backend, jobs), parallel_config(backend=backend, n_jobs=jobs):
-        found = list(Parallel()(delayed(analyse)(order) for order in orders))
+        found = list(Parallel()(delayed(tried)(order) for order in orders))
     if backend == "loky":
         from joblib.externals.loky import get_reusable_executor
 

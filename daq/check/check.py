@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from daq.catalogue import arms, baselines, models
-from daq.check.analysis import AnalysisOrder, analyse_all, require_backend
+from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
 from daq.check.request import CheckRequest, CheckResult
 from daq.progress import Silent, Steps
 from daq.session.recorded_runs import Conducting, unconducted
 from daq.session.streaming import Nobody, Watcher
+from ident import Fitted
 
 
 def run_check(
@@ -31,7 +32,7 @@ def run_check(
     """
     recorded = record_check(request, steps, watcher or Nobody(), conducting)
     with steps.step("Identify and test"):
-        (fitted,) = analyse_all([_order(request, recorded)], "sequential", 1)
+        fitted = analyse(_order(request, recorded))
     return judge_check(request, recorded, fitted, steps)
 
 
@@ -60,13 +61,10 @@ def run_fleet(
         if isinstance(found, Recorded)
     ]
     fitted = iter(analyse_all([_order(*pair) for pair in good], backend, jobs))
-    results: list[CheckResult | Exception] = []
-    for request, found in zip(requests, recorded, strict=True):
-        if isinstance(found, Recorded):
-            results.append(judge_check(request, found, next(fitted), Silent()))
-        else:
-            results.append(found)
-    return results
+    return [
+        _judged(request, found, next(fitted)) if isinstance(found, Recorded) else found
+        for request, found in zip(requests, recorded, strict=True)
+    ]
 
 
 def _tried(request: CheckRequest) -> Recorded | Exception:
@@ -75,6 +73,17 @@ def _tried(request: CheckRequest) -> Recorded | Exception:
     try:
         return record_check(request, Silent(), Nobody(), unconducted)
     except (*user_errors(), *interruptions()) as error:
+        return error
+
+
+def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exception) -> CheckResult | Exception:
+    from daq.user_errors import user_errors
+
+    if isinstance(fitted, Exception):
+        return fitted
+    try:
+        return judge_check(request, recorded, fitted, Silent())
+    except user_errors() as error:
         return error
 
 

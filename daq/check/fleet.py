@@ -35,6 +35,7 @@ class FleetArm(BaseModel):
     trajectory: Name | None = Field(
         default=None, description="motion to drive; the accepted one where absent"
     )
+    cell: Name | None = Field(default=None, description="cell.toml: what to keep clear of")
 
     @model_validator(mode="after")
     def _hidden_in_a_simulated_arm(self) -> FleetArm:

@@ -14,6 +14,7 @@ from daq.check.check_json import check_json
 from daq.check.fleet import Fleet
 from daq.check.request import CheckRequest, CheckResult
 from daq.files.run_folder import make_run_folder
+from daq.session.cell import cell_of
 from ident.drift import DriftSettings
 
 REFUSED = 2
@@ -68,11 +69,12 @@ def check_fleet(
     backend: str,
     duration: float = 12.0,
     evaluations: int = 6000,
+    search: bool = False,
 ) -> FleetChecked:
     """Check every arm; each has a folder of its own under ``out``.
 
     Raises:
-        RobotFileError: a description cannot be read.
+        RobotFileError, CellFileError: a description or a cell cannot be read.
         OutputError: a folder cannot be written.
     """
     stamp = datetime.now(tz=UTC).strftime("%Y%m%d-%H%M%S")
@@ -90,7 +92,9 @@ def check_fleet(
                 duration,
                 evaluations,
                 celsius,
-                settings=settings,
+                search,
+                settings,
+                cell=cell_of(None if arm.cell is None else Path(arm.cell)),
             )
         )
     outcomes = run_fleet(requests, at_once=at_once, backend=backend, jobs=jobs)

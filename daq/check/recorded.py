@@ -30,7 +30,8 @@ from trajectories import Trajectory, plan
 log = logging.getLogger(__name__)
 
 TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = "trajectory_file", "trajectory_sha256", "celsius"
-"""Facts of a run in the catalogue by which the next check finds its motion and its temperature."""
+CELL, CELL_SHA256 = "cell_file", "cell_sha256"
+"""Facts of a run in the catalogue by which the next check finds its motion, its temperature and its cell."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
 
     Raises:
         BusError, DriveError, ArmMismatch, LeaseHeld: the arm cannot be had, or is another one.
-        CheckError, PlanError, TrajectoryFileError, SessionError: there is no motion that may be driven.
+        CheckError, PlanError, TrajectoryFileError, SessionError: there is no motion that may be driven
+            in this cell.
         CaptureError: the recording cannot be written.
         RunInterrupted, RunFailed: it did not come to its end.
     """
@@ -81,12 +83,15 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
             require_own_baseline(known, baseline, sha256_of(robot.source_text))
         with steps.step("Preflight"):
             motion, warnings = _motion(request, arm, known, baseline)
+            if motion is not None:
+                refuse_undrivable(robot, motion.trajectory, motion.file, request.cell)
             if not request.arm.simulated:
                 sha256 = None if motion is None else motion.sha256
-                require_commissioned(catalogue, known, arm.identity, sha256)
+                require_commissioned(catalogue, known, arm.identity, sha256, request.cell.sha256)
+            warnings = (*warnings, *_other_cell(request, baseline))
         if motion is None:
-            motion = _planned(request, arm, steps)
-        refuse_undrivable(robot, motion.trajectory, motion.file)
+            motion = planned_motion(request, arm, steps)
+            refuse_undrivable(robot, motion.trajectory, motion.file, request.cell)
         require_room(request.folder, estimate(robot, motion.trajectory.duration))
         return _stream(request, arm, known, motion, warnings, watcher, conducting, steps)
 
@@ -154,12 +159,32 @@ def _accepted_file(catalogue: Catalogue, baseline: Baseline) -> tuple[Path, str]
     return Path(str(facts[TRAJECTORY])), str(facts[TRAJECTORY_SHA256])
 
 
+def _other_cell(request: CheckRequest, baseline: Baseline | None) -> tuple[str, ...]:
+    """A warning where tonight's surroundings are not those that the baseline was recorded in."""
+    if baseline is None:
+        return ()
+    try:
+        facts = runs.get(request.catalogue, baseline.run_id).facts
+    except CatalogueError:
+        return ()
+    then, now = str(facts.get(CELL_SHA256, "")), request.cell.sha256
+    if TRAJECTORY not in facts or then == now:
+        return ()
+    was = str(facts.get(CELL, "a cell file")) if then else "no cell"
+    if not now:
+        return (
+            f"the baseline was recorded with {was}, this check has no --cell: obstacles are not looked at",
+        )
+    return (f"{request.cell.file} is not the cell that the baseline was recorded in ({was})",)
+
+
 def _read(file: Path, robot: Robot) -> Motion:
     trajectory = read_trajectory(file, robot)
     return Motion(trajectory, file, sha256_of(file.read_text(encoding="utf-8")))
 
 
-def _planned(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:
+def planned_motion(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:
+    """A new exciting motion, clear of the cell, in a file of the check's folder."""
     robot = arm.session.robot
     with steps.step("Plan exciting trajectory") as update:
         trajectory = plan(
@@ -168,6 +193,7 @@ def _planned(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:
             duration=request.duration,
             seed=request.arm.seed,
             start=np.array(robot.home),
+            conditions=request.cell.for_plans,
             evaluations=request.evaluations,
             progress=lambda share, score: update(share, f"score {score:.2f}" if score < 1e3 else ""),
         )
@@ -187,13 +213,15 @@ def _stream(
     steps: Steps,
 ) -> Recorded:
     recording = Recording(arm, request.arm, request.catalogue, watcher, conducting)
-    way = move_to(arm, np.asarray(motion.trajectory.position[0]))
+    way = move_to(arm, np.asarray(motion.trajectory.position[0]), request.cell)
     if way is not None:
         with steps.step("Approach"):
             path = request.folder / "approach.mcap"
-            _, result = recording.record("check", "Approach", way, path, stage="approach")
+            facts = _cell_facts(request)
+            _, result = recording.record("check", "Approach", way, path, stage="approach", facts=facts)
             require_completed(result, path)
     facts = {TRAJECTORY: str(motion.file.absolute()), TRAJECTORY_SHA256: motion.sha256}
+    facts |= _cell_facts(request)
     if request.celsius is not None:
         facts[CELSIUS] = f"{request.celsius:g}"
     path = request.folder / "capture.mcap"
@@ -204,6 +232,12 @@ def _stream(
     if result.missed_cycles:
         warnings = (*warnings, f"{result.missed_cycles} SYNC cycles were missed")
     return Recorded(known, kept.number, path, _celsius(request, path), warnings)
+
+
+def _cell_facts(request: CheckRequest) -> dict[str, str]:
+    """The cell of a run; nothing where there is none."""
+    cell = request.cell
+    return {} if cell.file is None else {CELL: str(cell.file.absolute()), CELL_SHA256: cell.sha256}
 
 
 def _celsius(request: CheckRequest, path: Path) -> tuple[float, ...] | None:

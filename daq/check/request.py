@@ -9,6 +9,7 @@ from pathlib import Path
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline
 from daq.session.bench import ArmOrder
+from daq.session.cell import Cell
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings
 
@@ -44,6 +45,7 @@ class CheckRequest:
         celsius: temperature of the hall; what the drives report where None.
         search: look for a missing effect where something moved and nothing known explains it.
         settings: false alarms allowed, tolerance.
+        cell: what approach and trajectory have to keep clear of.
     """
 
     arm: ArmOrder
@@ -55,6 +57,7 @@ class CheckRequest:
     celsius: float | None = None
     search: bool = False
     settings: DriftSettings = field(default_factory=DriftSettings)
+    cell: Cell = field(default_factory=Cell)
 
 
 @dataclass(frozen=True)

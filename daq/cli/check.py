@@ -10,6 +10,7 @@ import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
+    CellOption,
     ChannelName,
     Interface,
     Json,
@@ -25,9 +26,25 @@ from daq.cli.common import (
     watcher_of,
 )
 
+OF_ONE_ARM = (
+    "interface",
+    "channel",
+    "simulated",
+    "seed",
+    "noise_seed",
+    "scenario",
+    "trajectory",
+    "cell",
+    "stands_at",
+    "new_arm",
+)
+"""Options that a fleet.toml says for each arm, or that a fleet has not."""
+OF_A_FLEET = ("fleet", "at_once", "jobs", "backend")
+
 
 @app.command()
 def check(
+    context: typer.Context,
     robot: Annotated[
         str | None,
         typer.Argument(
@@ -52,6 +69,7 @@ def check(
     trajectory: Annotated[
         Path | None, typer.Option(help="What to drive.", show_default="the accepted one, else a new plan")
     ] = None,
+    cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="Of a new plan, s.")] = 12.0,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of a new plan's search.")] = 6000,
     celsius: Annotated[
@@ -93,6 +111,7 @@ def check(
     from daq.check.terminal import print_check, print_fleet
     from daq.files.run_folder import make_run_folder
     from daq.notify.notify import notify_of
+    from daq.session.cell import cell_of
     from daq.session.recorded_runs import unconducted
     from ident.drift import DriftSettings
 
@@ -102,6 +121,7 @@ def check(
     console = console_of(as_json)
     if everyone == (robot is not None):
         raise CheckError("give one ROBOT, or --all for the fleet")
+    refuse_given(context, OF_ONE_ARM if everyone else OF_A_FLEET, everyone)
     with Catalogue() as catalogue:
         if everyone:
             done = check_fleet(
@@ -113,6 +133,9 @@ def check(
                 at_once=at_once,
                 jobs=jobs,
                 backend=backend,
+                duration=duration,
+                evaluations=evaluations,
+                search=search,
             )
             for result in done.results:
                 notify_of(result, catalogue, notify)
@@ -146,6 +169,7 @@ def check(
             celsius,
             search,
             settings,
+            cell_of(cell),
         )
         watcher = watcher_of(console, order.robot, quiet)
         result = run_check(request, steps_of(console, quiet), watcher, unconducted)
@@ -156,3 +180,18 @@ def check(
         print_json(check_json(result))
     print_check(console, result)
     return result.verdict.exit_code
+
+
+def refuse_given(context: typer.Context, names: tuple[str, ...], everyone: bool) -> None:
+    """Was an option given that would be ignored?
+
+    Raises:
+        CheckError: names the first one.
+    """
+    from daq.check.request import CheckError
+
+    for name in names:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            where = "not with --all; fleet.toml says it for each arm" if everyone else "only with --all"
+            raise CheckError(f"--{name.replace('_', '-')}: {where}")

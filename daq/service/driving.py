@@ -70,7 +70,7 @@ class Driving:
             "-m",
             "daq",
             "check",
-            *_options(arms[place - 1]),
+            *options_of(arms[place - 1]),
             "--quiet",
             "--out",
             str(out),
@@ -110,12 +110,14 @@ def fleet_file(fleet: Path | None) -> Path:
     return fleet or fleet_path()
 
 
-def _options(arm: FleetArm) -> list[str]:
+def options_of(arm: FleetArm) -> list[str]:
+    """What ``armhil check`` is given for an arm of the fleet."""
     options = [arm.robot]
     for name, value in (
         ("--interface", arm.interface),
         ("--channel", arm.channel),
         ("--trajectory", arm.trajectory),
+        ("--cell", arm.cell),
     ):
         if value is not None:
             options += [name, value]

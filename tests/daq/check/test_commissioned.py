@@ -44,9 +44,17 @@ def test_up_to_the_full_run(cell: str) -> None:
     with Catalogue() as catalogue:
         arm = commissioned(catalogue, FULL - 1, cell=cell)
         with pytest.raises(CheckError, match="arm emps: this trajectory has not passed `armhil commission`"):
-            require_commissioned(catalogue, arm, IDENTITY, SHA256)
+            require_commissioned(catalogue, arm, IDENTITY, SHA256, cell)
         commissioned(catalogue, FULL, cell=cell)
-        require_commissioned(catalogue, arm, IDENTITY, SHA256)
+        require_commissioned(catalogue, arm, IDENTITY, SHA256, cell)
+
+
+@pytest.mark.parametrize(("then", "now"), [("c" * 64, ""), ("", "c" * 64), ("c" * 64, "d" * 64)])
+def test_a_pass_in_another_cell_does_not_count(then: str, now: str) -> None:
+    with Catalogue() as catalogue:
+        arm = commissioned(catalogue, FULL, cell=then)
+        with pytest.raises(CheckError, match=r"has passed `armhil commission` with .*give --cell as it was"):
+            require_commissioned(catalogue, arm, IDENTITY, SHA256, now)
 
 
 def test_what_it_does_not_count_for() -> None:
