@@ -100,6 +100,12 @@ class Examination:
         q, back = self._projector
         return np.asarray(columns - q @ (back @ columns))
 
+    def left_of(self, columns: FloatArray) -> FloatArray:
+        """What the present model, fitted with its instruments, leaves of columns (N, p)."""
+        q = self._projector[0]
+        fit = np.linalg.lstsq(q.T @ self.regressor, q.T @ columns, rcond=DEPENDENT)[0]
+        return np.asarray(columns - self.regressor @ fit)
+
     @cached_property
     def _projector(self) -> tuple[FloatArray, FloatArray]:
         q, _ = np.linalg.qr(self.instruments)

@@ -9,9 +9,10 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
-from ident.discrepancy.bounded import DEPENDENT, within_bounds
+from ident.discrepancy.bounded import within_bounds
+from ident.discrepancy.deviations import deviations, instrumented
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import Trial, partialled
+from ident.discrepancy.library import Trial, effect_rows, partialled
 from ident.discrepancy.loop import FINE, bristled
 from ident.discrepancy.present import Present
 from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
@@ -190,32 +191,18 @@ def _with_deviations(
     if solved is None:
         raise ArithmeticError("the effects have no columns beyond the present model")
     parameters, gain, columns, counts = solved
-    fitted = columns @ parameters
-    jacobian = [columns]
-    point = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
-    slopes = []
-    for k, shape in enumerate(shapes):
-        if shape.fixed:
-            slopes.append(np.zeros((fitted.size, 1)))
-            continue
-        step = _DERIVATIVE * (1.0 if shape.logarithmic else shape.upper - shape.lower)
-        if point[k] + step > _inner(shape, shape.upper):
-            step = -step
-        moved = point.copy()
-        moved[k] += step
-        other = _solve(examination, _at(components, shapes, moved), present, parameters, exact)
-        slope = step if other is None else (other[2] @ parameters - fitted) / step
-        slopes.append(np.broadcast_to(slope, fitted.shape)[:, np.newaxis])
-    matrix = np.concatenate(jacobian + slopes, axis=1)
-    residual = examination.residual - fitted
+    own = _at_measured(examination, components, present)
+    if own is not None:
+        bounds = np.array([b for c in components for b in c.effect(examination, present).bounds])
+        better = instrumented(columns, own, examination.residual, bounds)
+        own, parameters = (None, parameters) if better is None else (own, better)
+    slopes, own_slopes = _slopes(examination, components, shapes, present, parameters, columns, own, exact)
+    matrix = np.concatenate([columns, slopes], axis=1)
+    whole = matrix if own is None else np.concatenate([own, own_slopes], axis=1)
+    change = (columns if own is None else examination.left_of(own)) @ parameters
+    residual = examination.residual - change
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
-    norms = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    unit = matrix / norms
-    seen = norms > 1e-290
-    variance = np.zeros(norms.size)
-    inverse = np.linalg.pinv(unit[:, seen].T @ unit[:, seen], rcond=DEPENDENT, hermitian=True)
-    variance[seen] = np.diag(inverse) / norms[seen] ** 2
-    sigma = np.sqrt(max(1.0, left) * variance)
+    sigma = deviations(examination, matrix, whole, residual)
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
         for deviation, shape, value in zip(sigma[parameters.size :], shapes, _values(components), strict=True)
@@ -225,8 +212,8 @@ def _with_deviations(
     noise = np.split(np.array(physical), starts)
     factors = np.split(parameters, cuts)
     per_shape = [
-        beside_factor(component, deviations, factor)
-        for component, deviations, factor in zip(components, noise, factors, strict=True)
+        beside_factor(component, of_noise, factor)
+        for component, of_noise, factor in zip(components, noise, factors, strict=True)
     ]
     return Refined(
         tuple(component.effect(examination, present) for component in components),
@@ -237,6 +224,53 @@ def _with_deviations(
         left,
         tuple(np.split(np.linalg.norm(columns, axis=0) > 0.0, cuts)),
     )
+
+
+def _at_measured(
+    examination: Examination, components: Sequence[Component], present: Present
+) -> FloatArray | None:
+    """Whitened columns (N, p) at the measured motion; None where it is its own instrument, or simulated."""
+    if examination.loop is not None or all(scene.period is None for scene in examination.scenes):
+        return None
+    effects = [component.effect(examination, present) for component in components]
+    return np.concatenate(
+        [
+            examination.whiten([effect_rows(scene, effect, measured=True) for scene in examination.scenes])
+            for effect in effects
+        ],
+        axis=1,
+    )
+
+
+def _slopes(
+    examination: Examination,
+    components: Sequence[Component],
+    shapes: Sequence[Shape],
+    present: Present,
+    parameters: FloatArray,
+    columns: FloatArray,
+    own: FloatArray | None,
+    exact: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """(N, s) derivatives over the shapes of what the effects make, at the instruments and as measured."""
+    point = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
+    slopes = np.zeros((2, columns.shape[0], len(shapes)))
+    for k, shape in enumerate(shapes):
+        if shape.fixed:
+            continue
+        step = _DERIVATIVE * (1.0 if shape.logarithmic else shape.upper - shape.lower)
+        if point[k] + step > _inner(shape, shape.upper):
+            step = -step
+        moved = point.copy()
+        moved[k] += step
+        there = _at(components, shapes, moved)
+        other = _solve(examination, there, present, parameters, exact)
+        if other is not None:
+            slopes[0, :, k] = (other[2] - columns) @ parameters / step
+        beside = None if own is None else _at_measured(examination, there, present)
+        if own is not None and beside is not None:
+            slopes[1, :, k] = (beside - own) @ parameters / step
+    return slopes[0], slopes[1]
 
 
 def added_values(refined: Refined) -> list[FloatArray]:
