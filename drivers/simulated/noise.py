@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from robots.arrays import FloatArray
 
@@ -27,6 +26,11 @@ class TorqueNoise:
         self._memory = float(np.exp(-step / time_constant)) if time_constant > 0 else 0.0
         self._level = np.zeros_like(self._deviation)
         self._silent = not self._deviation.any()
+        if self._memory > 0.0:
+            # Most arms have white noise, and this import takes longer than everything else of their process.
+            from scipy.signal import lfilter
+
+            self._filter = lfilter
 
     def block(self, rng: np.random.Generator, steps: int) -> FloatArray:
         """The torques of the next plant steps, (steps, n), N·m."""
@@ -38,7 +42,7 @@ class TorqueNoise:
             return white
         fresh = np.sqrt(1.0 - self._memory**2)
         start = (self._memory * self._level)[None, :]
-        coloured, _ = lfilter([1.0], [1.0, -self._memory], fresh * white, axis=0, zi=start)
+        coloured, _ = self._filter([1.0], [1.0, -self._memory], fresh * white, axis=0, zi=start)
         self._level = np.array(coloured[-1])
         return np.asarray(coloured)
 

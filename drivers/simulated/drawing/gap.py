@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
-from scipy.signal import butter, sosfiltfilt
 
 from drivers.simulated.offline import SimulatedRun, simulate_offline
 from drivers.simulated.physics.assemble import true_model
@@ -105,6 +104,9 @@ def _base_torque(
 
 
 def _smooth(robot: Robot, samples: FloatArray, cycle: float) -> FloatArray:
+    # Here, because the process of the drives imports this package and never draws: it starts sooner without.
+    from scipy.signal import butter, sosfiltfilt
+
     cutoff = min(robot.identification.cutoff_hz, 0.45 / cycle)
     sections = butter(robot.identification.filter_order, cutoff, fs=1.0 / cycle, output="sos")
     return np.asarray(sosfiltfilt(sections, samples, axis=0))
