@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
@@ -52,7 +50,6 @@ class LiveView:
         """Show a stream from now on."""
         self._title, self._trajectory, self._conduct = title, trajectory, conduct
         self._figures = LiveFigures(self._robot)
-        self._began = time.monotonic()
         if not self._console.is_terminal:
             self._console.print(f"{title}: {trajectory.duration:.1f} s …", highlight=False)
             return

@@ -12,8 +12,6 @@ HOMING: Final = 6
 """Value of 6060h for homing mode."""
 
 DEVICE_TYPE: Final = 0x1000
-ERROR_REGISTER: Final = 0x1001
-ERROR_FIELD: Final = 0x1003
 IDENTITY: Final = 0x1018
 EMCY_COB_ID: Final = 0x1014
 HEARTBEAT_CONSUMER: Final = 0x1016

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from drivers.cia402 import objects
 from drivers.cia402.emcy import describe_emcy
-from drivers.cia402.states import State, state_of
+from drivers.cia402.states import Command, State, state_of
 from drivers.cyclic.layout import heartbeat_cob_id
 from drivers.errors import DriveError
 from drivers.setup.findings import Finding
@@ -148,7 +148,7 @@ def acknowledge_fault(sdo: SdoAccess, timeout: float = 1.0) -> None:
         DriveError: the fault stays.
     """
     sdo.write(objects.CONTROLWORD, 0, 0x00, 2)
-    sdo.write(objects.CONTROLWORD, 0, 0x80, 2)
+    sdo.write(objects.CONTROLWORD, 0, Command.FAULT_RESET, 2)
     deadline = time.monotonic() + timeout
     while state_of(sdo.read_int(objects.STATUSWORD)) in (State.FAULT, State.FAULT_REACTION):
         if time.monotonic() > deadline:

@@ -14,7 +14,7 @@ from trajectories.constraints.limits import Limits
 from trajectories.constraints.tool_speed import ToolSpeed
 from trajectories.errors import TrajectoryError
 from trajectories.information.counted_rows import CountedRows
-from trajectories.information.matrix import ROW_RATE, Information
+from trajectories.information.matrix import ROW_RATE
 from trajectories.motions.motion import Motion, MotionState, joined_states, midpoints
 from trajectories.motions.segments import Waypoint
 
@@ -107,11 +107,3 @@ class ExcitationProblem:
             matrices.append(flat.T @ flat * (step * ROW_RATE))
             first += count
         return matrices
-
-
-def information_of(motion: Motion, problem: ExcitationProblem) -> Information:
-    """The information of a motion from 100 rows per second, whether they count or not."""
-    rows = max(1, round(motion.duration * ROW_RATE))
-    columns = problem.regressor(motion.at(midpoints(motion.duration, rows))) / problem.sigma[:, np.newaxis]
-    flat = columns.reshape(-1, columns.shape[2])
-    return Information(flat.T @ flat * (motion.duration / rows * ROW_RATE))

@@ -221,12 +221,6 @@ class Motion(NamedTuple):
     """(n, 15) scratch: axis of each joint, its origin, and frame, in the base frame."""
 
 
-def no_harmonics() -> Harmonics:
-    """Of a smooth motor and an exact gear."""
-    none = np.zeros(0)
-    return Harmonics(np.zeros(0, dtype=np.int64), none, none, none, none)
-
-
 def resting(position: FloatArray, drives: int) -> Motion:
     """An arm at a posture, not moving, all brakes engaged; motor positions are still to be set."""
     n = len(position)

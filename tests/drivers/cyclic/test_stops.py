@@ -42,12 +42,6 @@ def run(robot: Robot, truth: PlantTruth, requests: dict[int, Request], **options
     )
 
 
-def enabled_until(done: InProcessRun) -> int:
-    """Rows whose drives all were in operation enabled."""
-    words = done.rows["statusword"] & 0x6F
-    return int((words == 0x27).all(axis=1).sum())
-
-
 def test_stop_finishes_the_period_and_then_ramps_down(tx40: Robot, truth: PlantTruth) -> None:
     done = run(tx40, truth, {200: Request.STOP})
     assert done.result is not None
