@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import Row, insert, select
+from sqlalchemy import Row, insert, select, update
 
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import checks
 from daq.catalogue.values import CheckRecord
 from daq.catalogue.who import now
+
+
+TOLD = "told"
+"""Key of the details of a check: when everybody had been told of it."""
 
 
 def add(
@@ -51,6 +55,21 @@ def add(
         number = connection.execute(insert(checks).values(values)).inserted_primary_key
         row = connection.execute(select(checks).where(checks.c.id == number[0])).one()  # type: ignore[index]
         return _check_of(row)
+
+
+def mark_told(catalogue: Catalogue, check_id: int) -> None:
+    """Everybody who is to be told of a verdict has been reached."""
+    with catalogue.writing() as connection:
+        wanted = select(checks).where(checks.c.id == check_id).with_for_update()
+        row = connection.execute(wanted).one_or_none()
+        if row is not None:
+            details = {**row.details, TOLD: now().isoformat()}
+            connection.execute(update(checks).where(checks.c.id == check_id).values(details=details))
+
+
+def last_told(catalogue: Catalogue, arm_id: int) -> str:
+    """The latest verdict on an arm that somebody was told; empty where nobody ever was."""
+    return next((record.verdict for record in of_arm(catalogue, arm_id) if TOLD in record.details), "")
 
 
 def of_run(catalogue: Catalogue, run_id: int) -> tuple[CheckRecord, ...]:

@@ -6,6 +6,8 @@ import json
 import sys
 from pathlib import Path
 
+from daq.catalogue import checks
+from daq.catalogue.database import Catalogue
 from daq.notify.notify import Message
 from daq.notify.sending import log_file, send_all
 from daq.notify.settings import read_notify
@@ -16,7 +18,12 @@ def main() -> int:
     order = json.load(sys.stdin)
     file = Path(order["settings"])
     settings = read_notify(file)
-    return 0 if send_all(settings, Message(**order["message"]), log_file(settings, file)) else 1
+    if not send_all(settings, Message(**order["message"]), log_file(settings, file)):
+        return 1
+    if order["check"] is not None:
+        with Catalogue() as catalogue:
+            checks.mark_told(catalogue, int(order["check"]))
+    return 0
 
 
 if __name__ == "__main__":

@@ -9,8 +9,9 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from daq.catalogue import checks, runs
+from daq.catalogue.database import Catalogue
 from daq.check.request import CheckResult
 from daq.notify.settings import NotifyError, notify_path, read_notify
 
@@ -49,29 +50,39 @@ class Message:
         }
 
 
-def message_of(result: CheckResult, base_url: str) -> Message | None:
-    """What is to be told of a check; None where its verdict is that of the check before."""
-    if result.verdict.value == result.previous or (not result.previous and result.verdict.value == "ok"):
-        return None
-    link = f"{base_url.rstrip('/')}/runs/{result.run}" if base_url else str(result.report)
-    return Message(result.arm, result.verdict.value, result.previous, result.sentence, link)
-
-
-def notify_of(result: CheckResult, catalogue: Any, path: Path | None = None) -> int | None:
-    """Tell of a new verdict; a process of its own does it and tries again, so that the check never waits.
+def message_of(result: CheckResult, base_url: str, told: str) -> Message | None:
+    """What is to be told of a check; None where its verdict is the one that was told last.
 
     Args:
         result: of the check.
-        catalogue: unused by the message; kept open by the caller.
+        base_url: of the service, for the link; the report's path where empty.
+        told: the verdict that was told last; empty where none was.
+    """
+    if result.verdict.value == told or (not told and result.verdict.value == "ok"):
+        return None
+    link = f"{base_url.rstrip('/')}/runs/{result.run}" if base_url else str(result.report)
+    return Message(result.arm, result.verdict.value, told, result.sentence, link)
+
+
+def notify_of(
+    result: CheckResult, catalogue: Catalogue, path: Path | None = None
+) -> subprocess.Popen[bytes] | None:
+    """Tell of a new verdict; a process of its own does it and tries again, so that the check never waits.
+
+    A verdict is new where it is not the one that was told last: what nobody was told of, since a check was
+    killed or nobody could be reached, is told by the next one.
+
+    Args:
+        result: of the check.
+        catalogue: says what was told; the sender notes there that it has told.
         path: notify.toml; the user's where None, and nobody is told where there is none.
 
     Returns:
-        the process id of the sender, or None where there is nothing to tell or nobody to tell it to.
+        the sender, or None where there is nothing to tell or nobody to tell it to.
 
     Raises:
         NotifyError: the file that was given cannot be read.
     """
-    del catalogue
     file = path or notify_path()
     if path is None and not file.exists():
         return None
@@ -82,15 +93,22 @@ def notify_of(result: CheckResult, catalogue: Any, path: Path | None = None) -> 
             raise
         log.error("%s", error)  # the verdict stands, whatever the file says
         return None
-    message = message_of(result, settings.base_url)
+    arm = runs.get(catalogue, result.run).arm_id
+    message = message_of(result, settings.base_url, checks.last_told(catalogue, arm))
     if message is None:
         return None
-    return start_sender(file, message).pid
+    return start_sender(file, message, result.check)
 
 
-def start_sender(file: Path, message: Message) -> subprocess.Popen[bytes]:
-    """A process of its own session that tells one message; its log is beside the settings."""
-    order = json.dumps({"settings": str(file.absolute()), "message": message.as_dict()})
+def start_sender(file: Path, message: Message, check: int | None = None) -> subprocess.Popen[bytes]:
+    """A process of its own session that tells one message; its log is beside the settings.
+
+    Args:
+        file: notify.toml.
+        message: to be told.
+        check: number of the check that is marked as told in the catalogue; none where None.
+    """
+    order = json.dumps({"settings": str(file.absolute()), "message": message.as_dict(), "check": check})
     process = subprocess.Popen(
         [sys.executable, "-m", "daq.notify"],
         stdin=subprocess.PIPE,

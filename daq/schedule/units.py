@@ -69,6 +69,8 @@ class Schedule:
             "SuccessExitStatus=1 3",
             "TimeoutStartSec=2h",
             "KillSignal=SIGINT",
+            # What tells of the verdict outlives the check; the process that streams stops the arm by itself.
+            "KillMode=process",
             "",
         ]
         return "\n".join(lines)

@@ -13,6 +13,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from daq.catalogue import arms, checks, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import ArmIdentity
 from daq.check.request import Verdict
 from daq.notify.notify import Message, message_of, notify_of, start_sender
 from daq.notify.sending import send_all
@@ -155,7 +158,7 @@ def result(verdict: str, previous: str) -> SimpleNamespace:
 
 
 @pytest.mark.parametrize(
-    ("verdict", "previous", "told"),
+    ("verdict", "before", "told"),
     [
         ("ok", "ok", False),
         ("ok", "", False),
@@ -165,8 +168,8 @@ def result(verdict: str, previous: str) -> SimpleNamespace:
         ("warning", "", True),
     ],
 )
-def test_only_a_new_verdict_is_told(verdict: str, previous: str, told: bool) -> None:
-    message = message_of(result(verdict, previous), "http://host/")  # type: ignore[arg-type]
+def test_only_a_new_verdict_is_told(verdict: str, before: str, told: bool) -> None:
+    message = message_of(result(verdict, "unknown"), "http://host/", before)  # type: ignore[arg-type]
     assert (message is not None) == told
     if message is not None:
         assert message.link == "http://host/runs/3"
@@ -191,3 +194,36 @@ def test_files_that_are_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert notify_of(result("failed", "ok"), None) is None  # type: ignore[arg-type]
     monkeypatch.setenv("ARMHIL_NOTIFY", str(tmp_path / "none.toml"))
     assert notify_of(result("failed", "ok"), None) is None  # type: ignore[arg-type]
+
+
+def test_what_nobody_was_told_of_is_told_by_the_next_check(tmp_path: Path) -> None:
+    """A check that was killed before it told, receivers that were out of reach: nothing gets lost."""
+    identity = ArmIdentity("tx40", (1,), "0" * 64)
+
+    def checked(catalogue: Catalogue, verdict: str) -> SimpleNamespace:
+        run = runs.begin(catalogue, identity, "check")
+        kept = checks.add(catalogue, run.id, verdict, "s", {"state": "changed"})
+        return SimpleNamespace(**vars(result(verdict, "")) | {"run": run.id, "check": kept.id})
+
+    def tell(catalogue: Catalogue, found: SimpleNamespace, file: Path) -> bool:
+        sender = notify_of(found, catalogue, file)  # type: ignore[arg-type]
+        if sender is not None:
+            sender.wait(240)
+        return sender is not None
+
+    nowhere = settings_file(tmp_path, 'attempts = 1\n[[webhook]]\nurl = "http://127.0.0.1:9/x"\n')
+    with hook(*[200] * 9) as server, Catalogue() as catalogue:
+        arm = arms.register(catalogue, identity)
+        checked(catalogue, "failed")  # killed before it told
+        assert tell(catalogue, checked(catalogue, "failed"), nowhere)
+        assert checks.last_told(catalogue, arm.id) == ""
+        (tmp_path / "there").mkdir()
+        url = f"http://127.0.0.1:{server.server_port}/x"
+        there = settings_file(tmp_path / "there", f'[[webhook]]\nurl = "{url}"\n')
+        assert tell(catalogue, checked(catalogue, "failed"), there)
+        assert not tell(catalogue, checked(catalogue, "failed"), there)
+        assert tell(catalogue, checked(catalogue, "ok"), there)
+        newest = checks.of_arm(catalogue, arm.id, limit=1)[0]
+        assert newest.details["state"] == "changed" and "told" in newest.details
+        seen = [(body["verdict"], body["previous"]) for _, body in server.seen]  # type: ignore[attr-defined]
+        assert seen == [("failed", ""), ("ok", "failed")]

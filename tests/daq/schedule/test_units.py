@@ -57,6 +57,7 @@ def test_missed_checks_are_made_up_for_and_verdicts_are_no_failures(tmp_path: Pa
     made = schedule(tmp_path, delay=60)
     assert "Persistent=true" in made.timer_text() and "RandomizedDelaySec=60" in made.timer_text()
     assert "SuccessExitStatus=1 3" in made.service_text()
+    assert "KillMode=process" in made.service_text()  # else systemd ends who tells of the verdict
     assert f"ExecStart={sys.executable} -m daq check tx40 --celsius 22 --quiet" in made.service_text()
 
 
