@@ -23,7 +23,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     from daq.files.trajectory_file import TrajectoryFileError
     from daq.notify.settings import NotifyError
     from daq.recording.capture import CaptureError
-    from daq.report.page import ReportError
+    from daq.report.templates import ReportError
     from daq.schedule.units import ScheduleError
     from daq.service.settings import ServiceError
     from daq.session.session_error import NotMoved, RunFailed, SessionError

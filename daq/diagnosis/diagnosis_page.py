@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.diagnosis_words import headline, recommendation
 from daq.diagnosis.finding_view import FindingView, finding_view
@@ -16,9 +14,9 @@ from daq.diagnosis.joint_units import position_units, torque_units
 from daq.diagnosis.plots import loop_plots
 from daq.diagnosis.telling_apart import TellingApart
 from daq.report.numbers import significant
-from daq.report.page import ReportError
 from daq.report.parameters import joint_heading
 from daq.report.pictures import icon
+from daq.report.templates import templates, write_page
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.before_after import Series
 from robots.description import Robot
@@ -48,46 +46,40 @@ def write_diagnosis_page(path: Path, content: DiagnosisContent) -> None:
     Raises:
         ReportError: the file cannot be written.
     """
-    try:
-        path.write_text(render_diagnosis(content), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ReportError(f"cannot write page {path}: {error.strerror}") from error
+    write_page(path, render_diagnosis(content))
 
 
 def render_diagnosis(content: DiagnosisContent) -> str:
     """The page as text."""
-    environment = Environment(
-        loader=PackageLoader("daq", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     diagnosis, robot = content.diagnosis, content.robot
     joints = [joint_heading(j, joint.name) for j, joint in enumerate(robot.joint)]
-    return environment.get_template("diagnosis.html.j2").render(
-        title=content.title,
-        kind=_KIND[diagnosis.verdict],
-        icon=icon(_ICON[diagnosis.verdict]),  # type: ignore[arg-type]
-        verdict=diagnosis.verdict,
-        headline=headline(diagnosis),
-        recommendation=recommendation(diagnosis),
-        findings=_findings(content, joints),
-        gate=gate_change(content.series.checks[0], content.series.checks[-1]),
-        torque=gap_rows(diagnosis.torque, joints, torque_units(robot)),
-        position=None
-        if diagnosis.position is None
-        else gap_rows(diagnosis.position, joints, position_units(robot)),
-        loop_reason=diagnosis.loop_reason,
-        loop=loop_plots(diagnosis, joints, robot),
-        quantities=[name for name, _ in diagnosis.habitats[0].shares],
-        habitats=[
-            (joints[place.joint], significant(place.rms), [_share(share) for _, share in place.shares])
-            for place in diagnosis.habitats
-        ],
-        unrepeated=[item.sentence for item in diagnosis.unrepeated],
-        blind=[spot.words() for spot in content.blind],
-        facts=content.facts,
+    return (
+        templates()
+        .get_template("diagnosis.html.j2")
+        .render(
+            title=content.title,
+            kind=_KIND[diagnosis.verdict],
+            icon=icon(_ICON[diagnosis.verdict]),  # type: ignore[arg-type]
+            verdict=diagnosis.verdict,
+            headline=headline(diagnosis),
+            recommendation=recommendation(diagnosis),
+            findings=_findings(content, joints),
+            gate=gate_change(content.series.checks[0], content.series.checks[-1]),
+            torque=gap_rows(diagnosis.torque, joints, torque_units(robot)),
+            position=None
+            if diagnosis.position is None
+            else gap_rows(diagnosis.position, joints, position_units(robot)),
+            loop_reason=diagnosis.loop_reason,
+            loop=loop_plots(diagnosis, joints, robot),
+            quantities=[name for name, _ in diagnosis.habitats[0].shares],
+            habitats=[
+                (joints[place.joint], significant(place.rms), [_share(share) for _, share in place.shares])
+                for place in diagnosis.habitats
+            ],
+            unrepeated=[item.sentence for item in diagnosis.unrepeated],
+            blind=[spot.words() for spot in content.blind],
+            facts=content.facts,
+        )
     )
 
 

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
 from daq.report.numbers import count, percent, setting, significant
-from daq.report.page import ReportError
 from daq.report.parameters import joint_heading
 from daq.report.pictures import dot_row, icon, scaled
+from daq.report.templates import templates, write_page
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
 from trajectories.constraints.torque import TorqueCheck
 
@@ -74,43 +73,37 @@ def write_plan_page(path: Path, result: PlanResult) -> None:
     Raises:
         ReportError: the file cannot be written.
     """
-    try:
-        path.write_text(render_plan(result), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ReportError(f"cannot write page {path}: {error.strerror}") from error
+    write_page(path, render_plan(result))
 
 
 def render_plan(result: PlanResult) -> str:
     """The page as text."""
-    environment = Environment(
-        loader=PackageLoader("daq", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     tone, sign, word, headline = _WORDS[result.verdict]
     prediction = result.trajectory.detail.prediction
     kind = "trajectory" if result.trajectory.family == "imported" else "exciting trajectory"
-    return environment.get_template("plan.html.j2").render(
-        title=f"{result.robot.name}: {kind}",
-        robot=result.robot,
-        tone=tone,
-        icon=icon(sign),  # type: ignore[arg-type]
-        word=word,
-        headline=headline,
-        advice=_advice(result),
-        facts=_facts(result),
-        problems=[str(problem) for problem in result.judgement.problems],
-        remarks=result.remarks,
-        figures=_figures(result),
-        views=_views(result),
-        uses=_uses(result),
-        parameters=[] if prediction is None else _parameters(prediction),
-        scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
-        payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
-        prediction=None if prediction is None else _prediction_words(prediction),
-        made=_made(result),
+    return (
+        templates()
+        .get_template("plan.html.j2")
+        .render(
+            title=f"{result.robot.name}: {kind}",
+            robot=result.robot,
+            tone=tone,
+            icon=icon(sign),  # type: ignore[arg-type]
+            word=word,
+            headline=headline,
+            advice=_advice(result),
+            facts=_facts(result),
+            problems=[str(problem) for problem in result.judgement.problems],
+            remarks=result.remarks,
+            figures=_figures(result),
+            views=_views(result),
+            uses=_uses(result),
+            parameters=[] if prediction is None else _parameters(prediction),
+            scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
+            payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
+            prediction=None if prediction is None else _prediction_words(prediction),
+            made=_made(result),
+        )
     )
 
 

@@ -6,24 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from daq.identification.verdict_words import ESTIMATORS
 from daq.report.consistency import consistency_view
 from daq.report.gates import gate_views, statistic_text, verdict_view
 from daq.report.numbers import NOTHING, correlation, count, percent, probability, setting, significant
 from daq.report.parameters import joint_heading, parameter_groups, third_estimate, truth_summaries
 from daq.report.signals import essential_view, held_out_rows, signals_view
+from daq.report.templates import templates, write_page
 from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
 from ident.results import Estimate, Identification
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 _FILTERS = {"chebyshev": "Chebyshev filter of order 8 both ways", "fir": "finite filter of four rows' reach"}
-
-
-class ReportError(Exception):
-    """A report that cannot be written, in one line."""
 
 
 @dataclass(frozen=True)
@@ -68,56 +63,50 @@ def write_report(path: Path, content: ReportContent) -> None:
     Raises:
         ReportError: the file cannot be written.
     """
-    try:
-        path.write_text(render(content), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ReportError(f"cannot write report {path}: {error.strerror}") from error
+    write_page(path, render(content), "report")
 
 
 def render(content: ReportContent) -> str:
     """The page as text."""
-    environment = Environment(
-        loader=PackageLoader("daq", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     identification = content.identification
     truth = dict(content.truth) if content.truth is not None else None
     textbook = identification.textbook
     has_iv = identification.instrumental is not None
     third = third_estimate(identification)
     groups = parameter_groups(identification, truth, content.joint_names)
-    return environment.get_template("report.html.j2").render(
-        title=content.title,
-        robot=content.robot,
-        test=identification.test,
-        verdict=verdict_view(identification, content.joint_names),
-        gates=gate_views(identification),
-        textbook=textbook,
-        textbook_statistic=statistic_text(textbook) if textbook is not None else "",
-        textbook_p=probability(textbook.p_value) if textbook is not None else "",
-        figures=_torque_figures(content),
-        loop_figures=_closed_loop_figures(content),
-        joints=[joint_heading(j, name) for j, name in enumerate(content.joint_names)],
-        joint_units=[_torque_unit(content.robot, j) for j in range(len(content.joint_names))],
-        estimators=_estimators(identification),
-        groups=groups,
-        has_picture=has_iv or truth is not None or third is not None,
-        third="" if third is None else _label(third),
-        has_expression=any(row.expression for group in groups for row in group.rows),
-        has_iv=has_iv,
-        iv_reason=identification.instrumental_reason,
-        has_truth=truth is not None,
-        summaries=truth_summaries(identification, truth),
-        warnings=identification.warnings,
-        signals=signals_view(identification, content.robot, content.joint_names),
-        held_out=held_out_rows(identification.held_out),
-        consistency=consistency_view(identification.consistency),
-        essential=essential_view(identification.essential),
-        settings=_settings(content.robot),
-        facts=content.facts,
+    return (
+        templates()
+        .get_template("report.html.j2")
+        .render(
+            title=content.title,
+            robot=content.robot,
+            test=identification.test,
+            verdict=verdict_view(identification, content.joint_names),
+            gates=gate_views(identification),
+            textbook=textbook,
+            textbook_statistic=statistic_text(textbook) if textbook is not None else "",
+            textbook_p=probability(textbook.p_value) if textbook is not None else "",
+            figures=_torque_figures(content),
+            loop_figures=_closed_loop_figures(content),
+            joints=[joint_heading(j, name) for j, name in enumerate(content.joint_names)],
+            joint_units=[_torque_unit(content.robot, j) for j in range(len(content.joint_names))],
+            estimators=_estimators(identification),
+            groups=groups,
+            has_picture=has_iv or truth is not None or third is not None,
+            third="" if third is None else _label(third),
+            has_expression=any(row.expression for group in groups for row in group.rows),
+            has_iv=has_iv,
+            iv_reason=identification.instrumental_reason,
+            has_truth=truth is not None,
+            summaries=truth_summaries(identification, truth),
+            warnings=identification.warnings,
+            signals=signals_view(identification, content.robot, content.joint_names),
+            held_out=held_out_rows(identification.held_out),
+            consistency=consistency_view(identification.consistency),
+            essential=essential_view(identification.essential),
+            settings=_settings(content.robot),
+            facts=content.facts,
+        )
     )
 
 

@@ -11,13 +11,13 @@ from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
 from daq.report.numbers import percent, significant, with_sigma
 from daq.report.pictures import icon
+from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, is_read_token
 from daq.service.run_figures import curves_of, gates_of
@@ -50,13 +50,7 @@ class ArmCard:
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
     """All pages and the three files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
-    environment = Environment(
-        loader=PackageLoader("daq", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates()
 
     def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
         template = environment.get_template(f"service/{name}.html.j2")

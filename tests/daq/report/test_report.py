@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 
 from daq.report.columns import column_plot
 from daq.report.numbers import percent, probability, significant, with_sigma
-from daq.report.page import ClosedLoopTrace, ReportContent, ReportError, write_report
+from daq.report.page import ClosedLoopTrace, ReportContent, write_report
 from daq.report.parameters import joint_of
 from daq.report.pictures import end_to_end, extremes, nice_ticks
+from daq.report.templates import ReportError
 from ident.results import (
     ColumnCheck,
     Estimate,

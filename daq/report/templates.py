@@ -1,0 +1,39 @@
+"""Pages from templates: how every page of HTML is filled and written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+
+class ReportError(Exception):
+    """A report that cannot be written, in one line."""
+
+
+def templates() -> Environment:
+    """The templates that ship: what a page shows is escaped, and what it lacks is an error."""
+    return Environment(
+        loader=PackageLoader("daq", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def write_page(path: Path, text: str, what: str = "page") -> None:
+    """Write one HTML file, with the same line ends everywhere.
+
+    Args:
+        path: of the file.
+        text: of the page.
+        what: it is called in the error.
+
+    Raises:
+        ReportError: the file cannot be written.
+    """
+    try:
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise ReportError(f"cannot write {what} {path}: {error.strerror}") from error
