@@ -34,11 +34,16 @@ def described(source: str | None, first: Path) -> Iterator[tuple[Robot, Capture 
         raise CaptureError(f"{first}: is no capture, so it does not say of which arm it is; give --robot")
     capture = read_capture(first)
     with TemporaryDirectory(prefix="armhil-") as folder:
-        yield _robot_of(capture, Path(folder)), capture
+        yield robot_of(capture, Path(folder)), capture
 
 
-def _robot_of(capture: Capture, folder: Path) -> Robot:
-    """The arm as its capture describes it; its files are unpacked into a folder."""
+def robot_of(capture: Capture, folder: Path) -> Robot:
+    """The arm as its capture describes it; its files are unpacked into a folder.
+
+    Raises:
+        CaptureError: the description puts a file outside the folder.
+        RobotFileError: the description is wrong.
+    """
     (folder / "robot.toml").write_text(capture.robot_text, encoding="utf-8")
     urdf = (folder / str(tomllib.loads(capture.robot_text)["urdf"])).resolve()
     if not urdf.is_relative_to(folder.resolve()):

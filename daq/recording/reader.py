@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import math
 import mmap
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ from daq.recording.temperatures import Temperature
 from daq.recording.topics import EVENTS_TOPIC, FRAMES_TOPIC, NUMBERS, TEMPERATURE_TOPIC
 
 ALLOWED = "allowed: an MCAP capture recorded by armhil"
+_Message = TypeVar("_Message")
 
 
 def read_capture(path: Path, *, allow_empty: bool = False) -> Capture:
@@ -103,8 +104,8 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
     lost_records = [name for name in (TRAJECTORY, OUTCOME) if name not in facts and name in damaged]
     if outcome is None and found.ended and RECOVERY not in facts:
         lost_records.append(OUTCOME)
-    events, bad_events = _events(found)
-    temperatures, bad_temperatures = _temperatures(found)
+    events, bad_events = _decoded(found, EVENTS_TOPIC, DriveEvent.decode)
+    temperatures, bad_temperatures = _decoded(found, TEMPERATURE_TOPIC, Temperature.decode)
     damage = Damage(
         gaps=_gaps(samples.cycle, cycles, from_start=FAULT not in facts),
         unreadable_bytes=found.unreadable_bytes + undecodable + bad_events + bad_temperatures,
@@ -125,7 +126,7 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
         trajectory=facts.get(TRAJECTORY, {}),
         outcome=outcome,
         damage=_with_earlier(path, damage, facts.get(RECOVERY)),
-        events=events,
+        events=tuple(sorted(events, key=lambda event: event.stamp)),
         temperatures=temperatures,
         frames=found.counts.get(NUMBERS[FRAMES_TOPIC], 0),
         records=facts,
@@ -155,29 +156,19 @@ def _lost_frames(path: Path, found: Scan, outcome: Facts | None) -> int:
     return max(0, found.last.get(number, -1) + 1 - there)
 
 
-def _events(found: Scan) -> tuple[tuple[DriveEvent, ...], int]:
-    """In the order of time, and the bytes of those that cannot be decoded."""
-    events: list[DriveEvent] = []
+def _decoded(
+    found: Scan, topic: str, decode: Callable[[bytes], _Message]
+) -> tuple[tuple[_Message, ...], int]:
+    """The messages of a topic in the order of the file, and the bytes of those that cannot be decoded."""
+    messages: list[_Message] = []
     undecodable = 0
-    for run in found.runs.get(NUMBERS[EVENTS_TOPIC], ()):
+    for run in found.runs.get(NUMBERS[topic], ()):
         for row in run.rows:
             try:
-                events.append(DriveEvent.decode(row.tobytes()))
+                messages.append(decode(row.tobytes()))
             except CdrError:
                 undecodable += row.size
-    return tuple(sorted(events, key=lambda event: event.stamp)), undecodable
-
-
-def _temperatures(found: Scan) -> tuple[tuple[Temperature, ...], int]:
-    readings: list[Temperature] = []
-    undecodable = 0
-    for run in found.runs.get(NUMBERS[TEMPERATURE_TOPIC], ()):
-        for row in run.rows:
-            try:
-                readings.append(Temperature.decode(row.tobytes()))
-            except CdrError:
-                undecodable += row.size
-    return tuple(readings), undecodable
+    return tuple(messages), undecodable
 
 
 @contextmanager

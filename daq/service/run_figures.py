@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-import tomllib
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-import robots
 from daq.catalogue.values import Model, Run
+from daq.identification.described import robot_of
 from daq.importing.load import loaded_capture
 from daq.recording.capture import Capture, CaptureError, file_sha256
 from daq.recording.reader import read_capture
@@ -52,20 +51,10 @@ def _curves(path: str, sha256: str, names: tuple[str, ...], values: tuple[float,
             return Curves(reason="the recording is gone, or another file is in its place")
         capture = read_capture(file)
         with tempfile.TemporaryDirectory(prefix="armhil-") as folder:
-            robot = _robot(capture, Path(folder))
+            robot = robot_of(capture, Path(folder))
             return Curves(_positions(capture, robot), _torques(capture, robot, names, values))
     except (CaptureError, RobotFileError, IdentificationError, OSError, ValueError) as error:
         return Curves(reason=" ".join(str(error).split()))
-
-
-def _robot(capture: Capture, folder: Path) -> Robot:
-    (folder / "robot.toml").write_text(capture.robot_text, encoding="utf-8")
-    urdf = (folder / str(tomllib.loads(capture.robot_text)["urdf"])).resolve()
-    if not urdf.is_relative_to(folder.resolve()):
-        raise CaptureError(f"{capture.path}: its description puts the URDF outside its folder")
-    urdf.parent.mkdir(parents=True, exist_ok=True)
-    urdf.write_text(capture.urdf_text, encoding="utf-8")
-    return robots.load(folder)
 
 
 def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
