@@ -49,7 +49,8 @@ def run(job: Job, ring: Ring) -> StreamResult:
         BusError: the bus cannot be opened.
     """
     terminated = _Termination()
-    with open_bus(job.channel, receive_cob_ids(job.links), job.bitrate) as bus:
+    cob_ids = receive_cob_ids(job.links, job.master_node)
+    with open_bus(job.channel, cob_ids, job.bitrate) as bus:
         refused = realtime.prepare()
         # One stream makes few cyclic references; a bench that runs for days would keep them.
         gc.disable()

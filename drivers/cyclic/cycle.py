@@ -16,6 +16,7 @@ from drivers.cyclic.exchange import Exchange
 from drivers.cyclic.job import Job
 from drivers.cyclic.pacemaker import Pacemaker
 from drivers.cyclic.ring import Ring
+from drivers.cyclic.set_point_guard import SetPointGuard
 from drivers.cyclic.watch import Watch
 
 RECEIVE_SHARE = 0.6
@@ -72,7 +73,7 @@ class Cycle:
         self._answered_at = 0.0
         self._answers_were_late = False
         self._pending: tuple[tuple[float, ...], list[bool]] | None = None
-        self._largest_step = job.largest_step
+        self._guard = SetPointGuard(job)
         self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
         """Axes whose controlword has bit 4 under torque: they interpolate, or search their home."""
         self._heartbeat_every = job.budgets.watch_seconds / HEARTBEATS_PER_WATCH
@@ -126,16 +127,13 @@ class Cycle:
         self.commanded = True
 
     def _guarded(self, targets: Sequence[int]) -> Sequence[int]:
-        """The last line of defence: under torque no set-point moves farther than the speed limits let it."""
-        for axis, (target, before) in enumerate(zip(targets, self.sent, strict=True)):
-            jumps = abs(target - before) > self._largest_step[axis]
-            if jumps and has_torque(self.exchange.statusword[axis]):
-                self.watch.abort(
-                    f"set-point of {self.job.drives[axis]} would have jumped by {target - before} counts in "
-                    f"one cycle; allowed: {self._largest_step[axis]}"
-                )
-                return self.sent
-        return targets
+        allowed, reason = self._guard.admit(targets, self.sent, self._has_torque)
+        if reason is not None:
+            self.watch.abort(reason)
+        return allowed
+
+    def _has_torque(self, axis: int) -> bool:
+        return has_torque(self.exchange.statusword[axis])
 
     def hold(self) -> list[int]:
         """The last target for an axis under torque, the actual position for one without."""

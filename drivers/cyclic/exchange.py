@@ -6,6 +6,7 @@ import struct
 import time
 from collections.abc import Callable, Sequence
 
+from drivers.bus.access import describe_cob_id
 from drivers.bus.error_frames import ERROR_FLAG, error_report
 from drivers.bus.ports import Frame, FramePort
 from drivers.cia402.emergency import EmergencyMessage
@@ -35,10 +36,16 @@ _NAP_GAIN = 0.25
 _NAP_SHRINK = 0.998
 
 
-def receive_cob_ids(links: Sequence[DriveLink]) -> list[int]:
-    """What the cyclic process listens to."""
+def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
+    """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
     kinds = (tpdo_cob_id, second_tpdo_cob_id, emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id)
-    return [kind(link.node) for link in links for kind in kinds]
+    return [*(kind(link.node) for link in links for kind in kinds), *_own_cob_ids(links, master_node)]
+
+
+def _own_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
+    """COB-IDs of this master; own frames are not received, so one that is comes from another master."""
+    rpdos = [rpdo_cob_id(link.node) for link in links]
+    return [NMT_COB_ID, SYNC_COB_ID, heartbeat_cob_id(master_node), *rpdos]
 
 
 def _layouts(link: DriveLink) -> tuple[struct.Struct, ...]:
@@ -96,6 +103,8 @@ class Exchange:
         self._parts = [0] * n
         self._missing = n
         self._sorters = self._make_sorters(links)
+        for cob_id in _own_cob_ids(links, master_node):
+            self._sorters[cob_id] = self._foreign(cob_id)
         self._nap = 0.0
 
     def _make_sorters(self, links: Sequence[DriveLink]) -> dict[int, Callable[[bytes], None]]:
@@ -259,6 +268,13 @@ class Exchange:
             state = data[0] & 0x7F
             self.booted[axis] = self.booted[axis] or state == _BOOT_UP
             self.nmt_state[axis], self.heard[axis] = state, self._clock()
+
+        return sort
+
+    def _foreign(self, cob_id: int) -> Callable[[bytes], None]:
+        def sort(data: bytes) -> None:
+            if self.bus_failure is None:
+                self.bus_failure = f"another master is on the bus: it has sent {describe_cob_id(cob_id)}"
 
         return sort
 

@@ -115,11 +115,12 @@ def disable(cycle: Cycle) -> None:
 
     From operation enabled the first step is "disable operation": brakes fall in while the drive still holds.
     """
-    brakes_open = cycle.watch.enabled and cycle.job.brake_engage > 0
+    # Also where only some axes came up: the brakes of those are open.
+    enabled = any(state_of(word) is State.OPERATION_ENABLED for word in cycle.exchange.statusword)
     cycle.watch.enabled = False
     if not cycle.commanded:
         return
-    if brakes_open:
+    if enabled and cycle.job.brake_engage > 0:
         _down_to(cycle, Goal.SWITCHED_ON, cycle.turns(cycle.job.brake_engage))
     cycle.goals = [Goal.SWITCH_ON_DISABLED] * len(cycle.goals)
     for _ in range(cycle.turns(DISABLE_SECONDS)):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from hypothesis import given, settings
@@ -57,8 +58,31 @@ def run(
     capacity: int = 4096,
     path: np.ndarray | None = None,
     budgets: Budgets | None = None,
+    **changes: Any,
 ) -> Run:
-    job = Job(
+    job = stream_job(capacity, path, budgets)
+    ring = Ring.create(3, capacity)
+
+    def whole_script(number: int, arm: FakeArm) -> None:
+        if script is not None:
+            script(number, arm)
+        if number == stop_at:
+            ring.request(Request.ABORT)
+
+    clock = Clock()
+    arm = FakeArm(NODES, clock, whole_script)
+    try:
+        job = replace(job, **changes)
+        result = Loop(job, arm, ring, lambda: alive(arm), clock=clock, sleep=clock.sleep).run()
+        return Run(result, ring.read(), arm)
+    finally:
+        arm.shutdown()
+        ring.close()
+
+
+def stream_job(capacity: int = 4096, path: np.ndarray | None = None, budgets: Budgets | None = None) -> Job:
+    """What the loop is to do with three drives."""
+    return Job(
         channel=Channel("virtual", "unused"),
         bitrate=1_000_000,
         links=tuple(DriveLink(node, f"drive {node}") for node in NODES),
@@ -73,22 +97,6 @@ def run(
         parent=0,
         ring_capacity=capacity,
     )
-    ring = Ring.create(3, capacity)
-
-    def whole_script(number: int, arm: FakeArm) -> None:
-        if script is not None:
-            script(number, arm)
-        if number == stop_at:
-            ring.request(Request.ABORT)
-
-    clock = Clock()
-    arm = FakeArm(NODES, clock, whole_script)
-    try:
-        result = Loop(job, arm, ring, lambda: alive(arm), clock=clock, sleep=clock.sleep).run()
-        return Run(result, ring.read(), arm)
-    finally:
-        arm.shutdown()
-        ring.close()
 
 
 def all_off(arm: FakeArm) -> bool:
@@ -341,3 +349,36 @@ def test_a_robot_of_the_shelf_has_a_window_wider_than_its_lag() -> None:
     lag = np.abs(robot.transmission_matrix) @ robot.velocity_limits * robot.bus.cycle_time
     assert np.all(window > 2 * lag)
     assert np.all(window < 1.0)
+
+
+def test_brakes_have_their_time_also_where_not_all_axes_came_up() -> None:
+    """Two axes are enabled and their brakes open when it shows that the third one stays where it is."""
+
+    def stuck(number: int, arm: FakeArm) -> None:
+        arm.axes[2].stuck = arm.axes[2].state is State.SWITCHED_ON and 0x00 not in arm.axes[2].controlwords
+
+    done = run(stuck, brake_engage=0.12)
+    assert done.result.reason == "drive 3 stayed in state 'switched on' for 2 s after 'enable operation'"
+    for axis in done.arm.axes[:2]:
+        down = axis.controlwords[len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) :]
+        assert down.index(0x06) >= 0.12 / PERIOD, "disable operation, until the brake has fallen in"
+    assert all_off(done.arm)
+
+
+def test_a_second_master_stops_the_arm() -> None:
+    for cob_id, data, words in (
+        (0x080, b"", "SYNC"),
+        (0x000, b"\x02\x00", "NMT command"),
+        (0x203, bytes(6), "RPDO1 of node 3"),
+        (0x77F, b"\x05", "heartbeat of node 127"),
+    ):
+
+        def intrude(number: int, arm: FakeArm, frame: tuple[int, bytes] = (cob_id, data)) -> None:
+            if number == 200:
+                arm.put(*frame)
+
+        done = run(intrude)
+        assert done.result.outcome == "aborted"
+        assert f"another master is on the bus: it has sent 0x{cob_id:03X} ({words})" in done.result.reason
+        assert all_off(done.arm)
+        assert max(done.largest_acceleration(axis) for axis in range(3)) <= 1.0
