@@ -16,16 +16,16 @@ from daq.catalogue.who import is_gone
 from daq.check.commissioned import require_commissioned
 from daq.check.request import CheckError, CheckRequest
 from daq.check.simulated_night import with_own_noise
-from daq.files.trajectory_file import SUFFIX, write_trajectory
 from daq.progress import Steps
 from daq.recording.reader import read_capture
 from daq.session.bench import OpenArm, opened
 from daq.session.estimates import estimate, require_room
+from daq.session.exciting import kept_in, plan_exciting
 from daq.session.motions import move_to, read_trajectory, refuse_undrivable
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.streaming import Watcher
 from robots import Robot
-from trajectories import Trajectory, plan
+from trajectories import Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -186,20 +186,16 @@ def _read(file: Path, robot: Robot) -> Motion:
 def planned_motion(request: CheckRequest, arm: OpenArm, steps: Steps) -> Motion:
     """A new exciting motion, clear of the cell, in a file of the check's folder."""
     robot = arm.session.robot
-    with steps.step("Plan exciting trajectory") as update:
-        trajectory = plan(
-            robot,
-            cycle_time=robot.bus.cycle_time,
-            duration=request.duration,
-            seed=request.arm.seed,
-            start=np.array(robot.home),
-            conditions=request.cell.for_plans,
-            evaluations=request.evaluations,
-            progress=lambda share, score: update(share, f"score {score:.2f}" if score < 1e3 else ""),
-        )
-    file = (request.folder / f"{robot.name}{SUFFIX}").absolute()
-    write_trajectory(file, trajectory, robot)
-    return _read(file, robot)
+    trajectory = plan_exciting(
+        robot,
+        steps,
+        duration=request.duration,
+        seed=request.arm.seed,
+        start=np.array(robot.home),
+        conditions=request.cell.for_plans,
+        evaluations=request.evaluations,
+    )
+    return _read(kept_in(request.folder.absolute(), trajectory, robot), robot)
 
 
 def _stream(
