@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.closed_loop.coordinates import Coordinates, Gear
-from ident.closed_loop.friction_rows import FrictionRows, friction_rows, together
-from ident.closed_loop.kernel.values import LAW_CELLS, LINEAR, TERM_HEAD, Extras
+from ident.closed_loop.friction_rows import FASTEST, FrictionRows, friction_rows, together
+from ident.closed_loop.kernel.values import CHANGING_HEAD, LAW_CELLS, LINEAR, TERM_HEAD, Extras
 from ident.effects import FrictionSign
 from ident.effects.simulated import DriveChange, FrictionTorque, SimulatedParts, Table
 from ident.errors import IdentificationError
@@ -89,13 +89,13 @@ def extras_of(
     for k, (index, gear) in enumerate(loose, start=first):
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
         row = coordinates.across(index)
-        changing.append(np.concatenate([[k, 1.0, touching, -1, 0], np.zeros(robot.n), row]))
+        changing.append(np.concatenate([[k, 1.0, touching, -1, -1, 0], np.zeros(robot.n), row]))
     controller_step = h * substeps
     extras = Extras(
         tables=np.empty(0),
         curves=_curves(extra, coordinates, tables),
         errors=_errors(extra, robot, tables),
-        changing=np.array(changing).reshape(-1, 5 + robot.n + coordinates.count),
+        changing=np.array(changing).reshape(-1, CHANGING_HEAD + robot.n + coordinates.count),
         laws=np.array(rows.laws).reshape(-1, 2 * LAW_CELLS + 1),
         chain=_chain(extra.drives, robot.n, h, controller_step),
         reading=_reading(extra.drives, robot.n, h),
@@ -120,7 +120,8 @@ def _contact(index: int, gear: Gear, coordinates: Coordinates) -> FloatArray:
 
 
 def _changes(torque: FrictionTorque) -> bool:
-    return torque.curve is not None or torque.course is not None or torque.load_row is not None
+    factors = (torque.curve, torque.course, torque.speed_factor, torque.load_row)
+    return any(factor is not None for factor in factors)
 
 
 def _changing(
@@ -137,9 +138,17 @@ def _changing(
         strength,
         tables.add(torque.curve),
         tables.add(torque.course),
+        tables.add(_over_speed(torque, coordinates.robot)),
         float(torque.load_row is not None),
     ]
     return np.concatenate([head, load, position])
+
+
+def _over_speed(torque: FrictionTorque, robot: Robot) -> Table | None:
+    if torque.speed_factor is None:
+        return None
+    fastest = FASTEST * float(np.abs(torque.speed_row) @ robot.velocity_limits)
+    return Table.of(torque.speed_factor, -fastest, fastest)
 
 
 def _gap_table(gear: Gear, function: object) -> Table:

@@ -15,7 +15,7 @@ from robots.arrays import FloatArray
 _SHARP = 1e-6
 """Width of the smooth sign that stands for an exact one, as a share of the arm's velocity limits."""
 
-_FASTEST = 3.0
+FASTEST = 3.0
 """End of a tabulated law, as a multiple of the speed at the arm's velocity limits."""
 
 
@@ -80,7 +80,7 @@ def friction_rows(torques: Iterable[FrictionTorque], limits: FloatArray, h: floa
             kind, scale = _plain(law)
             rows.add((scale, kind, torque.direction, -1), speed, share)
         else:
-            fastest = _FASTEST * float(np.abs(speed) @ limits)
+            fastest = FASTEST * float(np.abs(speed) @ limits)
             for part, sign in zip(_rising_and_falling(law, fastest), (1.0, -1.0), strict=True):
                 if part.any():
                     head = (1.0 / fastest, TABULATED, torque.direction, len(rows.laws))

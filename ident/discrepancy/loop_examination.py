@@ -74,10 +74,7 @@ def examine_in_loop(
             evidence = moved.after(evidence)
         torque = whitening.apply(rest[:, :, np.newaxis], segment, used)[:, 0] + white @ beta
         y, x, _ = with_prior(torque, white, white, prior)
-        if before is not None:
-            # What was found has been fitted within what nature allows.
-            break
-        beta = _solved(x, y)
+        beta = _solved(x, y) if before is None else beside_found(x, y, beta, before.beta.size)
     about = whitening.apply(evidence.screened_base(), segment, used)
     about = with_prior(torque, about, about, prior)[1]
     return Examination(
@@ -154,6 +151,21 @@ def _rms(rows: FloatArray, used: BoolArray) -> FloatArray:
     """Per drive (n,), over the rows that count."""
     squares = np.where(used, rows**2, 0.0).sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=0), 1)))
+
+
+def beside_found(x: FloatArray, y: FloatArray, beta: FloatArray, count: int) -> FloatArray:
+    """β (b,) with its first parameters solved for and the others, which were found, as they are.
+
+    What was found has been fitted within what nature allows; the model must make room for it, since before it
+    has taken as much of it as it could.
+
+    Args:
+        x, y: whitened rows (N, b) and (N,).
+        beta: (b,).
+        count: how many come first.
+    """
+    found = x[:, count:] @ beta[count:]
+    return np.concatenate([_solved(x[:, :count], y - found), beta[count:]])
 
 
 def _solved(x: FloatArray, y: FloatArray) -> FloatArray:

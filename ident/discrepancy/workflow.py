@@ -91,15 +91,17 @@ class _Search:
             moving = self.step
             self.step = in_loop
             reversing = [family for family in self.question.families if family.name in AT_REVERSALS]
-            self._search(reversing, 1)
+            self._search(reversing, len(self.findings) + 1)
             if self.step is in_loop:
                 self.step = moving
         self.progress("gap", 0.95)
         return self._answer(choice)
 
     def _at_reversals(self) -> bool:
-        """Whether to look there: where motion has shown nothing that has a name or a form."""
-        if not self.question.at_reversals or self.findings or self.form:
+        """Whether to look there: where the moving arm shows nothing more that has no name."""
+        if not self.question.at_reversals or self.form or len(self.findings) >= self.question.settings.most:
+            return False
+        if self.findings and self._more_than_clean():
             return False
         strange = unrepeated(self.step.examination, _row_time(self.scenes[0]))
         return all(item.kind == "shocks" for item in strange)
@@ -202,12 +204,15 @@ class _Search:
             return "ambiguous"
         if self.findings:
             return "named"
-        rows = self.step.examination.torque.shape[0]
-        settings, examination = self.question.settings, self.step.examination
-        named = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
-        if choice is not None and choice.excess > named * rows:
+        if choice is not None and self._more_than_clean():
             return "unnamed"
         return "unnamed" if strange or self.form else "clean"
+
+    def _more_than_clean(self) -> bool:
+        """Whether the present model leaves what is worth a word, though it has no name."""
+        settings, examination = self.question.settings, self.step.examination
+        named = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
+        return bool(examination.excess > named * examination.torque.shape[0])
 
     def _habitats(self) -> tuple[Habitat, ...]:
         beta = self.step.examination.beta

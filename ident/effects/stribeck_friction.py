@@ -41,14 +41,15 @@ def _make(
 ) -> tuple[Parameters, Law, Parts]:
     row, sign, (stribeck_speed, exponent) = drive_row(robot, place), friction_sign(robot), shape
 
-    def over_speed(speed: FloatArray) -> FloatArray:
-        return sign(speed) * np.exp(-(np.abs(speed / stribeck_speed) ** exponent))
+    def fall(speed: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(-(np.abs(speed / stribeck_speed) ** exponent)))
 
     def law(state: State) -> FloatArray:
-        return along(row, over_speed(state.velocity @ row))
+        speed = state.velocity @ row
+        return along(row, sign(speed) * fall(speed))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, over_speed),))
+        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, speed_factor=fall),))
 
     return Parameters((f"Fs{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
 
@@ -69,20 +70,20 @@ def _breakaway(
     """
     row, sign, (breakaway_speed, length) = drive_row(robot, place), friction_sign(robot), shape
 
-    def over_speed(speed: FloatArray) -> FloatArray:
-        return sign(speed) * np.exp(-((speed / breakaway_speed) ** 2))
+    def fall(speed: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(-((speed / breakaway_speed) ** 2)))
 
     def law(state: State) -> FloatArray:
         speed = state.velocity @ row
         late = np.zeros_like(speed)
         if state.time is not None:
             late = deflection(state.position @ row, length) - sign(speed)
-        return along(row, over_speed(speed), late)
+        return along(row, sign(speed) * fall(speed), late)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(
             friction=(
-                FrictionTorque(row, values[0] * row, over_speed),
+                FrictionTorque(row, values[0] * row, sign, speed_factor=fall),
                 FrictionTorque(row, values[1] * row, Bristle(length, "exponential")),
                 FrictionTorque(row, -values[1] * row, sign),
             )

@@ -13,8 +13,10 @@ from ident.closed_loop.kernel.rigid_bodies import is_positive_definite, mass_and
 from ident.closed_loop.kernel.tables import look_up
 from ident.closed_loop.kernel.values import (
     BRISTLE,
+    CHANGING_HEAD,
     NOT_POSITIVE_DEFINITE,
     RUNS,
+    TERM_HEAD,
     UNSTABLE,
     Arm,
     Axes,
@@ -27,8 +29,8 @@ from ident.closed_loop.kernel.values import (
 )
 from robots.arrays import FloatArray, IntArray
 
-_CURVES_HEAD, _CHANGING_HEAD = 2, 5
-"""Columns of ``Extras.curves`` and ``Extras.changing`` before their rows."""
+_CURVES_HEAD = 2
+"""Columns of ``Extras.curves`` before its rows."""
 
 _TRIAL = 2
 """A row of the scratch array that is free between steps."""
@@ -258,26 +260,42 @@ def _position_torques(
 
 @compiled
 def _change_strengths(
-    axes: Axes, coordinates: IntArray, extras: Extras, memory: Memory, time: float, q: FloatArray
+    axes: Axes,
+    coordinates: IntArray,
+    extras: Extras,
+    memory: Memory,
+    terms: FloatArray,
+    time: float,
+    q: FloatArray,
+    v: FloatArray,
 ) -> None:
-    """The strength of friction that depends on position, time or load."""
+    """The strength of friction that depends on position, time, speed (that before the step) or load."""
     changing, values, tables = extras.changing, extras.values, extras.tables
     loads, strength = memory.load, memory.strength
     n = len(axes)
     for k in range(changing.shape[0]):
         factor = changing[k, 1]
-        over_position, over_time = int(changing[k, 2]), int(changing[k, 3])
+        over_position, over_time, over_speed = (
+            int(changing[k, 2]),
+            int(changing[k, 3]),
+            int(changing[k, 4]),
+        )
         if over_position >= 0:
             x = 0.0
             for j in range(len(coordinates)):
-                x += changing[k, _CHANGING_HEAD + n + j] * q[j]
+                x += changing[k, CHANGING_HEAD + n + j] * q[j]
             factor *= look_up(values, tables, over_position, x)[0]
         if over_time >= 0:
             factor *= look_up(values, tables, over_time, time)[0]
-        if changing[k, 4] != 0.0:
+        if over_speed >= 0:
+            x = 0.0
+            for j in range(len(coordinates)):
+                x += terms[int(changing[k, 0]), TERM_HEAD + j] * v[j]
+            factor *= look_up(values, tables, over_speed, x)[0]
+        if changing[k, 5] != 0.0:
             load = 0.0
             for i in range(n):
-                load += changing[k, _CHANGING_HEAD + i] * loads[i]
+                load += changing[k, CHANGING_HEAD + i] * loads[i]
             factor *= abs(load)
         strength[int(changing[k, 0])] = factor
 
@@ -366,7 +384,7 @@ def move_with_extras(  # noqa: C901
             push[i] = h * force
             last[i] = v[i]
         _position_torques(coordinates, extras, time, q, h, arm)
-        _change_strengths(axes, coordinates, extras, memory, time, q)
+        _change_strengths(axes, coordinates, extras, memory, terms, time, q, v)
         if bristles:
             for i in range(m):
                 work[_TRIAL, i] = v[i]

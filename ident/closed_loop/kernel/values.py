@@ -22,6 +22,9 @@ TERM_HEAD = 4
 LAW_CELLS = 2048
 """Cells of a tabulated law on either side of zero speed."""
 
+CHANGING_HEAD = 6
+"""Columns of ``Extras.changing`` before its rows."""
+
 Axes = tuple[int, ...]
 """(0, 1, … n − 1): the compiler knows the length of a tuple, so it can unroll what goes over the axes."""
 
@@ -145,8 +148,9 @@ class Extras(NamedTuple):
     curves: FloatArray
     """(C, 2 + 2m) torque over a position: table, table over time, position row, torque row."""
     changing: FloatArray
-    """(G, 5 + n + m) terms whose strength changes: term, its constant strength, table over a position, table
-    over time, 1 where the strength follows the load; load row (of link torques), position row."""
+    """(G, 6 + n + m) terms whose strength changes: term, its constant strength, tables over a position, over
+    time and over the term's speed, 1 where the strength follows the load; load row (of link torques) and
+    position row."""
     errors: FloatArray
     """(E, 1 + 2n) kinematic errors of gears: table over drive output, row of the transmission, column of its
     inverse."""
