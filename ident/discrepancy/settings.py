@@ -34,6 +34,7 @@ class SearchSettings:
             for the first one's form being a little different.
         unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
         misfit_in_loop: what a simulation of the right model leaves, as a multiple of the noise's energy.
+        strange_in_loop: a simulation that leaves more than this multiple of it is not the arm's.
         most: how many effects may be found one after the other.
         draws: residuals of noise alone that the threshold is taken from.
         seed: of those.
@@ -50,6 +51,7 @@ class SearchSettings:
     second_share: float = 0.02
     unnamed_share: float = 0.08
     misfit_in_loop: float = 0.07
+    strange_in_loop: float = 10.0
     most: int = 3
     draws: int = 400
     seed: int = 0
