@@ -205,6 +205,8 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "stribeck_friction": _stribeck,
     "nonlinear_viscous_friction": _power,
     "load_dependent_friction": lambda h: {"mu": h.entry["coefficient"]},
+    # The plant's friction goes exponentially with temperature, the effect's in proportion: the time alone.
+    "drifting_friction": lambda h: {"settling_time": h.entry["time_constant"]},
     "position_dependent_friction": _position_dependent,
     "joint_elasticity": _elastic,
     "backlash": lambda h: {"gap": h.entry["width"]},

@@ -40,7 +40,7 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         ending, sample = closed_loop(axes, dynamics, drives, run, leading.substeps)
     else:
         extras, terms, strength = extras_of(
-            parts.extra, coordinates, parts.friction, recording.time, h, leading.substeps
+            parts.extra, coordinates, parts.friction, recording.time, h, leading.substeps, leading.speeds
         )
         dynamics = _dynamics(frames, parts, coordinates, terms, strength)
         start = recording.position[0], leading.velocity

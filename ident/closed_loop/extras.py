@@ -60,6 +60,7 @@ def extras_of(
     time: FloatArray,
     h: float,
     substeps: int,
+    speeds: FloatArray,
 ) -> tuple[Extras, FloatArray, FloatArray]:
     """Extras, all speed terms (K, 4 + 2m) and their strengths (K,).
 
@@ -69,6 +70,7 @@ def extras_of(
         usual: friction of the usual effects.
         time: (samples,) s.
         h, substeps: integration step, s, and how many make a controller sample.
+        speeds: (controller samples, n) of the set-points at the drive outputs.
 
     Raises:
         IdentificationError: a delay or lag is negative.
@@ -85,6 +87,12 @@ def extras_of(
         for k, source in enumerate(rows.sources)
         if source in changes
     ]
+    joint_speeds = speeds @ np.linalg.inv(robot.transmission_matrix).T
+    warming = [
+        _warming(k, extra.friction[source], joint_speeds, float(time[0]), h)
+        for k, source in enumerate(rows.sources)
+        if source in changes and extra.friction[source].warming is not None
+    ]
     first = rows.strength.size
     for k, (index, gear) in enumerate(loose, start=first):
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
@@ -96,6 +104,7 @@ def extras_of(
         curves=_curves(extra, coordinates, tables),
         errors=_errors(extra, robot, tables),
         changing=np.array(changing).reshape(-1, CHANGING_HEAD + robot.n + coordinates.count),
+        warming=np.array(warming).reshape(-1, 5),
         laws=np.array(rows.laws).reshape(-1, 2 * LAW_CELLS + 1),
         chain=_chain(extra.drives, robot.n, h, controller_step),
         reading=_reading(extra.drives, robot.n, h),
@@ -120,7 +129,7 @@ def _contact(index: int, gear: Gear, coordinates: Coordinates) -> FloatArray:
 
 
 def _changes(torque: FrictionTorque) -> bool:
-    factors = (torque.curve, torque.course, torque.speed_factor, torque.load_row)
+    factors = (torque.curve, torque.course, torque.speed_factor, torque.load_row, torque.warming)
     return any(factor is not None for factor in factors)
 
 
@@ -149,6 +158,16 @@ def _over_speed(torque: FrictionTorque, robot: Robot) -> Table | None:
         return None
     fastest = FASTEST * float(np.abs(torque.speed_row) @ robot.velocity_limits)
     return Table.of(torque.speed_factor, -fastest, fastest)
+
+
+def _warming(
+    term: int, torque: FrictionTorque, speeds: FloatArray, start: float, h: float
+) -> tuple[float, ...]:
+    """A row of ``Extras.warming``; before the start, s, the gear was moved as by these speeds (steps, n)."""
+    gear = torque.warming
+    assert gear is not None
+    before = gear.at_start(speeds @ torque.speed_row, start)
+    return (term, gear.kept(h), gear.dry, gear.viscous, before)
 
 
 def _gap_table(gear: Gear, function: object) -> Table:

@@ -158,7 +158,8 @@ def _first_period(scene: Scene) -> Recording:
 def depends_on_time(extra: SimulatedParts) -> bool:
     """Whether anything of a model changes over a recording."""
     courses = [torque.course for torque in extra.friction] + [torque.course for torque in extra.position]
-    return any(course is not None for course in courses)
+    warming = any(torque.warming is not None for torque in extra.friction)
+    return warming or any(course is not None for course in courses)
 
 
 def added(parts: TorqueParts, more: SimulatedParts) -> TorqueParts:

@@ -88,6 +88,16 @@ class Present:
                 return np.asarray(self.standard[start : start + len(effect.parameter_names)])
         return np.zeros(self.model.robot.n)
 
+    def drive_friction(self, drive: int) -> tuple[float, float]:
+        """Dry and viscous friction of a drive (from 0): the usual terms alone, none below zero.
+
+        A drive that turns with several joints has dry friction over its own joint's speed and over its own.
+        """
+        named = dict(zip(self.model.names, self.standard, strict=True))
+        number = drive + 1
+        dry = named.get(f"Fc{number}", 0.0) + named.get(f"Fcm{number}", 0.0)
+        return max(float(dry), 0.0), max(float(named.get(f"Fv{number}", 0.0)), 0.0)
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         model = self._links()

@@ -1,4 +1,12 @@
-"""Friction that settles after a start, as a gear warms up."""
+"""Friction that changes with the warmth of its gear: cold at the start, heated by friction itself.
+
+Robot friction follows the temperature in the joint (Carvalho Bittencourt et al., IROS 2010), which can be
+worked out from the motion where nothing measures it (Simoni, Beschi, Legnani and Visioli, IFAC 2017). Here
+the gear is a first-order store of heat, time constant T: its temperature above the surroundings is what is
+left of that at the start, exp(−t/T), and the power of friction behind the lag T. Dry and viscous friction
+change with it each by its own factor, to first order, so that they are linear in both causes. How warm the
+gear was at the start is not known, nor need the warming end within the recording.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +27,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Table
+from ident.effects.simulated import FrictionTorque, SimulatedParts, Table, Warming
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -34,27 +42,38 @@ def _make(
     row, sign, (settling,) = drive_row(robot, place), friction_sign(robot), shape
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
 
+    def warming() -> Warming:
+        return Warming(settling, *present.drive_friction(place.joints[0]))
+
     def course(time: FloatArray) -> FloatArray:
         return np.exp(-time / settling)
 
     def law(state: State) -> FloatArray:
         speed = state.velocity @ row
         fading = np.ones_like(speed) if state.time is None else course(state.time)
-        return along(row, fading * sign(speed), fading * speed)
+        warmth = warming().warmth(speed, state.time)
+        dry = sign(speed)
+        return along(row, fading * dry, fading * speed, warmth * dry, warmth * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table = Table.of(course, 0.0, _LONGEST)
-        terms = zip(values, (sign, None), strict=True)
+        table, heat = Table.of(course, 0.0, _LONGEST), warming()
+        fading = zip(values[:2], (sign, None), strict=True)
+        heated = zip(values[2:], (sign, None), strict=True)
         return SimulatedParts(
-            friction=tuple(FrictionTorque(row, v * row, form, course=table) for v, form in terms)
+            friction=(
+                *(FrictionTorque(row, v * row, form, course=table) for v, form in fading),
+                *(FrictionTorque(row, v * row, form, warming=heat) for v, form in heated),
+            )
         )
 
-    names = (f"Fc_cold{number(place)}", f"Fv_cold{number(place)}")
-    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY)), law, parts
+    names = tuple(f"{name}{number(place)}" for name in ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat"))
+    units = (torque, f"{torque}·s/{angle}", f"{torque}/W", f"{torque}·s/({angle}·W)")
+    # Oil gets thinner as it warms; dry friction has been seen to go either way.
+    return Parameters(names, units, (ANY, ANY, ANY, (-np.inf, 0.0))), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("settling_time", "s", (8.0, 25.0, 80.0, 400.0), 4.0, 2000.0, True),)
+    return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
 
 
 DRIFTING_FRICTION = Family(

@@ -63,6 +63,10 @@ class PresentModel(Protocol):
         """Constant torque on each joint (n,) that the model has, from whatever it comes."""
         ...
 
+    def drive_friction(self, drive: int) -> tuple[float, float]:
+        """Dry and viscous friction of a drive (from 0) at its output, N·m and N·m·s/rad (or N, N·s/m)."""
+        ...
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         ...

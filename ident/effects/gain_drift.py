@@ -1,4 +1,8 @@
-"""A drive gain that settles after a start: no name of the vocabulary, but a form that a residual can have."""
+"""A drive gain that changes with the motor's heat: no name of the vocabulary, but a form of a residual.
+
+The gain settles after a start, and magnets weaken as the losses of the winding, which go with the square of
+the current, warm them: to first order, with the motor as a first-order store of heat.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +20,9 @@ from ident.effects.placed import (
     drive_torque,
     each_drive,
     number,
+    torque_unit,
 )
-from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.simulated import DriveChange, SimulatedParts, warmed
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -25,20 +30,23 @@ from robots.description import Robot
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """The share of the torque that is missing, at the start and in the end."""
+    """The share of the torque that is missing, at the start and in the end; and per square of the torque."""
     drive, row, (settling,) = place.joints[0], drive_row(robot, place), shape
 
     def law(state: State) -> FloatArray:
         torque = -drive_torque(robot, present.torque(state), drive)
         course = np.ones_like(torque) if state.time is None else np.exp(-state.time / settling)
-        return along(row, course * torque, (1.0 - course) * torque)
+        heat = warmed(torque**2, state.time, settling)
+        return along(row, course * torque, (1.0 - course) * torque, heat * torque)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        # A simulation has one gain: that of the end.
+        # A simulation has one gain: that of the end, without what follows the motion.
         return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[1]),))
 
-    names = (f"gain_cold{number(place)}", f"gain_warm{number(place)}")
-    return Parameters(names, ("1", "1"), ((-0.9, 0.9), (-0.9, 0.9))), law, parts
+    names = tuple(f"{name}{number(place)}" for name in ("gain_cold", "gain_warm", "gain_heat"))
+    square = f"1/({torque_unit(robot, place)})²"
+    bounds = ((-0.9, 0.9), (-0.9, 0.9), (-np.inf, 0.0))
+    return Parameters(names, ("1", "1", square), bounds), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
+from scipy.signal import lfilter
 
 from ident.effects.friction_sign import FrictionSign
 from robots.arrays import FloatArray
@@ -70,6 +71,58 @@ SpeedLaw = FrictionSign | Bristle | Callable[[FloatArray], FloatArray] | None
 """Course over a speed: a friction sign, a bristle, a function of an array of speeds, or the speed itself."""
 
 
+@dataclass(frozen=True)
+class Warming:
+    """Heat that friction leaves in its gear: a first-order store, which takes it in and gives it off.
+
+    Warmth w in W: T dw/dt = P − w with P = (dry + viscous·|speed|)·|speed|, so w is the power that would hold
+    the gear as warm as it is. It is zero where the recording's time is zero; a recording that begins later
+    follows motions like its own.
+
+    Attributes:
+        time_constant: T, s.
+        dry, viscous: of the friction that heats, N·m and N·m·s/rad (or N and N·s/m).
+    """
+
+    time_constant: float
+    dry: float
+    viscous: float
+
+    def warmth(self, speed: FloatArray, time: FloatArray | None) -> FloatArray:
+        """(samples,) W of speeds (samples,) at evenly spaced times; zero where no time is known."""
+        return warmed(self._heat(speed), time, self.time_constant)
+
+    def at_start(self, speed: FloatArray, elapsed: float) -> float:
+        """W after so many seconds of motions like one with these speeds (samples,)."""
+        return _warm_before(self._heat(speed), elapsed, self.time_constant)
+
+    def kept(self, seconds: float) -> float:
+        """Share of a warmth that is left after some time."""
+        return float(np.exp(-seconds / self.time_constant))
+
+    def _heat(self, speed: FloatArray) -> FloatArray:
+        size = np.abs(speed)
+        return np.asarray((self.dry + self.viscous * size) * size)
+
+
+def warmed(heat: FloatArray, time: FloatArray | None, time_constant: float) -> FloatArray:
+    """What a first-order store holds of heat (samples,) that comes in at evenly spaced times: (samples,).
+
+    Nothing at time zero, and nothing where no time is known. The unit is that of the heat.
+    """
+    if time is None:
+        return np.zeros_like(heat)
+    start = _warm_before(heat, float(time[0]), time_constant)
+    if time.shape[0] < 2:
+        return np.full_like(heat, start)
+    kept = float(np.exp(-(time[1] - time[0]) / time_constant))
+    return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], heat, zi=[start])[0])
+
+
+def _warm_before(heat: FloatArray, elapsed: float, time_constant: float) -> float:
+    return float(np.mean(heat) * -np.expm1(-max(elapsed, 0.0) / time_constant))
+
+
 @dataclass(frozen=True, eq=False)
 class PositionTorque:
     """Torque against the motion, on the model's side of eq. 2: torque_row · curve(position_row · q).
@@ -102,6 +155,7 @@ class FrictionTorque:
         position_row, curve: a factor over a position, if any; both or none.
         course: a factor over time (of the recording, s), if any.
         load_row: (n,) if its size follows a load: |load_row · torque of the links|.
+        warming: if its size follows the warmth of the gear, W, which its speed heats.
     """
 
     speed_row: FloatArray
@@ -113,6 +167,7 @@ class FrictionTorque:
     curve: Table | None = None
     course: Table | None = None
     load_row: FloatArray | None = None
+    warming: Warming | None = None
 
 
 @dataclass(frozen=True)

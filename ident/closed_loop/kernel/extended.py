@@ -91,6 +91,7 @@ def start_extras(
         jacobian=np.zeros((n, n)),
         product=np.zeros((n, n)),
         load=np.zeros(n),
+        warmth=extras.warming[:, 4].copy(),
     )
 
 
@@ -301,6 +302,21 @@ def _change_strengths(
 
 
 @compiled
+def _warm_gears(
+    coordinates: IntArray, terms: FloatArray, extras: Extras, memory: Memory, v: FloatArray
+) -> None:
+    """Friction in gears that it warms: its strength now, and what its heat makes of the warmth in a step."""
+    warming, warmth, strength = extras.warming, memory.warmth, memory.strength
+    for k in range(warming.shape[0]):
+        term, speed = int(warming[k, 0]), 0.0
+        for j in range(len(coordinates)):
+            speed += terms[term, TERM_HEAD + j] * v[j]
+        strength[term] *= warmth[k]
+        heat = (warming[k, 2] + warming[k, 3] * abs(speed)) * abs(speed)
+        warmth[k] = heat + (warmth[k] - heat) * warming[k, 1]
+
+
+@compiled
 def move_with_extras(  # noqa: C901
     axes: Axes,
     coordinates: IntArray,
@@ -385,6 +401,7 @@ def move_with_extras(  # noqa: C901
             last[i] = v[i]
         _position_torques(coordinates, extras, time, q, h, arm)
         _change_strengths(axes, coordinates, extras, memory, terms, time, q, v)
+        _warm_gears(coordinates, terms, extras, memory, v)
         if bristles:
             for i in range(m):
                 work[_TRIAL, i] = v[i]

@@ -151,6 +151,9 @@ class Extras(NamedTuple):
     """(G, 6 + n + m) terms whose strength changes: term, its constant strength, tables over a position, over
     time and over the term's speed, 1 where the strength follows the load; load row (of link torques) and
     position row."""
+    warming: FloatArray
+    """(W, 5) those that follow the warmth of a gear: term, share of the warmth that a step leaves, dry
+    and viscous friction that heat, warmth at the start, W."""
     errors: FloatArray
     """(E, 1 + 2n) kinematic errors of gears: table over drive output, row of the transmission, column of its
     inverse."""
@@ -192,3 +195,5 @@ class Memory(NamedTuple):
     """(n, n)."""
     load: FloatArray
     """(n,) link torque."""
+    warmth: FloatArray
+    """(W,) of the gears, W."""

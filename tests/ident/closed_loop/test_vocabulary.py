@@ -14,7 +14,7 @@ from ident.closed_loop import simulate
 from ident.discrepancy.present import Present
 from ident.effects import RigidBody, State
 from ident.effects.placed import Family, Placed
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.vocabulary import VOCABULARY, family_named
 from robots.description import Robot
 
 STEP, EDGE = 0.00025, 400
@@ -49,10 +49,12 @@ def motion(robot: Robot, duration: float = 1.4) -> Recording:
 MOTION = motion(TX40)
 
 
-def torques(robot: Robot, effect: Placed, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def torques(
+    robot: Robot, effect: Placed, values: np.ndarray, recording: Recording = MOTION
+) -> tuple[np.ndarray, np.ndarray]:
     """What the usual model leaves of the control signals' torque, and what the effect's columns say of it."""
     model = replace(MODEL, effects=(*MODEL.effects, effect))
-    run = simulate(model, np.concatenate([PRIOR, values]), MOTION, 1)
+    run = simulate(model, np.concatenate([PRIOR, values]), recording, 1)
     q, steps = run.position[1:-1], np.diff(run.position, axis=0) / STEP
     before, after = steps[:-1], steps[1:]
     acceleration = (after - before) / STEP
@@ -82,7 +84,11 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "static_friction": [(2, None, (2.0, 0.5), 0.15), (2, None, (0.0, 2.0), 0.1)],
     "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
-    "drifting_friction": [(2, (8.0,), (0.5, 0.3), 0.005)],
+    "drifting_friction": [
+        (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
+        (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
+        (5, (2.0,), (0.2, 0.1, -0.1, -0.05), 0.005),
+    ],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
     "backlash": [(2, None, (1.0,), 0.4)],
@@ -123,3 +129,19 @@ def test_the_simulated_motion_takes_the_torque_of_the_columns(
     assert np.abs(said).max() > 0.05  # N·m: there is something to explain
     missed = np.sqrt(np.mean((left - said) ** 2, axis=0))
     assert missed.max() <= share * np.sqrt(np.mean(said**2, axis=0)).max()
+
+
+def test_a_later_recording_finds_the_gear_as_warm_as_it_leaves_it() -> None:
+    """Columns and simulation begin with the warmth that motions like this one give in the time before."""
+    place = family_named("drifting_friction").places(TX40)[2]
+    effect = family_named("drifting_friction").effect(TX40, place, (2.0,), Present(MODEL, PRIOR))
+    values = np.array([0.0, 0.0, 0.05, 0.03])
+    size = {}
+    for started in (0.0, 6.0):
+        later = replace(MOTION, time=MOTION.time + started)
+        left, said = torques(TX40, effect, values, later)
+        missed = np.sqrt(np.mean((left - said) ** 2, axis=0)).max()
+        size[started] = np.sqrt(np.mean(said**2, axis=0)).max()
+        # The mean power of the time before is that of the set-points here, of the motion there.
+        assert missed <= (0.03 if started else 0.005) * size[started]
+    assert size[6.0] > 2.0 * size[0.0]

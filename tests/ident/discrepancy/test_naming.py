@@ -97,6 +97,19 @@ def test_stribeck_friction_is_found_after_a_refit_too() -> None:
     assert found.findings[0].gap.after[2] < 0.5 * found.findings[0].gap.before[2] + found.torque.floor[2]
 
 
+def test_a_gear_that_warms_itself_is_found_with_its_time() -> None:
+    """As warm as its surroundings at the start: nothing settles, the friction follows the motion's power."""
+    heated = {"drive": 3, "time_constant": 6.0, "heating": 3.0}
+    found = search({"drifting_friction": [heated]})
+    assert named(found) == ("drifting_friction", (3,))
+    time, sigma = value(found, "settling_time")
+    assert time == pytest.approx(6.0, abs=3 * sigma)
+    assert sigma < 1.5
+    share, sigma = value(found, "Fv_heat3")
+    assert share < -5 * sigma
+    assert found.findings[0].held_out_gain > 0.9
+
+
 def test_static_friction_is_found_at_the_reversals() -> None:
     wide = {"drive": 5, "speed": 0.02, "rise": 0.3, "displacement": 4e-4}
     found = search({"static_friction": [wide]})

@@ -32,6 +32,7 @@ ENTRIES = {
     "stribeck_friction": {"drive": 3, "rise": 0.5, "speed": 0.1, "exponent": 1.0},
     "nonlinear_viscous_friction": {"drive": 3, "share": 0.5, "exponent": 0.5, "reference": 1.0},
     "load_dependent_friction": {"drive": 3, "coefficient": 0.1},
+    "drifting_friction": {"drive": 3, "time_constant": 9.0},
     "position_dependent_friction": {"drive": 3, "wave": 0.3, "order": 2.0},
     "joint_elasticity": {"drive": 3, "stiffness": 2000.0},
     "backlash": {"drive": 3, "width": 0.001},

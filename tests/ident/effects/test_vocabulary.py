@@ -150,12 +150,26 @@ def bent(position: np.ndarray, length: float) -> np.ndarray:
     return state
 
 
+def warmth(joint: int, lag: float, until: FloatArray = TIME) -> FloatArray:
+    """W: the power of a joint's described friction behind a lag, by a solver of differential equations."""
+    model = present("tx40")
+    dry, viscous = (model.standard[model.model.names.index(f"{s}{joint + 1}")] for s in ("Fc", "Fv"))
+
+    def slope(t: float, w: FloatArray) -> FloatArray:
+        speed = abs(float(at(TX40, np.array([t])).velocity[0, joint]))
+        return np.asarray((dry * speed + viscous * speed**2 - w) / lag)
+
+    run = solve_ivp(slope, (0.0, until[-1]), [0.0], t_eval=until, max_step=0.02, rtol=1e-7, atol=1e-9)
+    return np.asarray(run.y[0])
+
+
 def test_friction_over_speed() -> None:
     v = MOTION.velocity[:, 2]
     row = np.eye(6)[2]
     limit = TX40.velocity_limits[2]
     fade = np.exp(-TIME / 8.0)
     sign = SIGN(v)
+    warm = warmth(2, 8.0)
     cases = [
         (placed("viscous_friction", 2), [v]),
         (placed("coulomb_friction", 2), [sign]),
@@ -168,13 +182,38 @@ def test_friction_over_speed() -> None:
         ),
         (placed("nonlinear_viscous_friction", 2, 0.5), [sign * np.sqrt(np.abs(v) / limit), v]),
         (placed("nonlinear_viscous_friction", 2, 3.0), [sign * np.abs(v / limit) ** 3, v]),
-        (placed("drifting_friction", 2, 8.0), [fade * sign, fade * v]),
+        (placed("drifting_friction", 2, 8.0), [fade * sign, fade * v, warm * sign, warm * v]),
         (placed("rotor_inertia", 2), [MOTION.acceleration[:, 2]]),
         (placed("current_offset", 2), [np.ones_like(v)]),
     ]
     for effect, values in cases:
-        loose = 1e-3 if effect.name == "static_friction" else 1e-12
+        loose = {"static_friction": 1e-3, "drifting_friction": 0.01}.get(effect.name, 1e-12)
         np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=loose)
+
+
+def test_a_gear_is_heated_by_its_own_friction() -> None:
+    """Each gear by that of its drive, and as if it had been moved alike before a later recording began."""
+    time = np.arange(0.0, 20.0, 0.01)
+    whole = at(TX40, time)
+    effect = placed("drifting_friction", 2, 3.0)
+    heated = effect.columns(whole)[:, 2, 3] / whole.velocity[:, 2]
+    wanted = warmth(2, 3.0, time)
+    np.testing.assert_allclose(heated, wanted, atol=0.01 * wanted.max())
+    assert wanted.max() > 5.0
+    late = time >= 4.0
+    later = State(*(x[late] for x in (whole.position, whole.velocity, whole.acceleration, time)))
+    again = effect.columns(later)[:, 2, 3] / later.velocity[:, 2]
+    assert again[0] == pytest.approx(wanted[late][0], rel=0.1)
+    np.testing.assert_allclose(again, wanted[late], atol=0.1 * wanted.max())
+    still = replace(whole, velocity=np.where(np.arange(6) == 2, 0.0, whole.velocity))
+    assert not effect.columns(still).any()
+
+
+def test_where_no_time_is_known_a_gear_is_as_cold_as_at_the_start() -> None:
+    columns = placed("drifting_friction", 2, 8.0).columns(replace(MOTION, time=None))
+    v = MOTION.velocity[:, 2]
+    nothing = np.zeros_like(v)
+    np.testing.assert_allclose(columns, on_joints(np.eye(6)[2], SIGN(v), v, nothing, nothing), atol=1e-12)
 
 
 def test_friction_over_position_and_load() -> None:
