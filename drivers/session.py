@@ -108,12 +108,14 @@ class ArmSession:
         """Reset the faults of all drives, and take note that a stream ended by itself.
 
         A stream refuses to enable a drive whose fault is not reset, and nothing resets one but this. A bus
-        that failed is opened anew; every drive proves once more that it watches the master.
+        that failed is opened anew. Where a drive has started anew since the set-up, all are configured once
+        more, and a position that was attested has to be attested again.
 
         Raises:
             DriveError: a fault stays, or a drive does not notice a lost master.
         """
-        self._connection.acknowledge_faults()
+        if self._connection.acknowledge_faults():
+            self._attested = False
         self._unacknowledged = None
 
     def actual_position(self) -> FloatArray:
@@ -153,8 +155,9 @@ class ArmSession:
                 a stop takes effect.
 
         Raises:
-            DriveError: the reference is outside the limits or begins elsewhere; a drive is in fault; the last
-                stream ended by itself and was not acknowledged; a position was not attested.
+            DriveError: the reference is outside the limits or begins elsewhere; a drive is in fault or has
+                started anew; the last stream ended by itself and was not acknowledged; a position was not
+                attested.
             BusError: the bus cannot be opened, or is inside this process only.
         """
         targets = np.asarray(reference, dtype=np.float64)
@@ -164,6 +167,7 @@ class ArmSession:
         check_drive_limits(self.robot, self.units.counts(targets), self.drives)
         self._refuse_elsewhere(targets[0])
         self._connection.refuse_faults()
+        self._connection.refuse_restarted()
         job = self._job(targets, checked_period_ends(period_ends, len(targets)))
         return self._run(job, on_samples, control or StreamControl(stop))
 
@@ -180,6 +184,7 @@ class ArmSession:
         self._connection.arm()
         self._connection.release()
         result = run_stream(job, on_samples, control)
+        self._connection.note_restarts(result.restarted)
         if result.outcome in ("aborted", "fault"):
             self._unacknowledged = result.reason
         return result
@@ -228,6 +233,7 @@ class ArmSession:
             raise DriveError("homing is not allowed in this session; open it with allow_jog=True")
         axis = homing.axis(self.robot)
         self._refuse_stream()
+        self._connection.refuse_restarted()
         self._attested = False
         prepare_homing(self._connection.drives[axis], self.robot, homing)
         try:

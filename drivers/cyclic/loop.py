@@ -101,4 +101,7 @@ class Loop:
             pauses=tuple(self._follower.pauses),
             torque_unconfirmed=torque,
             rest_unconfirmed=moving,
+            restarted=tuple(
+                drive for drive, anew in zip(cycle.job.drives, cycle.exchange.booted, strict=True) if anew
+            ),
         )

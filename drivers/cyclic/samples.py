@@ -104,6 +104,9 @@ class StreamResult:
     rest_unconfirmed: tuple[str, ...] = ()
     """Drives that were not seen at rest at the end."""
 
+    restarted: tuple[str, ...] = ()
+    """Drives that have sent a boot-up message: they have lost their configuration."""
+
     @property
     def ending(self) -> str:
         """How the arm was left, in words."""

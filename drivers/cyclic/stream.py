@@ -138,7 +138,7 @@ def _result(answer: bytes, code: int, errors: IO[bytes], job: Job) -> StreamResu
         if "bus_error" in message:
             raise BusError(message["bus_error"])
         fields = message["result"]
-        lists = ("notes", "pauses", "torque_unconfirmed", "rest_unconfirmed")
+        lists = ("notes", "pauses", "torque_unconfirmed", "rest_unconfirmed", "restarted")
         return StreamResult(**fields | {name: tuple(fields[name]) for name in lists})
     errors.seek(0)
     log.error("the cyclic process failed: %s", errors.read().decode(errors="replace").strip())

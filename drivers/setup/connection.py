@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -17,12 +18,15 @@ from drivers.errors import BusError, DriveError
 from drivers.setup.drive import DriveReport, configure, refuse
 from drivers.setup.guarding import acknowledge_fault, arm, prove
 from drivers.setup.mapping import refuse_shared_cob_ids, transmitted_cob_ids
+from drivers.setup.restarts import Settings, lasting_settings, lost_setting
 from drivers.setup.sdo import SdoAccess, SdoNetwork
 from drivers.units import Units
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 log = logging.getLogger(__name__)
+
+_ACKNOWLEDGE = "acknowledge it before enabling"
 
 
 class Connection:
@@ -45,6 +49,9 @@ class Connection:
             for joint, drive in zip(robot.joint, robot.drive, strict=True)
         )
         self._proved: frozenset[int] = frozenset()
+        self._settings: tuple[Settings, ...] = ()
+        self._restarted: set[str] = set()
+        """Drives that have started anew since they were configured."""
         self._lock: BusLock | None = None
         self._network: SdoNetwork | None = None
 
@@ -79,6 +86,7 @@ class Connection:
             try:
                 if last:
                     network.nmt("PRE-OPERATIONAL")
+                self._note_boot_ups(network)
             finally:
                 network.close()
 
@@ -121,6 +129,9 @@ class Connection:
         refuse(self.reports, self._names)
         refuse_shared_cob_ids({sdo.drive: transmitted_cob_ids(sdo) for sdo in network.drives})
         self.bus_budget().check()
+        self._settings = tuple(lasting_settings(sdo) for sdo in network.drives)
+        network.booted.clear()
+        self._restarted.clear()
         self._prove_watch()
 
     def _prove_watch(self) -> None:
@@ -151,15 +162,54 @@ class Connection:
         arm(watching, self._robot.bus.master_node_id, self._budgets.watch_seconds)
         self.network().nmt("OPERATIONAL")
 
-    def acknowledge_faults(self) -> None:
-        """Reset the faults of all drives; every drive has proved then that it watches the master.
+    def acknowledge_faults(self) -> bool:
+        """Reset the faults of all drives; where one has started anew, configure all of them once more.
+
+        Every drive has proved then that it watches the master.
+
+        Returns:
+            Whether a drive has started anew.
 
         Raises:
-            DriveError: a fault stays, or a drive does not notice a lost master.
+            DriveError: a fault stays, or a drive does not notice a lost master or refuses a setting.
         """
         for sdo in self.drives:
             acknowledge_fault(sdo)
+        if restarted := self._has_restarted():
+            self._proved = frozenset()
+            self._configure()
         self._prove_watch()
+        return restarted
+
+    def note_restarts(self, names: Iterable[str]) -> None:
+        """The cyclic process has heard boot-up messages of these drives."""
+        self._restarted.update(names)
+
+    def refuse_restarted(self) -> None:
+        """Refuse to go on with a drive that has started anew since it was configured.
+
+        Raises:
+            DriveError: names the first one.
+        """
+        self._note_boot_ups(self.network())
+        for name in self._names:
+            if name in self._restarted:
+                raise DriveError(f"{name} has started anew since it was configured; {_ACKNOWLEDGE}")
+        for sdo, settings, report in zip(self.drives, self._settings, self.reports, strict=True):
+            if (lost := lost_setting(sdo, settings, report)) is not None:
+                self._restarted.add(sdo.drive)
+                raise DriveError(f"{sdo.drive} has lost its configuration ({lost}); {_ACKNOWLEDGE}")
+
+    def _has_restarted(self) -> bool:
+        try:
+            self.refuse_restarted()
+        except DriveError:
+            return bool(self._restarted)
+        return False
+
+    def _note_boot_ups(self, network: SdoNetwork) -> None:
+        pairs = zip(self._nodes, self._names, strict=True)
+        self._restarted.update(name for node, name in pairs if node in network.booted)
 
     def refuse_faults(self) -> None:
         """Refuse to go on with a drive in fault.
@@ -170,7 +220,7 @@ class Connection:
         for sdo, name in zip(self.drives, self._names, strict=True):
             state = state_of(sdo.read_int(objects.STATUSWORD))
             if state in (State.FAULT, State.FAULT_REACTION):
-                raise DriveError(f"{name} is in state {state.value!r}; acknowledge it before enabling")
+                raise DriveError(f"{name} is in state {state.value!r}; {_ACKNOWLEDGE}")
 
     def actual_position(self) -> FloatArray:
         """(n,) joint positions, rad or m (6064h).

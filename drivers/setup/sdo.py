@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
@@ -12,6 +14,9 @@ from drivers.errors import BusError, DriveError
 
 RESPONSE_TIMEOUT = 1.0
 """s; generous, because set-up is not urgent and the machine may be busy."""
+
+BOOT_UP = 0
+"""What a heartbeat carries as NMT state once, after a start (CiA 301, 7.2.8.3.3)."""
 
 _ABSENT = (0x0602_0000, 0x0609_0011)
 """Abort codes: object does not exist, subindex does not exist."""
@@ -46,6 +51,8 @@ class SdoAccess:
     def __init__(self, node: canopen.RemoteNode, drive: str) -> None:
         self.node = node
         self.drive = drive
+        self.written: dict[tuple[int, int], bytes] = {}
+        """What each object was told last, by index and subindex."""
         node.sdo.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT
 
     def read(self, index: int, subindex: int = 0) -> bytes:
@@ -83,6 +90,7 @@ class SdoAccess:
             self.node.sdo.download(index, subindex, data)
         except (SdoAbortedError, SdoCommunicationError) as error:
             raise self._failed(f"writing 0x{value:X} to", index, subindex, error) from error
+        self.written[index, subindex] = data
 
     def write_checked(self, index: int, subindex: int, value: int, size: int) -> None:
         """Write an integer and read it back.
@@ -130,10 +138,18 @@ class SdoNetwork:
         self.network.NOTIFIER_CYCLE = 0.02
         self.network.connect()
         dictionary = canopen.ObjectDictionary()
+        self.booted: set[int] = set()
+        """Node ids of the drives whose boot-up message was heard: they have lost their configuration."""
         self.drives = tuple(
             SdoAccess(self.network.add_node(canopen.RemoteNode(node, dictionary)), name)
             for node, name in zip(nodes, names, strict=True)
         )
+        for node, drive in zip(nodes, self.drives, strict=True):
+            drive.node.nmt.add_heartbeat_callback(partial(self._note, node))
+
+    def _note(self, node: int, state: int) -> None:
+        if state == BOOT_UP:
+            self.booted.add(node)
 
     def nmt(self, state: str) -> None:
         """Command each of the drives, and nobody else on the bus, into an NMT state."""

@@ -218,6 +218,16 @@ def test_quick_stop_and_loss_of_nmt_operational_stop_the_arm() -> None:
     assert (result.outcome, result.reason) == ("fault", "drive 3 left NMT operational (its heartbeat says 4)")
 
 
+def test_a_drive_that_starts_anew_is_told_by_name() -> None:
+    def boot(number: int, arm: FakeArm) -> None:
+        if number == 200:
+            arm.put(0x702, b"\x00")
+
+    result = run(boot).result
+    assert (result.outcome, result.reason) == ("fault", "drive 2 has started anew (boot-up message)")
+    assert (result.restarted, run().result.restarted) == (("drive 2",), ())
+
+
 def test_a_drive_that_stays_behind_stops_the_arm() -> None:
     def freeze(number: int, arm: FakeArm) -> None:
         arm.axes[2].frozen = number > 150
