@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import Row, insert, select, update
@@ -10,9 +10,8 @@ from sqlalchemy import Row, insert, select, update
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import checks
-from daq.catalogue.values import CheckRecord
+from daq.catalogue.values import Baseline, CheckRecord
 from daq.catalogue.who import now
-
 
 TOLD = "told"
 """Key of the details of a check: when everybody had been told of it."""
@@ -70,6 +69,21 @@ def mark_told(catalogue: Catalogue, check_id: int) -> None:
 def last_told(catalogue: Catalogue, arm_id: int) -> str:
     """The latest verdict on an arm that somebody was told; empty where nobody ever was."""
     return next((record.verdict for record in of_arm(catalogue, arm_id) if TOLD in record.details), "")
+
+
+def verdicts_of(catalogue: Catalogue, run_ids: Sequence[int]) -> dict[int, str]:
+    """The last verdict on each of several runs; those without one are left out."""
+    wanted = select(checks.c.run_id, checks.c.verdict).where(checks.c.run_id.in_(run_ids))
+    with catalogue.reading() as connection:
+        return {row.run_id: row.verdict for row in connection.execute(wanted.order_by(checks.c.id))}
+
+
+def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
+    """Models of the nights since a baseline on which nothing was found, and the baseline's own."""
+    with catalogue.reading() as connection:
+        rows = connection.execute(select(checks).where(checks.c.baseline_id == baseline.id))
+        found = [row.model_id for row in rows if row.details.get("state") == "unchanged"]
+    return frozenset(number for number in (*found, baseline.model_id) if number is not None)
 
 
 def of_run(catalogue: Catalogue, run_id: int) -> tuple[CheckRecord, ...]:

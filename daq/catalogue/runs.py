@@ -13,7 +13,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms as arms_table
 from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.schema import runs
-from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
+from daq.catalogue.values import Arm, ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
 from daq.catalogue.who import is_gone, now, this_process, user
 
 UNJUDGED = "recorded to the end, but the check ended before its verdict"
@@ -185,6 +185,20 @@ def kind_of(text: str | None) -> RunKind | None:
     if text is not None and text not in get_args(RunKind):
         raise CatalogueError(f"--kind {text}; allowed: {', '.join(get_args(RunKind))}")
     return cast("RunKind | None", text)
+
+
+def unfinished_check(catalogue: Catalogue, arm: Arm, judged: int) -> Run | None:
+    """The newest check of an arm, where it has ended without a verdict.
+
+    Args:
+        arm: which one.
+        judged: number of the run that was judged last; 0 where none was.
+    """
+    for run in every(catalogue, arm=arm.label, kind="check", limit=1):
+        if run.id > judged and run.state != "running":
+            ended = run.state == "abandoned" or run.outcome != "completed" or run.reason == UNJUDGED
+            return run if ended else None
+    return None
 
 
 def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:

@@ -78,6 +78,12 @@ class Fleet(BaseModel):
         return self
 
 
+def fleet_words(arm: FleetArm) -> str:
+    """An arm of the fleet as a person knows it."""
+    bus = " ".join(word for word in (arm.interface, arm.channel) if word) or "its own bus"
+    return f"{arm.robot} on {bus}{', simulated' if arm.simulated else ''}"
+
+
 def fleet_path() -> Path:
     """$ARMHIL_FLEET, else fleet.toml in the user's configuration folder."""
     named = os.environ.get("ARMHIL_FLEET")

@@ -263,12 +263,13 @@ def gate_picture(state: GateState, last: bool) -> Markup:
 _ICONS = {
     "good": '<circle cx="24" cy="24" r="21"/><path d="M14 25 21.5 32.5 35 17"/>',
     "switch": '<circle cx="24" cy="24" r="21"/><path d="M13 19H34L28.5 13.5M35 29H14L19.5 34.5"/>',
+    "warn": '<path d="M24 5 45 42H3Z"/><path d="M24 18v12M24 36v.5"/>',
     "bad": '<path d="M15.5 3.5h17l12 12v17l-12 12h-17l-12-12v-17z"/><path d="M16 16 32 32M32 16 16 32"/>',
     "unknown": '<circle cx="24" cy="24" r="21" stroke-dasharray="5 4"/>'
     '<path d="M18 19a6 6 0 1 1 8.5 5.5c-2 1-2.5 2-2.5 4M24 34v.5"/>',
 }
 
 
-def icon(kind: Literal["good", "switch", "bad", "unknown"]) -> Markup:
-    """The verdict's sign: a tick, two arrows, a stop octagon or a question mark."""
+def icon(kind: Literal["good", "switch", "warn", "bad", "unknown"]) -> Markup:
+    """The verdict's sign: a tick, two arrows, a warning triangle, a stop octagon or a question mark."""
     return _drawn('<svg class="icon" viewBox="0 0 48 48" aria-hidden="true">', _ICONS[kind], "</svg>")

@@ -25,9 +25,13 @@ def metrics_text(catalogue: Catalogue) -> bytes:
     p_value = gauge("p_value", "of the Wald test with the run-to-run variation")
     missed = gauge("missed_cycles", "SYNC cycles that were missed in the last run")
     age = gauge("baseline_age_seconds", "since the baseline was accepted")
+    unfinished = gauge("check_unfinished", "1 where the newest check has ended without a verdict")
     suspect = gauge("baseline_suspect", "1 where the baseline is doubted")
+    runs.settle_abandoned(catalogue)
     for arm in arms.every(catalogue):
         last = checks.of_arm(catalogue, arm.id, limit=1)
+        judged = last[0].run_id if last else 0
+        unfinished.labels(arm.label).set(float(runs.unfinished_check(catalogue, arm, judged) is not None))
         if last:
             for word in VERDICTS:
                 verdict.labels(arm.label, word).set(float(last[0].verdict == word))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,6 +16,8 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
+from daq.check.fleet import FleetFileError, fleet_words, read_fleet
+from daq.check.request import CheckError
 from daq.report.numbers import percent, significant, with_sigma
 from daq.report.pictures import icon
 from daq.report.templates import templates
@@ -22,9 +25,10 @@ from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, is_read_token
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
-from daq.service.trends import trend_of
+from daq.service.trends import ENOUGH, trend_of
 
-_SIGNS = {"ok": "good", "warning": "switch", "failed": "bad", "unknown": "unknown"}
+_MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
+_SIGNS = {"ok": "good", "warning": "warn", "failed": "bad", "unknown": "unknown"}
 _WORDS = {"ok": "fine", "warning": "warning", "failed": "failed", "unknown": "not measurable"}
 _STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
 _DAY = 86400
@@ -45,6 +49,8 @@ class ArmCard:
     checked: str
     baseline: str
     run: Run | None
+    unfinished: Run | None
+    """The newest check, where it ended without a verdict, so that the verdict shown is an older one's."""
 
 
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
@@ -52,22 +58,26 @@ def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
 
+    environment.filters |= {"whole": _whole, "ending": _ending}
+
     def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
         template = environment.get_template(f"service/{name}.html.j2")
         common = {"drive": service.drive_token is not None, "locked": service.read_token is not None}
         return HTMLResponse(template.render(**common, **content), status)
 
-    _overview(router, catalogue, page)
+    _overview(router, service, catalogue, page)
     _one_run(router, catalogue, page)
     _entrance(router, service, page)
     return router
 
 
-def _overview(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
+def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: Page) -> None:
     @router.get("/")
     def every_arm() -> HTMLResponse:
         runs.settle_abandoned(catalogue)
-        return page("arms", cards=[_card(catalogue, arm) for arm in arms.every(catalogue)])
+        fleet, problem = _fleet(service)
+        cards = [_card(catalogue, arm) for arm in arms.every(catalogue)]
+        return page("arms", cards=cards, fleet=fleet, fleet_problem=problem)
 
     @router.get("/runs")
     def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
@@ -75,7 +85,8 @@ def _overview(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
         known = [one.label for one in arms.every(catalogue)]
         chosen = arm if arm in known else ""
         found = runs.every(catalogue, arm=chosen or None, limit=200)
-        return page("runs", runs=found, arms=known, chosen=chosen)
+        verdicts = checks.verdicts_of(catalogue, [run.id for run in found])
+        return page("runs", runs=found, arms=known, chosen=chosen, verdicts=verdicts, marks=_MARKS)
 
     @router.get("/arms/{label}")
     def one_arm(label: Label, parameter: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
@@ -85,15 +96,18 @@ def _overview(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
         by_name: dict[str, list[TrendPoint]] = {}
         for point in models.trend(catalogue, arm.id):
             by_name.setdefault(point.name, []).append(point)
-        chosen = parameter if parameter in by_name else _first_choice(by_name)
+        found = checks.of_arm(catalogue, arm.id, limit=20)
+        chosen = parameter if parameter in by_name else _first_choice(by_name, found)
+        clean = frozenset[int]() if baseline is None else checks.clean_models(catalogue, baseline)
         return page(
             "arm",
             card=_card(catalogue, arm),
             baselines=baselines.of_arm(catalogue, arm.id),
-            checks=checks.of_arm(catalogue, arm.id, limit=20),
-            words=_WORDS,
-            trends=[trend_of(points, accepted, small=True) for points in by_name.values()],
-            chosen=trend_of(by_name[chosen], accepted) if chosen else None,
+            checks=found,
+            marks=_MARKS,
+            trends=[trend_of(points, accepted, clean, small=True) for points in by_name.values()],
+            chosen=trend_of(by_name[chosen], accepted, clean) if chosen else None,
+            enough=ENOUGH,
         )
 
 
@@ -174,19 +188,48 @@ def _card(catalogue: Catalogue, arm: Arm) -> ArmCard:
         _WORDS[verdict] if last else "never checked",
         icon(_SIGNS[verdict]),  # type: ignore[arg-type]
         last[0].sentence if last else "no check has been made",
-        f"{last[0].created:%Y-%m-%d %H:%M}" if last else "",
+        f"{last[0].created:%Y-%m-%d %H:%M} UTC, {_age(last[0].created)}" if last else "",
         _baseline_words(baseline),
         newest[0] if newest else None,
+        runs.unfinished_check(catalogue, arm, last[0].run_id if last else 0),
     )
+
+
+def _fleet(service: Service) -> tuple[tuple[str, ...], str]:
+    """The arms that may be driven, in words, or why there are none."""
+    if service.drive_token is None:
+        return (), ""
+    try:
+        listed = read_fleet(service.fleet).arm
+    except (FleetFileError, CheckError) as error:
+        return (), str(error)
+    return tuple(fleet_words(arm) for arm in listed), ""
+
+
+def _whole(text: str) -> str:
+    """A number and its unit are not torn apart at the end of a line."""
+    return re.sub(r"(?<=\d) (?=%|N·m\b|N\b|kg|°C|rad\b)", "\u00a0", text)
+
+
+def _ending(run: Run) -> str:
+    """How a run ended, in a word or two."""
+    return "no verdict" if run.reason == runs.UNJUDGED else run.outcome or run.state
+
+
+def _age(then: datetime) -> str:
+    hours = (datetime.now(tz=UTC) - then).total_seconds() / 3600
+    if hours < 1:
+        return "less than an hour ago"
+    if hours < 48:
+        return f"{hours:.0f} h ago"
+    return f"{hours / 24:.0f} days ago"
 
 
 def _baseline_words(baseline: Baseline | None) -> str:
     if baseline is None:
         return "none"
-    days = (datetime.now(tz=UTC) - baseline.accepted).days
-    age = "today" if days == 0 else f"{days} days ago"
     doubt = " – SUSPECT" if baseline.state == "suspect" else ""
-    return f"run {baseline.run_id}, accepted {age} by {baseline.events[0].author}{doubt}"
+    return f"run {baseline.run_id}, accepted {_age(baseline.accepted)} by {baseline.events[0].author}{doubt}"
 
 
 def _row(parameter: Any) -> tuple[str, str, str, str, str, str]:
@@ -209,6 +252,10 @@ def _verdict_view(found: Sequence[CheckRecord]) -> dict[str, Any] | None:
     }
 
 
-def _first_choice(by_name: dict[str, list[TrendPoint]]) -> str:
-    """Friction wears first."""
+def _first_choice(by_name: dict[str, list[TrendPoint]], found: Sequence[CheckRecord]) -> str:
+    """What moved most in the last check; where nothing did, friction, which wears first."""
+    moved = ((found[0].details.get("comparison") or {}).get("parameters") or ()) if found else ()
+    for parameter in moved:
+        if parameter["name"] in by_name:
+            return str(parameter["name"])
     return next((name for name in by_name if name.startswith("Fc")), next(iter(by_name), ""))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ _SIZES = {"wide": (1120, 260), "narrow": (340, 210), "small": (160, 40)}
 _LEFT, _BOTTOM, _TOP = 74, 24, 12
 BAND = 3.0
 """Half width of the accepted band in run-to-run deviations."""
+ENOUGH = 5
+"""Clean runs, the baseline's included, that show by how much the arm differs from run to run."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,8 @@ class Trend:
     Attributes:
         name, unit: of it.
         picture: inline SVG; on its own page for a wide and for a narrow window, one of which is shown.
-        low, high: of the accepted band; None where there is no baseline.
+        low, high: of the accepted band; None where there is none.
+        clean: runs that the band is made of; 0 where there is no baseline.
         points: (run, date, value, σ, whether it lies in the band) newest first, for the table.
     """
 
@@ -34,26 +37,34 @@ class Trend:
     picture: Markup
     low: float | None
     high: float | None
+    clean: int
     points: tuple[tuple[int, str, str, str, bool], ...]
 
 
-def trend_of(points: Sequence[TrendPoint], baseline_model: int | None, *, small: bool = False) -> Trend:
+def trend_of(
+    points: Sequence[TrendPoint],
+    baseline_model: int | None,
+    clean: Collection[int] = (),
+    *,
+    small: bool = False,
+) -> Trend:
     """The trend of one parameter.
 
-    The band is the baseline ± three deviations between the runs since it, never narrower than within a run.
+    The band is the baseline ± three deviations between the clean runs since it, never narrower than within a
+    run. A run on which something was found widens nothing; before there are five, there is no band.
 
     Args:
         points: of one parameter, oldest first, at least one.
         baseline_model: number of the model that counts; None where there is none.
+        clean: numbers of the models on whose nights nothing was found, the baseline's included.
         small: the picture without axes, for a list.
     """
     values = np.array([point.value for point in points])
     accepted = [k for k, point in enumerate(points) if point.model_id == baseline_model]
     low = high = None
-    if accepted:
-        since = values[accepted[0] :]
-        spread = float(np.std(since, ddof=1)) if since.size > 2 else 0.0
-        half = BAND * max(spread, points[accepted[0]].sigma)
+    usual = np.array([point.value for point in points if point.model_id in clean])
+    if accepted and usual.size >= ENOUGH:
+        half = BAND * max(float(np.std(usual, ddof=1)), points[accepted[0]].sigma)
         low, high = float(values[accepted[0]] - half), float(values[accepted[0]] + half)
     rows = tuple(
         (
@@ -67,7 +78,8 @@ def trend_of(points: Sequence[TrendPoint], baseline_model: int | None, *, small:
     )
     kinds = ("small",) if small else ("wide", "narrow")
     picture = Markup("").join(_picture(points, values, low, high, kind) for kind in kinds)
-    return Trend(points[0].name, points[0].unit, picture, low, high, rows)
+    counted = usual.size if accepted else 0
+    return Trend(points[0].name, points[0].unit, picture, low, high, counted, rows)
 
 
 def _picture(
@@ -112,7 +124,7 @@ def _picture(
             f'<text x="{left - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{significant(value)}</text>'
             for value in (bottom_value + margin, top_value - margin)
         ]
-        when = "%H:%M" if points[0].at.date() == points[-1].at.date() else "%Y-%m-%d"
+        when = "%H:%M UTC" if points[0].at.date() == points[-1].at.date() else "%Y-%m-%d"
         ends_of_time = ((left, "start", points[0]), (width - 4, "end", points[-1]))
         parts += [
             f'<text x="{place}" y="{height - 6}" text-anchor="{anchor}">{point.at.strftime(when)}</text>'

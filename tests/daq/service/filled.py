@@ -62,6 +62,7 @@ def fill(catalogue: Catalogue, folder: Path, nights: int = 12) -> str:
             "failed" if last else "ok",
             "Coulomb friction of joint 1 +20 %" if last else "nothing has moved",
             {
+                "state": "changed" if last else "unchanged",
                 "warnings": ["4 SYNC cycles were missed"] if last else [],
                 "comparison": {
                     "torque_change": [1.0],

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+from datetime import UTC, datetime, timedelta
 
+import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
+from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.values import ArmIdentity, TrendPoint
 from daq.service.app import create_app
 from daq.service.settings import Service
+from daq.service.trends import trend_of
 
 PAGES = (
     "/",
@@ -40,8 +45,8 @@ def test_every_page_stands_alone(client: TestClient, path: str) -> None:
 
 def test_arms_at_a_glance(client: TestClient) -> None:
     text = client.get("/").text
-    assert "emps-sim" in text and "failed" in text and "Coulomb friction of joint 1 +20 %" in text
-    assert "run 1, accepted today by Ada" in text
+    assert "emps-sim" in text and "failed" in text and "Coulomb friction of joint 1 +20\u00a0%" in text
+    assert "run 1, accepted less than an hour ago by Ada" in text and " UTC, less than an hour ago" in text
 
 
 def test_a_run_shows_gates_findings_and_parameters(client: TestClient) -> None:
@@ -87,6 +92,40 @@ def test_metrics(client: TestClient) -> None:
     assert 'armhil_missed_cycles{arm="emps-sim"} 0.0' in text
     assert 'armhil_baseline_suspect{arm="emps-sim"} 0.0' in text
     assert "armhil_baseline_age_seconds" in text
+    assert 'armhil_check_unfinished{arm="emps-sim"} 0.0' in text
+
+
+def test_a_check_without_a_verdict_is_no_fine_arm(client: TestClient, filled: Catalogue) -> None:
+    """The verdict on show is that of an older check, and every place says so."""
+    (arm,) = arms.every(filled)
+    identity = ArmIdentity("emps", (7,), "0" * 64, simulated=True)
+    run = runs.begin(filled, identity, "check")
+    assert "ended without a verdict" not in client.get("/").text  # it is under way
+    runs.finish(filled, run.id, "aborted", reason="the drive of joint 1 has a fault")
+    for path in ("/", f"/arms/{arm.label}"):
+        text = client.get(path).text
+        assert (
+            f'<a href="/runs/{run.id}">run {run.id}</a>) ended without a verdict; what is shown is older'
+            in text
+        )
+    assert 'armhil_check_unfinished{arm="emps-sim"} 1.0' in client.get("/metrics").text
+
+
+def test_the_band_is_of_clean_nights(client: TestClient) -> None:
+    """A night on which something was found widens nothing; a few nights make no band."""
+    at = datetime(2026, 1, 1, tzinfo=UTC)
+    values = [10.0, 10.1, 9.9, 10.05, 9.95, 20.0]
+    points = [
+        TrendPoint(
+            run_id=k, model_id=k, at=at + timedelta(days=k), name="Fc1", value=v, sigma=0.01, unit="N·m"
+        )
+        for k, v in enumerate(values)
+    ]
+    trend = trend_of(points, 0, {0, 1, 2, 3, 4})
+    assert trend.low == pytest.approx(10.0 - 3 * np.std(values[:5], ddof=1))
+    assert [inside for *_, inside in trend.points] == [False, True, True, True, True, True]
+    few = trend_of(points, 0, {0, 1, 2, 3})
+    assert (few.low, few.high, few.clean) == (None, None, 4)
 
 
 def test_rest(client: TestClient) -> None:
