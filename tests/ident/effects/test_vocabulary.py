@@ -15,6 +15,7 @@ from ident import RegressorModel
 from ident.discrepancy.present import Present
 from ident.effects import State
 from ident.effects.family import Place
+from ident.effects.gain_drift import GAIN_DRIFT
 from ident.effects.placed import Family, Placed
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
@@ -207,6 +208,23 @@ def test_a_gear_is_heated_by_its_own_friction() -> None:
     np.testing.assert_allclose(again, wanted[late], atol=0.1 * wanted.max())
     still = replace(whole, velocity=np.where(np.arange(6) == 2, 0.0, whole.velocity))
     assert not effect.columns(still).any()
+
+
+def test_a_winding_is_heated_by_the_square_of_its_torque() -> None:
+    """A gain that drifts, against a solver of differential equations; heat takes torque away."""
+    time = np.arange(0.0, 12.0, 0.02)
+    whole = at(TX40, time)
+    effect = GAIN_DRIFT.effect(TX40, Place("drive", (1,)), (3.0,), present("tx40"))
+    torque = present("tx40").torque(whole)[:, 1]
+
+    def slope(t: float, w: FloatArray) -> FloatArray:
+        return np.asarray((np.interp(t, time, torque) ** 2 - w) / 3.0)
+
+    warm = solve_ivp(slope, (0.0, time[-1]), [0.0], t_eval=time, max_step=0.02, rtol=1e-7).y[0]
+    cold, settled, heated = effect.columns(whole)[:, 1].T
+    np.testing.assert_allclose(cold + settled, -torque, atol=1e-9)
+    np.testing.assert_allclose(heated, -warm * torque, atol=0.02 * np.abs(warm * torque).max())
+    assert effect.bounds[2][1] == 0.0
 
 
 def test_where_no_time_is_known_a_gear_is_as_cold_as_at_the_start() -> None:
