@@ -12,6 +12,7 @@ HOMING: Final = 6
 """Value of 6060h for homing mode."""
 
 DEVICE_TYPE: Final = 0x1000
+SYNC_COB_ID: Final = 0x1005
 IDENTITY: Final = 0x1018
 EMCY_COB_ID: Final = 0x1014
 HEARTBEAT_CONSUMER: Final = 0x1016
@@ -56,6 +57,7 @@ SETTINGS: Final[dict[str, tuple[int, int, bool]]] = {
     "6076": (0x6076, 0, False),
     "607D:01": (0x607D, 1, True),
     "607D:02": (0x607D, 2, True),
+    "607E": (0x607E, 0, False),
     "607F": (0x607F, 0, False),
     "6080": (0x6080, 0, False),
     "6085": (0x6085, 0, False),

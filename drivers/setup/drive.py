@@ -18,6 +18,7 @@ from drivers.setup.limits import compare_limits
 from drivers.setup.mapping import map_pdos
 from drivers.setup.period import interpolation_period
 from drivers.setup.sdo import SdoAccess
+from drivers.setup.synchronisation import sync_findings
 from robots.description import Drive, Robot
 
 HEARTBEAT_MILLISECONDS = 100
@@ -121,6 +122,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
         for name, (index, subindex, signed) in objects.SETTINGS.items()
     }
     findings += _watch_findings(watches, deadline)
+    findings += sync_findings(sdo)
     findings += _standing_error(settings)
     findings += compare_limits(robot, axis, settings)
     return DriveReport(

@@ -22,6 +22,9 @@ UNLIMITED = 0xFFFF_FFFF
 LONGEST_FOLLOWING_TIME = 100
 """ms of following error that a drive may watch before it reacts (6066)."""
 
+_POSITION_POLARITY = 0x80
+"""Bit of 607E."""
+
 _STOP_NAMES = {
     "605A": "quick stop",
     "605B": "shutdown",
@@ -61,7 +64,7 @@ def compare_limits(robot: Robot, axis: int, settings: Settings) -> list[Finding]
 
 
 def _units(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
-    """608F and 6091 against encoder_counts and gear: wrong units move the arm by the wrong amount."""
+    """608F, 6091 and the sign (607E), described otherwise, move the arm by the wrong amount or way."""
     drive = robot.drive[axis]
     found = []
     counts, turns = settings.get("608F:01"), settings.get("608F:02")
@@ -85,6 +88,9 @@ def _units(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
             found.append(
                 Finding("refusal", "6091", f"the drive's gear ratio is {gear:g}, gear is {drive.gear:g}")
             )
+    if (settings.get("607E") or 0) & _POSITION_POLARITY:
+        text = "the drive turns the sign of its positions (bit 7): the description must mean it so"
+        found.append(Finding("warning", "607E", text))
     return found
 
 

@@ -145,6 +145,26 @@ def test_a_mode_that_does_not_show_is_refused(tx40: Robot, channel: Channel) -> 
         pass
 
 
+@pytest.mark.parametrize(
+    ("word", "words"),
+    [
+        (0x4000_0080, "the drive sends SYNC by itself"),
+        (0x81, "the drive waits for SYNC 0x081, the master sends 0x080"),
+        (0x2000_0080, "the drive waits for SYNC 0x20000080"),
+    ],
+)
+def test_a_drive_with_another_sync_is_refused(tx40: Robot, channel: Channel, word: int, words: str) -> None:
+    def other(group: DriveGroup) -> None:
+        group.drives[4].dictionary.set(0x1005, 0, word)
+
+    with (
+        drives(tx40, channel, other),
+        pytest.raises(DriveError, match=rf"joint_5 \(node 5\): 1005: {words}"),
+        ArmSession(tx40, channel),
+    ):
+        pass
+
+
 def test_a_fault_is_refused_until_it_is_acknowledged(tx40: Robot, channel: Channel) -> None:
     with drives(tx40, channel) as group, ArmSession(tx40, channel) as session:
         group.drives[3].fail(0x4310)

@@ -1,0 +1,29 @@
+"""Whose SYNC a drive hears, and whether it sends one of its own (CiA 301, 7.5.2.5: object 1005h)."""
+
+from __future__ import annotations
+
+from drivers.cia402 import objects
+from drivers.cyclic.layout import SYNC_COB_ID
+from drivers.setup.findings import Finding
+from drivers.setup.sdo import SdoAccess
+
+_GENERATES = 1 << 30
+_IDENTIFIER = 0x3FFF_FFFF
+"""The identifier with the bit that says whether it has 29 bits."""
+
+
+def sync_findings(sdo: SdoAccess) -> list[Finding]:
+    """A drive that makes SYNC by itself, or that waits for another one than the master's, is refused.
+
+    Raises:
+        DriveError: no answer.
+    """
+    word = sdo.read_optional(objects.SYNC_COB_ID)
+    if word is None:
+        return []
+    if word & _GENERATES:
+        return [Finding("refusal", "1005", "the drive sends SYNC by itself (bit 30): there would be two")]
+    if word & _IDENTIFIER != SYNC_COB_ID:
+        text = f"the drive waits for SYNC 0x{word & _IDENTIFIER:03X}, the master sends 0x{SYNC_COB_ID:03X}"
+        return [Finding("refusal", "1005", text)]
+    return []
