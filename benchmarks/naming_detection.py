@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import naming
+from benchmarks import naming, naming_report, naming_scores
 from benchmarks import trust_pictures as drawing
+from benchmarks.naming_report import share
 from robots.arrays import FloatArray
 
 SIZES = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
@@ -70,7 +71,7 @@ def main() -> None:
     naming.ARM, naming.PERIOD = given.arm, given.period
     if given.report is None:
         campaign(tasks(given.rounds, given.seed), given.out, given.seconds)
-    lines = [line for line in naming._lines(given.report or given.out) if "skipped" not in line]
+    lines = [line for line in naming_report.lines_of(given.report or given.out) if "skipped" not in line]
     print(report(lines))
     if given.picture:
         given.picture.write_text(picture(lines), encoding="utf-8")
@@ -89,7 +90,7 @@ def tasks(rounds: int, seed: int) -> list[tuple[str, int, float]]:
 
 def campaign(wanted: Sequence[tuple[str, int, float]], out: Path, seconds: float) -> None:
     """Run what the file does not hold yet, and append it."""
-    done = {(line["effect"], line["seed"]) for line in naming._lines(out)}
+    done = {(line["effect"], line["seed"]) for line in naming_report.lines_of(out)}
     motions = planned(out.with_suffix(".npz"))
     until = time.monotonic() + seconds
     for effect, seed, size in wanted:
@@ -112,19 +113,19 @@ def planned(path: Path) -> tuple[FloatArray, FloatArray]:
 
 def named_alone(line: dict[str, Any]) -> bool:
     """The verdict is one name, and it is the right one."""
-    return naming.right_first(line) and not line["findings"][0]["set"]
+    return naming_scores.right_first(line) and not line["findings"][0]["set"]
 
 
 def named_wrong(line: dict[str, Any]) -> bool:
     """There is a finding, and the truth is neither it nor in its set."""
-    return bool(line["findings"]) and not naming.in_set(line)
+    return bool(line["findings"]) and not naming_scores.in_set(line)
 
 
 MEASURES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "noticed (not called clean)": lambda line: line["verdict"] != "clean",
-    "right name and place first": naming.right_first,
+    "right name and place first": naming_scores.right_first,
     "right name and place, alone": named_alone,
-    "truth in the reported set": naming.in_set,
+    "truth in the reported set": naming_scores.in_set,
     "a name that is wrong": named_wrong,
 }
 
@@ -135,18 +136,18 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     rule = "|---" * (len(SIZES) + 1) + "|"
     text = [heading.format("size in noise floors, all groups"), rule]
     for words, measure in MEASURES.items():
-        cells = [naming.share(map(measure, of(lines, size))) for size in SIZES]
+        cells = [share(map(measure, of(lines, size))) for size in SIZES]
         text.append(f"| {words} | {' | '.join(cells)} |")
     text += ["", heading.format("right name and place first, by group"), rule]
     for group in GROUPS:
-        cells = [naming.share(map(naming.right_first, of(lines, size, group))) for size in SIZES]
+        cells = [share(map(naming_scores.right_first, of(lines, size, group))) for size in SIZES]
         text.append(f"| {group} | {' | '.join(cells)} |")
     return "\n".join(text) + "\n"
 
 
 def of(lines: Sequence[dict[str, Any]], size: float, group: str | None = None) -> list[dict[str, Any]]:
     """The scenarios of a size, of one group or of all."""
-    effects = naming.NAMES if group is None else GROUPS[group]
+    effects = naming_report.NAMES if group is None else GROUPS[group]
     return [line for line in lines if line["size"] == size and line["effect"] in effects]
 
 
@@ -158,8 +159,8 @@ def picture(lines: Sequence[dict[str, Any]]) -> str:
     right = drawing.Axis(SIZES[0], SIZES[-1], 590, 880, ticks, True)
     shown = {
         "noticed": MEASURES["noticed (not called clean)"],
-        "in the set": naming.in_set,
-        "right first": naming.right_first,
+        "in the set": naming_scores.in_set,
+        "right first": naming_scores.right_first,
         "wrong name": named_wrong,
     }
     body = [
@@ -172,7 +173,7 @@ def picture(lines: Sequence[dict[str, Any]]) -> str:
     ]
     every = {name: (measure, list(lines)) for name, measure in shown.items()}
     by_group = {
-        group: (naming.right_first, [line for line in lines if line["effect"] in effects])
+        group: (naming_scores.right_first, [line for line in lines if line["effect"] in effects])
         for group, effects in GROUPS.items()
     }
     for across, curves in ((left, every), (right, by_group)):

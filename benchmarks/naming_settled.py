@@ -25,7 +25,8 @@ from typing import Any
 import numpy as np
 
 import robots
-from benchmarks import naming
+from benchmarks import naming, naming_report, naming_scores
+from benchmarks.naming_report import share
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
@@ -72,7 +73,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.report is None:
         campaign(tasks(given.scenarios, given.seed, given.arms), given.out, time.monotonic() + given.seconds)
-    print(report(naming._lines(given.report or given.out)))
+    print(report(naming_report.lines_of(given.report or given.out)))
 
 
 def tasks(scenarios: int, seed: int, arms: Sequence[str]) -> list[tuple[str, str, int]]:
@@ -85,7 +86,7 @@ def tasks(scenarios: int, seed: int, arms: Sequence[str]) -> list[tuple[str, str
 
 def campaign(wanted: Sequence[tuple[str, str, int]], out: Path, until: float) -> None:
     """Run what the file does not hold yet, and append it."""
-    done = {line["seed"] for line in naming._lines(out)}
+    done = {line["seed"] for line in naming_report.lines_of(out)}
     for arm, effect, seed in wanted:
         if seed in done:
             continue
@@ -193,18 +194,18 @@ def was_ambiguous(line: dict[str, Any]) -> bool:
 
 def truth_in_set(line: dict[str, Any]) -> bool:
     """The first search's set holds the truth."""
-    return naming.in_set(line | line["rounds"][0])
+    return naming_scores.in_set(line | line["rounds"][0])
 
 
 def resolved(line: dict[str, Any], rounds: int = ROUNDS) -> bool:
     """After so many motions the truth is named, alone."""
     last = line["rounds"][: rounds + 1][-1]
-    return last["verdict"] == "named" and naming.right_first(line | last)
+    return last["verdict"] == "named" and naming_scores.right_first(line | last)
 
 
 def wrongly(line: dict[str, Any]) -> bool:
     """At the end the truth is neither named nor in the set."""
-    return not naming.in_set(line | line["rounds"][-1])
+    return not naming_scores.in_set(line | line["rounds"][-1])
 
 
 def said(line: dict[str, Any]) -> bool:
@@ -219,22 +220,22 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     held = [line for line in first if truth_in_set(line)]
     left = [line for line in held if not resolved(line)]
     per_arm = [
-        f"| the same, {arm} | {naming.share(resolved(line) for line in held if line['arm'] == arm)} |"
+        f"| the same, {arm} | {share(resolved(line) for line in held if line['arm'] == arm)} |"
         for arm in EFFECTS
     ]
     sizes: list[float] = [1 + len(line["rounds"][0]["findings"][0]["set"]) for line in held]
     text = [
         "| figure | value |",
         "|---|---|",
-        f"| searches that end with a set on the poor motion | {naming.share(map(was_ambiguous, whole))} |",
+        f"| searches that end with a set on the poor motion | {share(map(was_ambiguous, whole))} |",
         f"| mean size of those sets | {np.mean(sizes or [np.nan]):.2f} |",
-        f"| the truth in the set | {naming.share(map(truth_in_set, first))} |",
-        f"| **sets that hold the truth, settled to the truth alone** | {naming.share(map(resolved, held))} |",
+        f"| the truth in the set | {share(map(truth_in_set, first))} |",
+        f"| **sets that hold the truth, settled to the truth alone** | {share(map(resolved, held))} |",
         *per_arm,
-        f"| the same after one motion | {naming.share(resolved(line, 1) for line in held)} |",
-        f"| of all sets, settled to the truth alone | {naming.share(map(resolved, first))} |",
-        f"| at the end the truth neither named nor in the set | {naming.share(map(wrongly, held))} |",
-        f"| not settled, and told what settles it without motion | {naming.share(map(said, left))} |",
+        f"| the same after one motion | {share(resolved(line, 1) for line in held)} |",
+        f"| of all sets, settled to the truth alone | {share(map(resolved, first))} |",
+        f"| at the end the truth neither named nor in the set | {share(map(wrongly, held))} |",
+        f"| not settled, and told what settles it without motion | {share(map(said, left))} |",
         "",
         "| hidden | sets | settled to it | otherwise |",
         "|---|---|---|---|",

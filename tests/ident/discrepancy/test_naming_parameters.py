@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import robots
-from benchmarks import naming
+from benchmarks import naming_report
 from benchmarks.naming_parameters import compared, coverage
+from benchmarks.naming_scores import both_in_set, both_named
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
 from ident.effects.vocabulary import family_named
@@ -129,9 +130,22 @@ def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: 
     clean = line | {"kind": "clean", "findings": [], "explainable": [[0.3, 0.4], [0.3, 0.4]], "compared": {}}
     lines = [line, clean, clean | {"explainable": [[0.6, 0.0], [0.6, 0.0]]}]
     file.write_text("".join(json.dumps(one) + "\n" for one in lines), encoding="utf-8")
-    text = naming.report(file)
+    text = naming_report.report(file)
     assert "| gap of clean arms in floors, all joints, median | 0.55 |" in text
     assert "where a fifth of it is no less than that | 0 % [0, 79] of 1 |" in text
     assert "where named right | 0 % [0, 79] of 1 |" in text
     assert "joints taken together | 100 % [21, 100] of 1 |" in text
     assert "| payload: M_payload | 100 % [21, 100] of 1 |" in text
+
+
+def test_a_pair_counts_as_reported_where_both_are_found_or_in_a_set() -> None:
+    def line(findings: list[dict[str, object]]) -> dict[str, object]:
+        return {"effect": "time_delay+payload", "axes": [[5], []], "findings": findings}
+
+    lag = {"effect": "current_loop_lag", "joints": [5], "set": [[["time_delay"], [[5]]]]}
+    other = {"effect": "payload", "joints": [], "set": []}
+    elsewhere = {"effect": "time_delay", "joints": [4], "set": []}
+    together = {"effect": "rotor_inertia", "joints": [5], "set": [[["time_delay", "payload"], [[5], []]]]}
+    assert both_in_set(line([lag, other])) and not both_named(line([lag, other]))
+    assert both_in_set(line([together]))
+    assert not both_in_set(line([elsewhere, other])) and not both_in_set(line([lag]))
