@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
@@ -13,7 +12,7 @@ from scipy.signal import lfilter
 
 from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun
-from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
+from ident.closed_loop.torque_parts import TorqueParts
 from ident.discrepancy.loop import (
     COARSE,
     FINE,
@@ -24,12 +23,12 @@ from ident.discrepancy.loop import (
     repeated,
     sample_of,
     settled,
-    with_bristles,
 )
+from ident.discrepancy.loop_parts import sharp_robot, sharpened, simulated_parts
 from ident.discrepancy.present import Present
 from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.scene import Scene, without_drift
-from ident.effects import Effect, FrictionSign, State
+from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
@@ -51,12 +50,6 @@ _WHOLE = ("joint_elasticity", "backlash", "saturation")
 """Effects whose size is in their shape: their factor is 1."""
 _REST, _REST_SPEED = 0.1, 0.002
 """s of a drive below this share of its speed limit are a rest."""
-_LENGTHS = (2e-6, 1e-5, 5e-5, 2.5e-4)
-"""rad (or m) over which dry friction builds up in gears that are sound."""
-_FLAT = 1e-6
-"""A bend of a logarithm of losses that tells nothing."""
-_NEARER = (1.8, 1.25)
-"""Steps, nearer and nearer, of the points beside the best one so far."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +91,7 @@ class LoopEvidence:
     def twin(self, effect: PlacedEffect) -> Placed:
         """The effect on an arm whose friction has an exact sign."""
         return family_named(effect.name).effect(
-            _sharp_robot(self.robot), effect.place, effect.shape, self.present
+            sharp_robot(self.robot), effect.place, effect.shape, self.present
         )
 
     def respond(self, effect: PlacedEffect) -> FloatArray | None:
@@ -263,62 +256,6 @@ def _drifts(effect: Placed) -> bool:
     return depends_on_time(effect.simulated(np.ones(len(effect.parameter_names))))
 
 
-def _sharp_robot(robot: Robot) -> Robot:
-    settings = robot.identification.model_copy(update={"friction_sign": "sign"})
-    return robot.model_copy(update={"identification": settings})
-
-
-def sharpened(model: RegressorModel) -> RegressorModel:
-    """The model with exact friction signs."""
-    robot = _sharp_robot(model.robot)
-    return RegressorModel(robot, tuple(_sharp(effect, robot) for effect in model.effects))
-
-
-def _sharp(effect: Effect, robot: Robot) -> Effect:
-    if isinstance(effect, Placed):
-        raise TypeError("a placed effect needs its present model")
-    changed: Any = effect
-    if is_dataclass(effect):
-        for item in fields(changed):
-            if isinstance(getattr(effect, item.name), FrictionSign):
-                changed = replace(changed, **{item.name: FrictionSign("sign", 0.0)})
-    sharp: Effect = changed
-    return sharp
-
-
-def simulated_parts(
-    loop: Loop, base: BaseParameters, standard: FloatArray, lengths: FloatArray
-) -> TorqueParts:
-    """A model with its standard parameters (p,) as the simulation takes it."""
-    model = base.model
-    usual = [effect for effect in model.effects if not isinstance(effect, Placed)]
-    plain = sum(len(effect.parameter_names) for effect in usual)
-    structure = _structure(loop, model, tuple(usual))
-    parts = with_bristles(structure.parts(standard[:plain]), lengths, loop.robot)
-    start = plain
-    for effect in model.effects[len(usual) :]:
-        end = start + len(effect.parameter_names)
-        assert isinstance(effect, Placed)
-        twin = family_named(effect.name).effect(
-            _sharp_robot(loop.robot), effect.place, effect.shape, Present(model, standard)
-        )
-        parts = added(parts, bristled(twin.simulated(standard[start:end]), lengths, loop.robot))
-        start = end
-    return parts
-
-
-_STRUCTURES: dict[int, tuple[Loop, ModelStructure]] = {}
-
-
-def _structure(loop: Loop, model: RegressorModel, usual: tuple[Effect, ...]) -> ModelStructure:
-    kept = _STRUCTURES.get(id(loop))
-    if kept is None or kept[0] is not loop:
-        _STRUCTURES.clear()
-        kept = (loop, ModelStructure(sharpened(RegressorModel(model.robot, usual))))
-        _STRUCTURES[id(loop)] = kept
-    return kept[1]
-
-
 def loop_evidence(
     loop: Loop, base: BaseParameters, beta: FloatArray, lengths: FloatArray
 ) -> tuple[LoopEvidence, FloatArray, FloatArray]:
@@ -368,39 +305,3 @@ def _motion(loop: Loop, scene: Scene, run: SimulatedRun) -> State:
         scene.recording.time[index],
         torque[index],
     )
-
-
-def presliding(loop: Loop, base: BaseParameters, beta: FloatArray) -> FloatArray:
-    """(n,) the pre-sliding way that goes best with the recordings, one for all drives.
-
-    A drive whose friction builds up more slowly than that of the others is a finding: it has no way of its
-    own here, and the median is not moved by it. Drives count by how surely they tell their way.
-
-    Raises:
-        IdentificationError: the loop cannot be simulated with these parameters.
-    """
-    standard = base.standard_from(beta, base.model.prior())
-    grid = np.array(_LENGTHS)
-    for step in (*_NEARER, 1.0):
-        losses = []
-        for length in grid:
-            parts = simulated_parts(loop, base, standard, np.full(loop.robot.n, length))
-            left = loop.measured() - loop.torque(loop.run(parts, FINE))
-            losses.append(np.sum(left**2, axis=0))
-        best = [_lowest(np.log(grid), np.log(loss)) for loss in np.array(losses).T]
-        points, weights = np.array(best).T
-        length = float(np.exp(np.quantile(points, 0.5, weights=weights, method="inverted_cdf")))
-        grid = length * np.array([1.0 / step, 1.0, step])
-    return np.full(loop.robot.n, length)
-
-
-def _lowest(points: FloatArray, values: FloatArray) -> tuple[float, float]:
-    """Where the parabola through the lowest value and its neighbours is lowest, and how sharply it bends.
-
-    The bend is that of a log likelihood: its root goes as one over the standard deviation of the place.
-    """
-    k = int(np.clip(np.argmin(values), 1, points.size - 2))
-    curve = np.polyfit(points[k - 1 : k + 2], values[k - 1 : k + 2], 2)
-    if curve[0] <= _FLAT:
-        return float(points[int(np.argmin(values))]), float(np.sqrt(_FLAT))
-    return float(np.clip(-0.5 * curve[1] / curve[0], points[0], points[-1])), float(np.sqrt(curve[0]))

@@ -15,7 +15,8 @@ from ident.base import BaseParameters
 from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
 from ident.discrepancy.gap import Gap
 from ident.discrepancy.loop import Loop
-from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence, presliding
+from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence
+from ident.discrepancy.presliding import presliding
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
