@@ -17,7 +17,7 @@ from drivers.bus.budget import BusBudget
 from drivers.bus.channel import Channel
 from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
 from drivers.cyclic.requests import StreamControl
-from drivers.cyclic.samples import StreamResult
+from drivers.cyclic.samples import ENDED_BY_ITSELF, StreamResult
 from drivers.cyclic.stream import OnSamples, run_stream
 from drivers.errors import BusError, DriveError
 from drivers.motion.envelope import check_drive_limits, check_envelope, checked_period_ends
@@ -26,6 +26,7 @@ from drivers.setup.attestation import attest, refuse_unattested
 from drivers.setup.connection import Connection
 from drivers.setup.drive import DriveReport
 from drivers.setup.homing import Homing, end_homing, prepare_homing
+from drivers.setup.lockout import Lockout
 from drivers.units import Units
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -66,6 +67,7 @@ class ArmSession:
         self._connection = Connection(robot, self.channel, self._budgets)
         self._allow_jog = allow_jog
         self._attested = False
+        self._lockout = Lockout(self.channel)
         self._unacknowledged: str | None = None
 
     def open(self) -> None:
@@ -101,8 +103,11 @@ class ArmSession:
 
     @property
     def unacknowledged(self) -> str | None:
-        """Why the last stream ended, where it ended by itself and nobody has acknowledged that yet."""
-        return self._unacknowledged
+        """Why the last stream ended, where it ended by itself and nobody has acknowledged that yet.
+
+        On a bus of real drives that holds for later sessions, too: see :mod:`drivers.setup.lockout`.
+        """
+        return self._unacknowledged or self._lockout.reason
 
     def acknowledge_faults(self) -> None:
         """Reset the faults of all drives, and take note that a stream ended by itself.
@@ -116,6 +121,7 @@ class ArmSession:
         """
         if self._connection.acknowledge_faults():
             self._attested = False
+        self._lockout.lift()
         self._unacknowledged = None
 
     def actual_position(self) -> FloatArray:
@@ -174,10 +180,11 @@ class ArmSession:
     def _refuse_stream(self) -> None:
         if self.channel.interface == "virtual":
             raise BusError(f"{self.channel} lives inside one process; a stream needs a bus between processes")
-        if self._unacknowledged is not None:
-            raise DriveError(
-                f"the last stream ended by itself ({self._unacknowledged}); acknowledge it first"
-            )
+        self._refuse_unacknowledged()
+
+    def _refuse_unacknowledged(self) -> None:
+        if (reason := self.unacknowledged) is not None:
+            raise DriveError(f"the last stream ended by itself ({reason}); acknowledge it first")
 
     def _run(self, job: Job, on_samples: OnSamples, control: StreamControl) -> StreamResult:
         """Hand the bus to the cyclic process until the drives are disabled."""
@@ -185,8 +192,9 @@ class ArmSession:
         self._connection.release()
         result = run_stream(job, on_samples, control)
         self._connection.note_restarts(result.restarted)
-        if result.outcome in ("aborted", "fault"):
+        if result.outcome in ENDED_BY_ITSELF:
             self._unacknowledged = result.reason
+            self._lockout.keep(result.reason)
         return result
 
     def jog(

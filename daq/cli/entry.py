@@ -12,6 +12,7 @@ import typer
 from typer.exceptions import TyperException
 
 from daq.cli import (
+    acknowledge,
     baseline,
     check,
     commission,
@@ -49,7 +50,7 @@ __all__ = ["app", "main"]
 # Importing one of these adds its command to the app; groups and order are those of the help.
 GROUPS = {
     "From an arm to a model": (demo, identify, diagnose, gain, controller),
-    "Driving an arm": (plan, home, jog, commission, run),
+    "Driving an arm": (plan, home, jog, commission, run, acknowledge),
     "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
     "Recordings": (import_, export, recover),

@@ -52,6 +52,12 @@ class Channel:
     def __str__(self) -> str:
         return f"{self.interface}:{self.name}"
 
+    @property
+    def only_simulated(self) -> bool:
+        """Whether no real drive can be on it: it leads nowhere outside this machine."""
+        virtual_device = self.interface == "socketcan" and self.name.startswith(("vcan", "vxcan"))
+        return virtual_device or self.interface in ("udp_multicast", "virtual")
+
     def group_and_port(self) -> tuple[str, int]:
         """The multicast group and the UDP port of a ``udp_multicast`` channel."""
         group, colon, port_text = self.name.partition(":")

@@ -22,8 +22,9 @@ from drivers.cyclic.exchange import receive_cob_ids
 from drivers.cyclic.job import Job
 from drivers.cyclic.loop import Loop
 from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import StreamResult
+from drivers.cyclic.samples import ENDED_BY_ITSELF, StreamResult
 from drivers.errors import BusError
+from drivers.setup.lockout import Lockout
 
 
 class _Termination:
@@ -57,6 +58,9 @@ def run(job: Job, ring: Ring) -> StreamResult:
         loop = Loop(job, bus, ring, lambda: os.getppid() == job.parent, terminated)
         began = time.monotonic(), time.process_time()
         result = loop.run()
+        if result.outcome in ENDED_BY_ITSELF:
+            # The parent notes it as well, where it still lives.
+            Lockout(job.channel).keep(result.reason)
         share = (time.process_time() - began[1]) / max(time.monotonic() - began[0], 1e-9)
         return replace(result, notes=(*refused, *result.notes), cpu_share=share)
 

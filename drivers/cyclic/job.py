@@ -59,8 +59,7 @@ class Budgets:
         this machine, which a busy processor delays, and whose time goes by SYNCs. Waiting for them costs
         nothing but punctuality.
         """
-        virtual_device = channel.interface == "socketcan" and channel.name.startswith(("vcan", "vxcan"))
-        if channel.interface == "udp_multicast" or virtual_device:
+        if channel.only_simulated and channel.interface != "virtual":
             return cls(
                 receive_seconds=0.1,
                 missed_in_a_row=round(_PROCESS_STALL / cycle_time),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 Outcome = Literal["completed", "stopped", "aborted", "fault"]
+ENDED_BY_ITSELF: Final[tuple[Outcome, ...]] = ("aborted", "fault")
+"""Nobody asked for the end: somebody has to acknowledge it before anything moves again."""
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,11 @@ from daq.identification import identify
 from drivers import ArmSession, Channel
 from drivers.simulated import SimulatedArm
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.captures import record_cycles
 
 COMMANDS = (
+    "acknowledge",
     "baseline",
     "check",
     "commission",
@@ -77,18 +79,12 @@ Armhil = Callable[..., Answer]
 
 
 @pytest.fixture
-def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Armhil:
+def armhil(armhil: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Armhil:
     """Calls the command line in this process, inside an empty folder."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert isinstance(leaving.value.code, int)
-        return Answer(leaving.value.code, printed.out, printed.err)
+        return Answer(*armhil(*arguments))
 
     return call
 

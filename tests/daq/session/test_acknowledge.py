@@ -1,0 +1,86 @@
+"""armhil acknowledge: what stands is shown and asked for, then faults and the note of the last motion go."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import robots
+from daq.cli import entry as cli
+from daq.session.acknowledgement import acknowledge
+from daq.session.session_error import NotMoved
+from drivers import ArmSession, Channel, DriveError
+from drivers.setup.lockout import Lockout
+from tests.drivers.setup.test_setup import drives
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A bus of real drives, as far as the note is concerned, in a folder of its own."""
+    monkeypatch.setattr(Channel, "only_simulated", False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_a_note_outlives_the_session_and_keeps_the_next_one_from_moving(folder: Path) -> None:
+    robot, channel = robots.load("emps"), Channel("virtual", "noted")
+    Lockout(channel).keep("following error of drive 1 is 1234 counts")
+    with drives(robot, channel):
+        with ArmSession(robot, channel) as session:
+            assert session.unacknowledged == "following error of drive 1 is 1234 counts"
+        asked: list[tuple[str, ...]] = []
+        with pytest.raises(NotMoved, match="not acknowledged"):
+            acknowledge(robot, channel, lambda standing: bool(asked.append(standing)))
+        assert asked == [("the last motion ended by itself: following error of drive 1 is 1234 counts",)]
+        assert acknowledge(robot, channel, lambda standing: True)
+        assert not acknowledge(robot, channel, lambda standing: False), "nothing stands any more"
+        with ArmSession(robot, channel) as session:
+            assert session.unacknowledged is None
+    assert list(folder.glob("armhil-lockout-*")) == []
+
+
+def test_a_session_that_ends_by_itself_leaves_the_note(folder: Path) -> None:
+    channel = Channel("virtual", "refused")
+    Lockout(channel).keep("no TPDO from drive 1")
+    session = ArmSession(robots.load("emps"), channel)
+    with pytest.raises(DriveError, match=r"ended by itself \(no TPDO from drive 1\); acknowledge it first"):
+        session._refuse_unacknowledged()
+
+
+def test_simulated_drives_leave_no_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for text in ("udp_multicast:239.74.1.1", "virtual:here", "socketcan:vcan0", "socketcan:vxcan1"):
+        Lockout(Channel.parse(text)).keep("anything")
+        assert Lockout(Channel.parse(text)).reason is None
+    Lockout(Channel.parse("socketcan:can0")).keep("anything")
+    assert Lockout(Channel.parse("socketcan:can0")).reason == "anything"
+    assert Lockout(Channel.parse("socketcan:can1")).reason is None
+    assert [path.name for path in tmp_path.iterdir()] == ["armhil-lockout-socketcan-can0.txt"]
+
+
+def test_the_command_resets_a_fault(
+    new_channel: Callable[[], Channel], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot, channel = robots.load("emps"), new_channel()
+    command = ["armhil", "acknowledge", "emps", "--channel", channel.name]
+
+    def call(*options: str) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", [*command, *options])
+        with pytest.raises(SystemExit) as exit_:
+            cli.main()
+        said = capsys.readouterr()
+        return int(exit_.value.code or 0), said.out + said.err
+
+    with drives(robot, channel) as group:
+        group.drives[0].fail(0x4310)
+        code, said = call()
+        assert code == 2 and "give --yes where nobody can answer" in said
+        assert "is in state 'fault'" in said and "0x4310" in said
+        assert group.drives[0].machine.state.name == "FAULT"
+        code, said = call("--yes")
+        assert code == 0 and "Acknowledged; no drive is in fault." in said
+        assert group.drives[0].machine.state.name == "SWITCH_ON_DISABLED"
+        assert call() == (0, "Nothing stands to be acknowledged.\n")
