@@ -21,7 +21,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.year_nights import Bench, Nights, bench, run_nights
 from benchmarks.year_picture import Panel, write_picture
+from daq.check.residual import ENOUGH, Grown, grown_of
 from ident.drift import Comparison, DriftSettings, Geometry, Night, compare
+from robots.arrays import FloatArray
 
 WEAR_PER_WEEK = 0.01
 MASS = 0.2
@@ -65,6 +67,32 @@ def judge(
     return found
 
 
+def residual_warnings(torque_rms: FloatArray, clean: Sequence[bool]) -> list[tuple[int, Grown]]:
+    """Nights on which the check says that the model leaves more of the torque than on any clean night before.
+
+    Args:
+        torque_rms: (N, n) night by night; the first is the baseline's.
+        clean: (N,) whether the comparison found nothing on that night.
+    """
+    found = []
+    teaches = np.array(clean)
+    for k in range(1, len(torque_rms)):
+        grown = grown_of(torque_rms[:k][teaches[:k]], tuple(torque_rms[k]))
+        if grown:
+            found.append((k, grown))
+            teaches[k] = False
+    return found
+
+
+def largest_growth(torque_rms: FloatArray, clean: Sequence[bool]) -> dict[str, float]:
+    """How near a year came to the warning: the largest ratio while little is known, and later."""
+    few, later = [0.0], [0.0]
+    for k in range(1, len(torque_rms)):
+        before = torque_rms[:k][np.asarray(clean[:k])]
+        (later if len(before) >= ENOUGH else few).append(float((torque_rms[k] / before.max(axis=0)).max()))
+    return {"few": max(few), "later": max(later)}
+
+
 def changes(first: int, after: int) -> dict[str, tuple[str, int | None, dict[int, Mapping[str, Any]]]]:
     """Scenario in words → effect, joint, and what the arm has besides by day."""
     days = range(first, first + after)
@@ -93,36 +121,59 @@ def outcome(words: str, effect: str, joint: int | None, found: Sequence[Comparis
 
 
 def run_year(
-    seed: int, nights: int, after: int, settings: DriftSettings, made: Bench | None = None
+    seed: int,
+    nights: int,
+    after: int,
+    settings: DriftSettings,
+    made: Bench | None = None,
+    tested: int = 0,
 ) -> dict[str, Any]:
-    """One arm: a year without a change, and each change from a fifth of the year on."""
+    """One arm: a year without a change, and each change from a fifth of the year on.
+
+    Args:
+        seed: of the arm and its year.
+        nights: without a change.
+        after: nights with each change; the changes are left out where 0.
+        settings: of the comparison.
+        made: the arm; drawn from the seed where None.
+        tested: the revised test is made on every night whose number it divides; on none where 0.
+    """
     made = made or bench(seed)
     start = max(nights // 5, settings.learning_nights + 3)
-    year = as_nights(run_nights(made, range(max(nights, start)), seed, {}))
-    clean = judge(year, made.geometry, settings)
-    false = [year[k + 1].label for k, one in enumerate(clean) if one.state == "changed"]
+    found = run_nights(made, range(max(nights, start)), seed, {}, tested=tested)
+    year = as_nights(found)
+    quiet = judge(year, made.geometry, settings)
+    clean = [True, *(one.state == "unchanged" for one in quiet)]
+    told = residual_warnings(found.torque_rms, clean)
     panels, outcomes = [], []
-    for words, (effect, joint, besides) in changes(start, after).items():
+    for words, (effect, joint, besides) in changes(start, after).items() if after else ():
         later = as_nights(run_nights(made, range(start, start + after), seed, besides))
         together = [*year[:start], *later]
-        found = judge(together, made.geometry, settings, start)
-        result = outcome(words, effect, joint, found)
+        compared = judge(together, made.geometry, settings, start)
+        result = outcome(words, effect, joint, compared)
         outcomes.append(result)
         panels.append(Panel.of(words, effect, joint, together, start, result.delay, made.geometry))
     return {
         "seed": seed,
-        "nights": len(clean),
-        "false_alarms": false,
+        "nights": len(quiet),
+        "false_alarms": [night.label for night, fine in zip(year, clean, strict=True) if not fine],
+        "residual_warnings": [{"night": night, "grown": grown} for night, grown in told],
+        "residual_largest": largest_growth(found.torque_rms, clean),
+        "tested": len(found.verdict) - found.verdict.count(""),
+        "instruments_invalid": found.verdict.count("instruments_invalid"),
+        "torque_rms": found.torque_rms.tolist(),
         "changes": [asdict(one) for one in outcomes],
         "panels": panels,
     }
 
 
 def rate_words(alarms: int, nights: int, settings: DriftSettings) -> str:
-    """False alarms a year, with the one-sided 95 % bound of a Poisson count."""
+    """Events a year, with the exact 95 % interval of a Poisson count and the one-sided bound."""
     years = nights / settings.nights_per_year
-    bound = float(stats.chi2.isf(0.05, 2 * (alarms + 1))) / 2.0
-    return f"{alarms / years:.2f} a year per arm, at most {bound / years:.2f} (95 %)"
+    low = float(stats.chi2.ppf(0.025, 2 * alarms)) / 2.0 if alarms else 0.0
+    high, bound = (float(stats.chi2.isf(tail, 2 * (alarms + 1))) / 2.0 for tail in (0.025, 0.05))
+    interval = f"95 %: {low / years:.2f} to {high / years:.2f}, one-sided at most {bound / years:.2f}"
+    return f"{alarms / years:.2f} a year per arm ({interval})"
 
 
 def main() -> None:
@@ -130,13 +181,16 @@ def main() -> None:
     parser.add_argument("--nights", type=int, default=300)
     parser.add_argument("--after", type=int, default=21)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1], help="of the arms")
+    parser.add_argument(
+        "--tested", type=int, default=0, help="revised test on every night whose number it divides"
+    )
     parser.add_argument("--picture", type=Path, default=None)
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args()
     settings = DriftSettings()
     years = []
     for seed in given.seeds:
-        year = run_year(seed, given.nights, given.after, settings)
+        year = run_year(seed, given.nights, given.after, settings, tested=given.tested)
         panels = year.pop("panels")
         if given.picture is not None and not years:
             write_picture(given.picture, panels)
@@ -145,9 +199,16 @@ def main() -> None:
             text = json.dumps(years, indent=2, ensure_ascii=False)
             given.json.write_text(text + "\n", encoding="utf-8")
     nights = sum(year["nights"] for year in years)
-    alarms = sum(len(year["false_alarms"]) for year in years)
+    for year in years:
+        year.pop("torque_rms")
     print(json.dumps(years, indent=2, ensure_ascii=False))
-    print(f"{alarms} alarms in {nights} nights without a change: {rate_words(alarms, nights, settings)}")
+    for what, count in (
+        ("alarms", sum(len(year["false_alarms"]) for year in years)),
+        ("warnings of a grown residual", sum(len(year["residual_warnings"]) for year in years)),
+    ):
+        print(f"{count} {what} in {nights} nights without a change: {rate_words(count, nights, settings)}")
+    closed, tested = (sum(year[key] for year in years) for key in ("instruments_invalid", "tested"))
+    print(f"{closed} of {tested} nights on which the revised test was made: instruments invalid")
 
 
 if __name__ == "__main__":

@@ -33,12 +33,16 @@ class Nights:
         celsius: (N,) temperature that was recorded, °C.
         values: (N, b) base parameters.
         covariance: (N, b, b) within the run.
+        torque_rms: (N, n) of what the model leaves of each joint's torque, N·m.
+        verdict: (N,) of the revised test; empty where it was not made.
     """
 
     day: FloatArray
     celsius: FloatArray
     values: FloatArray
     covariance: FloatArray
+    torque_rms: FloatArray
+    verdict: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,22 @@ def run_nights(
     changes: Mapping[int, Mapping[str, Any]],
     *,
     nights: int = 400,
+    tested: int = 0,
 ) -> Nights:
-    """Simulate and identify the nights ``days``; ``changes`` is what the arm has besides on each."""
+    """Simulate and identify the nights ``days``.
+
+    Args:
+        made: the arm.
+        days: which nights.
+        seed: of the hall and of the noise.
+        changes: what the arm has besides on each.
+        nights: of the hall.
+        tested: the revised test, which takes longer, is made on nights whose number it divides; on none
+            where 0.
+    """
     room, gears, recorded = hall(nights, seed)
     days = list(days)
-    values, covariances = [], []
+    values, covariances, left, verdicts = [], [], [], []
     for day in days:
         drift = [
             {"drive": j + 1, "start": float(gears[day]), "ambient": float(room[day])}
@@ -101,10 +116,35 @@ def run_nights(
         ]
         scenario = Scenario.from_dict({"drifting_friction": drift, **changes.get(day, {})})
         recording = _run(made.robot, made.truth, made.reference, scenario, 1000 * seed + day + 1)
-        fitted = identify(made.robot, (recording,), options=Options("ls"))
+        with_test = bool(tested) and day % tested == 0
+        fitted = identify(made.robot, (recording,), options=Options("auto" if with_test else "ls"))
         values.append(fitted.least_squares.beta)
         covariances.append(fitted.least_squares.covariance)
-    return Nights(np.array(days, dtype=float), recorded[days], np.array(values), np.array(covariances))
+        left.append(fitted.result.least_squares.torque_rms)
+        verdicts.append(fitted.result.test.verdict if with_test else "")
+    return Nights(
+        np.array(days, dtype=float),
+        recorded[days],
+        np.array(values),
+        np.array(covariances),
+        np.array(left),
+        tuple(verdicts),
+    )
+
+
+def recorded_night(
+    robot: Robot, truth: PlantTruth, reference: FloatArray, room: float, gears: float, seed: int
+) -> Recording:
+    """One night without a change.
+
+    Args:
+        robot, truth: the arm.
+        reference: (N, n) of the accepted trajectory.
+        room, gears: their warmth above the reference temperature, K.
+        seed: of the noise.
+    """
+    drift = [{"drive": j + 1, "start": float(gears), "ambient": float(room)} for j in range(robot.n)]
+    return _run(robot, truth, reference, Scenario.from_dict({"drifting_friction": drift}), seed)
 
 
 def _run(robot: Robot, truth: PlantTruth, reference: FloatArray, scenario: Scenario, seed: int) -> Recording:

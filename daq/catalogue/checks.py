@@ -82,7 +82,8 @@ def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     """Models of the nights since a baseline on which nothing was found, and the baseline's own."""
     with catalogue.reading() as connection:
         rows = connection.execute(select(checks).where(checks.c.baseline_id == baseline.id))
-        found = [row.model_id for row in rows if row.details.get("state") == "unchanged"]
+        kept = [row for row in rows if row.details.get("state") == "unchanged"]
+        found = [row.model_id for row in kept if not row.details.get("grown")]
     return frozenset(number for number in (*found, baseline.model_id) if number is not None)
 
 

@@ -89,7 +89,7 @@ def print_baselines(console: Console, label: str, found: tuple[Baseline, ...]) -
         for event in one.events:
             page = f", {event.report}" if event.report else ""
             what = f"{event.state.replace('_', ' ')} by {event.author}: {event.reason}{page}"
-            said = f"  {event.at:%Y-%m-%d %H:%M} {what}"
+            said = f"  {event.at:%Y-%m-%d %H:%M} UTC {what}"
             console.print(escape(said), soft_wrap=True, highlight=False)
 
 

@@ -16,7 +16,7 @@ from daq.check.carried import lost_words
 from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.check.residual import Grown, grown_residuals, grown_words
+from daq.check.residual import GROWN_JOINTS, Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
@@ -69,11 +69,12 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     findings: tuple[str, ...] = ()
     if compared is not None and request.search and (grown or _is_unexplained(compared)):
         findings = _searched(request, recorded, baseline, steps)
-    verdict, sentence = _verdict(compared, fitted, recorded.run, findings)
+    verdict, sentence = _verdict(compared, fitted, recorded.run, grown, findings)
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
     details = _details(request, recorded, sha256, compared, warnings, findings)
+    details[GROWN_JOINTS] = [joint for joint, _ in grown]
     kept = checks.add(
         catalogue,
         recorded.run,
@@ -148,7 +149,7 @@ def _searched(
 
 
 def _verdict(
-    compared: Comparison | None, fitted: Fitted, run: int, findings: tuple[str, ...]
+    compared: Comparison | None, fitted: Fitted, run: int, grown: Grown, findings: tuple[str, ...]
 ) -> tuple[Verdict, str]:
     if compared is None:
         return (
@@ -162,6 +163,8 @@ def _verdict(
         return (Verdict.FAILED if compared.large else Verdict.WARNING), said
     if findings:
         return Verdict.WARNING, said
+    if grown:
+        return Verdict.WARNING, f"{grown_words(grown)[0]}; {said}"
     if fitted.result.test.verdict == "instruments_invalid":
         return Verdict.WARNING, f"the model does not explain the arm (instruments invalid); {said}"
     return Verdict.OK, said

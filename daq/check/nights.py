@@ -11,6 +11,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.carried import carried_over
 from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256
+from daq.check.residual import found_nothing
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings, Night, compare, geometry_of
 
@@ -58,7 +59,7 @@ def night_of(catalogue: Catalogue, model: Model, record: CheckRecord | None) -> 
         values=np.array([parameter.value for parameter in model.parameters]),
         covariance=model.covariance,
         celsius=None if celsius is None else np.array(celsius, dtype=np.float64),
-        clean=record is None or record.details.get("state") == "unchanged",
+        clean=record is None or found_nothing(record),
         label=f"run {run.id} ({run.started:%Y-%m-%d})",
     )
 

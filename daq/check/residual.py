@@ -6,7 +6,7 @@ import numpy as np
 
 from daq.catalogue import checks, models
 from daq.catalogue.database import Catalogue
-from daq.catalogue.values import Baseline, Model
+from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
 from robots.arrays import FloatArray
 
@@ -14,6 +14,9 @@ ENOUGH = 5
 """Nights, the baseline's included, that show by how much the residual differs from night to night."""
 GROWN, GROWN_OF_FEW = 1.3, 2.0
 """Times the largest before; of fewer nights than enough more is asked for."""
+
+GROWN_JOINTS = "grown"
+"""Key of the details of a check: joints whose residual torque had grown."""
 
 Grown = tuple[tuple[int, float], ...]
 """Joints, from 1, and how many times as large their residual torque is as on any clean night before."""
@@ -33,11 +36,16 @@ def grown_residuals(
     before = [models.get(catalogue, baseline.model_id).torque_rms]
     for record in checks.of_arm(catalogue, baseline.arm_id):
         same_motion = record.details.get(TRAJECTORY_SHA256) == trajectory_sha256
-        clean = record.baseline_id == baseline.id and record.details.get("state") == "unchanged"
+        clean = record.baseline_id == baseline.id and found_nothing(record)
         if record.model_id not in (None, tonight.id) and clean and same_motion:
             before.append(models.get(catalogue, int(record.model_id or 0)).torque_rms)
     joints = len(tonight.torque_rms)
     return grown_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
+
+
+def found_nothing(record: CheckRecord) -> bool:
+    """Whether a night may teach what is usual: nothing had moved and no residual had grown."""
+    return record.details.get("state") == "unchanged" and not record.details.get(GROWN_JOINTS)
 
 
 def grown_of(before: FloatArray, tonight: tuple[float, ...]) -> Grown:

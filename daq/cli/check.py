@@ -111,6 +111,7 @@ def check(
     from daq.check.terminal import print_check, print_fleet
     from daq.files.run_folder import make_run_folder
     from daq.notify.notify import notify_of
+    from daq.notify.settings import read_notify
     from daq.session.cell import cell_of
     from daq.session.recorded_runs import unconducted
     from ident.drift import DriftSettings
@@ -122,6 +123,8 @@ def check(
     if everyone == (robot is not None):
         raise CheckError("give one ROBOT, or --all for the fleet")
     refuse_given(context, OF_ONE_ARM if everyone else OF_A_FLEET, everyone)
+    if notify is not None:
+        read_notify(notify)  # a mistake in it is told before anything moves
     with Catalogue() as catalogue:
         if everyone:
             done = check_fleet(
@@ -138,6 +141,8 @@ def check(
                 search=search,
             )
             for result in done.results:
+                for warning in result.warnings:
+                    say(f"WARNING: {result.arm}: {warning}")
                 notify_of(result, catalogue, notify)
             if as_json:
                 print_json(done.as_json())

@@ -116,8 +116,9 @@ def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
     def one_run(number: Number) -> HTMLResponse:
         run = run_of(catalogue, number)
         of_run = models.of_run(catalogue, run.id)
-        model = of_run[-1] if of_run else None
         verdicts = checks.of_run(catalogue, run.id)
+        judged = verdicts[-1].model_id if verdicts else None  # a search keeps another model after it
+        model = next((one for one in of_run if one.id == judged), of_run[-1] if of_run else None)
         return page(
             "run",
             run=run,

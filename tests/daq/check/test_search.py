@@ -11,7 +11,9 @@ import pytest
 from daq.catalogue import arms, baselines, checks, findings
 from daq.catalogue.database import Catalogue
 from daq.check import check as check_module
+from daq.check import residual
 from daq.check.check import run_check
+from daq.check.nights import nights_since
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import grown_of
 from daq.progress import Silent
@@ -69,6 +71,28 @@ def test_a_new_effect_is_searched_for_and_named(check: Check, url: str, tmp_path
         assert newest.details["findings"] == list(found.findings) and newest.baseline_id is not None
         again = check(catalogue)
         assert again.previous == "failed" and again.verdict is Verdict.OK  # a bad night teaches nothing
+
+
+def test_a_grown_residual_is_a_warning_on_every_night_that_has_it(
+    check: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A night with it teaches nothing, neither the residual nor the charts."""
+    with Catalogue() as catalogue:
+        first = check(catalogue)
+        baselines.accept(catalogue, first.model, "Ada", "first", None)
+        assert check(catalogue).verdict is Verdict.OK
+        monkeypatch.setattr(residual, "GROWN_OF_FEW", 0.5)
+        for _ in range(2):
+            found = check(catalogue)
+            assert found.verdict is Verdict.WARNING
+            assert found.sentence.startswith("the model leaves more of the torque than on any night before")
+            assert checks.of_run(catalogue, found.run)[0].details["grown"] == [1]
+        baseline = found.baseline
+        assert baseline is not None
+        sha256 = str(checks.of_run(catalogue, found.run)[0].details["trajectory_sha256"])
+        names = found.fitted.base.names
+        assert [n.clean for n in nights_since(catalogue, baseline, sha256, names)] == [True, False, False]
+        assert len(checks.clean_models(catalogue, baseline)) == 2
 
 
 def test_a_residual_has_grown_only_beyond_all_nights_before() -> None:
