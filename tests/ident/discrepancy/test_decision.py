@@ -35,13 +35,13 @@ def test_a_form_without_a_name_is_no_half_of_a_pair() -> None:
     robot = robots.load("tx40")
     trials = (
         _trial(robot, family_named("viscous_friction"), 0, 0, 1),
-        _trial(robot, GAIN_DRIFT, 1, 1, 2),
-        _trial(robot, family_named("coulomb_friction"), 2, 3, 1),
+        _trial(robot, GAIN_DRIFT, 1, 1, 3),
+        _trial(robot, family_named("coulomb_friction"), 2, 4, 1),
     )
     # The drift of the gain explains most, dry friction on another drive least.
-    products = np.array([60.0, 70.0, 70.0, 40.0])
-    columns = np.eye(4, dtype=np.float32)
-    library = Library(trials, np.eye(4), products, columns)
+    products = np.array([60.0, 70.0, 70.0, -70.0, 40.0])
+    columns = np.eye(5, dtype=np.float32)
+    library = Library(trials, np.eye(5), products, columns)
     found = _best_pair(library, best_per_place(singles(library, products, 1000)), 1000)
     assert [sorted(trial.family.name for trial in pair.trials) for pair in found] == [
         ["coulomb_friction", "viscous_friction"]
