@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from itertools import count
@@ -14,12 +13,10 @@ import pytest
 import sqlalchemy
 
 from daq.catalogue.database import Catalogue
-from daq.cli import entry as cli
+from tests.daq.calls import Call
 from tests.daq.catalogue.postgres import NoPostgres, server
 
 _DATABASES = count()
-
-Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="session")
@@ -59,23 +56,6 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 def catalogue(url: str) -> Iterator[Catalogue]:
     with Catalogue(url) as opened:
         yield opened
-
-
-@pytest.fixture
-def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    """Calls the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert "Traceback" not in printed.out + printed.err
-        assert isinstance(leaving.value.code, int)
-        return leaving.value.code, printed.out, printed.err
-
-    return call
 
 
 @pytest.fixture

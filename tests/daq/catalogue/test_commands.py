@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -28,10 +27,9 @@ from daq.recording.recorder import Recorder
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.captures import facts, outcome
 from tests.daq.identification.test_identify_command import back_and_forth, samples_of
-
-Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,8 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.diagnosed_again import DIAGNOSE
 from daq.catalogue.rerun_choice import chosen_analysis
 from daq.catalogue.values import RunKind
+from tests.daq.calls import Call
 from tests.daq.catalogue.entries import identity
-
-Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture

@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 import json
-import sys
 import tomllib
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from daq.cli import entry as cli
 from robots import Controller, Robot
+from tests.daq.calls import Call
 from tests.daq.payload_captures import GAIN_ERROR, write_payload_captures
-
-Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def controller(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["armhil", "controller", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert isinstance(leaving.value.code, int)
-        return leaving.value.code, printed.out, printed.err
-
-    return call
+def controller(armhil: Call) -> Call:
+    """Calls ``armhil controller``."""
+    return partial(armhil, "controller")
 
 
 def test_the_published_law_of_emps(controller: Call, shared_data: Path) -> None:

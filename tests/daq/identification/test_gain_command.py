@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from daq.cli import entry as cli
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.payload_captures import GAIN_ERROR, PAYLOAD, write_payload_captures
-
-Gain = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def gain(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Gain:
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["armhil", "gain", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert isinstance(leaving.value.code, int)
-        return leaving.value.code, printed.out, printed.err
-
-    return call
+def gain(armhil: Call) -> Call:
+    """Calls ``armhil gain``."""
+    return partial(armhil, "gain")
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +25,7 @@ def files(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
     return write_payload_captures(emps, tmp_path_factory.mktemp("payload"))
 
 
-def test_the_true_gain_is_found(gain: Gain, files: tuple[Path, Path, Path], emps: Robot) -> None:
+def test_the_true_gain_is_found(gain: Call, files: tuple[Path, Path, Path], emps: Robot) -> None:
     unloaded, loaded, payload = files
     code, out, err = gain(unloaded, "--loaded", loaded, "--payload", payload, "--json")
     assert code == 0
@@ -51,7 +41,7 @@ def test_the_true_gain_is_found(gain: Gain, files: tuple[Path, Path, Path], emps
     assert "Drive gains" in words and "gain_relative_uncertainty" in words
 
 
-def test_captures_that_are_interchanged_are_refused(gain: Gain, files: tuple[Path, Path, Path]) -> None:
+def test_captures_that_are_interchanged_are_refused(gain: Call, files: tuple[Path, Path, Path]) -> None:
     unloaded, loaded, payload = files
     code, _, err = gain(loaded, "--loaded", unloaded, "--payload", payload)
     assert code == 2
@@ -81,7 +71,7 @@ def test_captures_that_are_interchanged_are_refused(gain: Gain, files: tuple[Pat
     ],
 )
 def test_a_payload_that_cannot_be(
-    gain: Gain, files: tuple[Path, Path, Path], tmp_path: Path, old: str, new: str, said: str
+    gain: Call, files: tuple[Path, Path, Path], tmp_path: Path, old: str, new: str, said: str
 ) -> None:
     unloaded, loaded, _ = files
     assert old in PAYLOAD
@@ -93,7 +83,7 @@ def test_a_payload_that_cannot_be(
     assert line.startswith("armhil: ") and said in line
 
 
-def test_files_and_options_that_are_missing(gain: Gain, files: tuple[Path, Path, Path]) -> None:
+def test_files_and_options_that_are_missing(gain: Call, files: tuple[Path, Path, Path]) -> None:
     unloaded, loaded, payload = files
     code, _, err = gain(unloaded, "--payload", payload)
     assert code == 2 and "--loaded" in err

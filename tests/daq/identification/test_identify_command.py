@@ -13,7 +13,6 @@ import numpy as np
 import pinocchio
 import pytest
 
-from daq.cli import entry as cli
 from daq.files.model_file import read_model
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
@@ -24,6 +23,7 @@ from ident import RegressorModel, base_parameters
 from ident.base import random_states
 from robots import Robot
 from robots.standard import link_parameter_names
+from tests.daq.calls import Call
 from tests.daq.captures import facts, outcome
 
 SECONDS = 4.0
@@ -31,19 +31,16 @@ Identify = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture
-def identify(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Identify:
+def identify(armhil: Call) -> Identify:
     """Calls ``armhil identify … --json`` in this process and returns the object that it printed."""
 
     def call(*arguments: object) -> dict[str, Any]:
-        monkeypatch.setattr(sys, "argv", ["armhil", "identify", *map(str, arguments), "--json"])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        assert leaving.value.code in {0, 1}, printed.err
-        result: dict[str, Any] = json.loads(printed.out)
+        code, out, err = armhil("identify", *arguments, "--json")
+        assert code in {0, 1}, err
+        result: dict[str, Any] = json.loads(out)
         # A model that must not be trusted is a warning.
-        assert (leaving.value.code == 1) == (result["test"]["verdict"] == "instruments_invalid")
-        return result | {"stderr": printed.err}
+        assert (code == 1) == (result["test"]["verdict"] == "instruments_invalid")
+        return result | {"stderr": err}
 
     return call
 
@@ -273,54 +270,35 @@ def test_essential_parameters(identify: Identify, capture: Path) -> None:
     ],
 )
 def test_an_option_that_cannot_be_is_refused(
-    option: tuple[str, str],
-    said: str,
-    capture: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    option: tuple[str, str], said: str, capture: Path, armhil: Call
 ) -> None:
-    monkeypatch.setattr(sys, "argv", ["armhil", "identify", str(capture), *option])
-    with pytest.raises(SystemExit) as leaving:
-        cli.main()
-    assert leaving.value.code == 2
-    assert capsys.readouterr().err.splitlines()[-1] == f"armhil: {said}"
+    code, _, err = armhil("identify", capture, *option)
+    assert code == 2
+    assert err.splitlines()[-1] == f"armhil: {said}"
 
 
 @pytest.mark.parametrize("option", [("--method", "consistent"), ("--urdf", "arm.urdf")])
 def test_without_its_solver_the_consistent_fit_is_refused_at_once(
-    option: tuple[str, str],
-    capture: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    option: tuple[str, str], capture: Path, monkeypatch: pytest.MonkeyPatch, armhil: Call
 ) -> None:
     monkeypatch.setitem(sys.modules, "cvxpy", None)
-    monkeypatch.setattr(sys, "argv", ["armhil", "identify", str(capture), *option])
-    with pytest.raises(SystemExit) as leaving:
-        cli.main()
-    assert leaving.value.code == 2
-    assert capsys.readouterr().err.splitlines()[-1] == (
+    code, _, err = armhil("identify", capture, *option)
+    assert code == 2
+    assert err.splitlines()[-1] == (
         "armhil: the physically consistent fit needs cvxpy; install it with: pip install 'armhil[consistent]'"
     )
 
 
 def test_the_arms_own_urdf_is_never_overwritten(
-    capture: Path,
-    tmp_path: Path,
-    emps: Robot,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capture: Path, tmp_path: Path, emps: Robot, armhil: Call
 ) -> None:
     arm = tmp_path / "arm"
     shutil.copytree(emps.folder, arm)
     before = (arm / emps.urdf).read_bytes()
     urdf = str(arm / emps.urdf)
-    monkeypatch.setattr(
-        sys, "argv", ["armhil", "identify", str(capture), "--robot", str(arm), "--urdf", urdf]
-    )
-    with pytest.raises(SystemExit) as leaving:
-        cli.main()
-    assert leaving.value.code == 2
-    assert "is the arm's own description; allowed: another file" in capsys.readouterr().err
+    code, _, err = armhil("identify", capture, "--robot", arm, "--urdf", urdf)
+    assert code == 2
+    assert "is the arm's own description; allowed: another file" in err
     assert (arm / emps.urdf).read_bytes() == before
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from daq.cli import entry
+from tests.daq.calls import Call
 
 
 @dataclass(frozen=True)
@@ -34,18 +33,12 @@ SMALL = ("--evaluations", 60, "--searches", 1, "--workers", 1, "--duration", 4)
 
 
 @pytest.fixture
-def plan(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Plan:
+def plan(armhil: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Plan:
     """Calls ``armhil plan`` inside an empty folder; a short search unless it says otherwise."""
     monkeypatch.chdir(tmp_path)
 
     def call(robot: object, *arguments: object) -> Answer:
         search = () if "--check" in arguments else SMALL
-        monkeypatch.setattr(sys, "argv", ["armhil", "plan", *map(str, (robot, *search, *arguments))])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as leaving:
-            entry.main()
-        printed = capsys.readouterr()
-        assert isinstance(leaving.value.code, int)
-        return Answer(leaving.value.code, printed.out, printed.err)
+        return Answer(*armhil("plan", robot, *search, *arguments))
 
     return call

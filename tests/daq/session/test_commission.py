@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ import pytest
 import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
-from daq.cli import entry as cli
 from daq.doctor_check import Check
 from daq.progress import Silent
 from daq.recording.reader import read_capture
@@ -33,6 +31,7 @@ from daq.session.streaming import Nobody
 from daq.session.warm_up import MOST, SHARE, warm_up
 from drivers import Channel, listen_for_traffic
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.session.motions import order, refusing, there_and_back, written
 from trajectories import Trajectory
 
@@ -169,16 +168,12 @@ def test_the_command_is_dry_unless_told(
     emps: Robot,
     channel: Channel,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    armhil: Call,
 ) -> None:
-    def call(*options: object) -> tuple[object, dict[str, Any] | None, str]:
+    def call(*options: object) -> tuple[int, dict[str, Any] | None, str]:
         arguments = ["commission", "emps", "--channel", channel.name, "--json", *options]
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        return leaving.value.code, json.loads(printed.out) if printed.out else None, printed.err
+        code, out, err = armhil(*arguments)
+        return code, json.loads(out) if out else None, err
 
     motion = written(tmp_path, emps, there_and_back(emps, distance=0.01))
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "a")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,7 +16,6 @@ import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_arm
-from daq.cli import entry as cli
 from daq.progress import Silent
 from daq.session.attestation import attested_words, keep_attestation, last_attestation
 from daq.session.home import HomeRequest, home, searches_of
@@ -28,6 +26,7 @@ from drivers import Channel, DriveError
 from drivers.simulated import SimulatedArm
 from robots import Robot
 from robots.arrays import FloatArray
+from tests.daq.calls import Call
 from tests.daq.catalogue.entries import identity
 from tests.daq.session.motions import order
 
@@ -188,16 +187,11 @@ def test_the_command(
     emps: Robot,
     bench: Channel,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    armhil: Call,
 ) -> None:
-    def call(*options: object) -> tuple[object, str, str]:
+    def call(*options: object) -> tuple[int, str, str]:
         arguments = ["home", "emps", "--channel", bench.name, "--out", tmp_path, *options]
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        return leaving.value.code, printed.out, printed.err
+        return armhil(*arguments)
 
     told = "somebody has to look at the arm; give --stands-at where nobody can answer"
     code, _, err = call("--yes")

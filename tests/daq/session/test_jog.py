@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ from hypothesis import strategies as st
 import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
-from daq.cli import entry as cli
 from daq.progress import Silent
 from daq.recording.reader import read_capture
 from daq.session.cell import cell_of
@@ -28,6 +26,7 @@ from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from drivers import Channel
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.session.motions import order, refusing
 from tests.daq.session.test_cell import BESIDE, POST
 from trajectories import Trajectory
@@ -144,16 +143,11 @@ def test_the_command(
     emps: Robot,
     bench: Channel,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    armhil: Call,
 ) -> None:
-    def call(*options: object) -> tuple[object, str, str]:
+    def call(*options: object) -> tuple[int, str, str]:
         arguments = ["jog", "emps", "--joint", "1", "--channel", bench.name, "--speed", "0.1", *options]
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        return leaving.value.code, printed.out, printed.err
+        return armhil(*arguments)
 
     code, _, err = call("--by", "-5mm", "--out", tmp_path / "a")
     told = "asks before the arm moves; give --yes where nobody can answer"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +17,6 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_capture
 from daq.catalogue.values import ArmMismatch, LeaseHeld
 from daq.catalogue.who import user
-from daq.cli import entry as cli
 from daq.files.trajectory_file import trajectory_text
 from daq.progress import Silent
 from daq.recording.reader import read_capture
@@ -33,6 +31,7 @@ from daq.session.states import Conduct, SessionState, Wish
 from daq.session.streaming import Nobody, period_ends
 from drivers import Channel, Samples, StreamResult
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.catalogue.entries import identity
 from tests.daq.session.motions import order, refusing, there_and_back, written
 from trajectories import Trajectory
@@ -168,20 +167,15 @@ def test_the_command_refuses_asks_approaches_and_records(
     emps: Robot,
     bench: Channel,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    armhil: Call,
 ) -> None:
     motion = there_and_back(emps, distance=-0.022)
     beside = Trajectory.sampled(motion.motion.parts[1], emps.bus.cycle_time, family="ruckig")  # type: ignore[attr-defined]
     path = written(tmp_path, emps, beside)
 
-    def call(*options: object) -> tuple[object, str, str]:
+    def call(*options: object) -> tuple[int, str, str]:
         arguments = ["run", "emps", path, "--channel", bench.name, *options]
-        monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
-        with pytest.raises(SystemExit) as leaving:
-            cli.main()
-        printed = capsys.readouterr()
-        return leaving.value.code, printed.out, printed.err
+        return armhil(*arguments)
 
     code, _, err = call("--out", tmp_path / "a", "--yes")
     assert code == 2 and "give --approach to go there slowly" in err.splitlines()[-1]
