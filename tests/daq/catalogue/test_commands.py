@@ -29,7 +29,7 @@ from drivers.simulated.truth import draw_truth
 from robots import Robot
 from tests.daq.calls import Call
 from tests.daq.captures import facts, outcome
-from tests.daq.identification.test_identify_command import back_and_forth, samples_of
+from tests.daq.identification.test_identify_command import back_and_forth
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def recorded(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pat
     for seed, path in zip((2, 3), paths, strict=True):
         run = simulate_offline(emps, draw_truth(emps, seed), back_and_forth(emps))
         with Recorder(path, emps, facts(emps, emps.bus.cycle_time)) as recorder:
-            recorder.write(samples_of(run, emps.n))
+            recorder.write(run.samples())
             recorder.finish(outcome(len(run.cycle)))
     return paths
 
@@ -287,7 +287,7 @@ def with_serials(emps: Robot, path: Path, serial: int) -> Path:
     drives = json.dumps([{"joint": 1, "node": 1, "vendor": 2, "product": 3, "serial": serial}])
     run = simulate_offline(emps, draw_truth(emps, 2), back_and_forth(emps))
     with Recorder(path, emps, {**known, RUN: {**known[RUN], "drives": drives}}) as recorder:
-        recorder.write(samples_of(run, emps.n))
+        recorder.write(run.samples())
         recorder.finish(outcome(len(run.cycle)))
     return path
 
