@@ -38,6 +38,7 @@ class Scene:
         moving: rows × joints, away from reversals and standstills.
         time: (rows,) s, of the rows.
         period: samples of the full rate per period of the trajectory, None where it does not repeat.
+        settings: of filters and decimation.
     """
 
     recording: Recording
@@ -49,8 +50,17 @@ class Scene:
     moving: BoolArray
     time: FloatArray
     period: int | None
-    decimation: int
-    decimation_filter: DecimationFilter
+    settings: Identification
+
+    @property
+    def decimation(self) -> int:
+        """Samples per row."""
+        return self.settings.decimation
+
+    @property
+    def decimation_filter(self) -> DecimationFilter:
+        """Before the samples between rows are left out."""
+        return self.settings.decimation_filter
 
     @property
     def rows(self) -> int:
@@ -108,8 +118,7 @@ def make_scene(
         moving=_moving(robot, measured, recording.sample_time, settings),
         time=kept_time[decimate_index(kept_time.shape[0], settings.decimation)],
         period=period,
-        decimation=settings.decimation,
-        decimation_filter=settings.decimation_filter,
+        settings=settings,
     )
 
 
