@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from drivers.simulated import PlantTruth
+from drivers.simulated.plant import STEP_RATE
 from robots import Robot
 
 Entry = Mapping[str, Any]
@@ -183,6 +184,12 @@ def _torsion(hidden: Hidden) -> dict[str, float]:
     return {"stiffness": stiffness, "preload": -stiffness * hidden.entry.get("centre", 0.0)}
 
 
+def _lag(hidden: Hidden) -> dict[str, float]:
+    """Mean delay of the plant's lag, which goes on in steps, each with the current at its end: T − h/2 + …"""
+    step = 1.0 / STEP_RATE
+    return {"lag": step / float(np.expm1(step / hidden.entry["time_constant"]))}
+
+
 def _delay(hidden: Hidden) -> dict[str, float]:
     return {"delay": hidden.entry.get("position", 0.0) - hidden.entry.get("torque", 0.0)}
 
@@ -218,7 +225,7 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "torque_ripple": _ripple("ripple", "amplitude", 6.0),
     "saturation": lambda h: {"torque_limit": h.entry["limit"] * abs(float(h.robot.gains[h.axis]))},
     "rotor_inertia": lambda h: {"dIa": h.entry["change"]},
-    "current_loop_lag": lambda h: {"lag": h.entry["time_constant"]},
+    "current_loop_lag": _lag,
     "payload": _payload,
     "gravity_spring": _torsion,
     "base_tilt": lambda h: {"tilt_x": h.entry.get("roll", 0.0), "tilt_y": h.entry.get("pitch", 0.0)},
