@@ -22,14 +22,11 @@ from daq.progress import Steps
 from daq.recording.capture import file_sha256
 from daq.recording.recorder import Recorder
 from daq.session.motions import read_trajectory
-from drivers import Samples
 from drivers.simulated import draw_truth, load_scenario, simulate_offline
 from drivers.simulated.group import serial_number
 from drivers.simulated.scenario import EMPTY
 from robots import Robot
 from trajectories import plan
-
-_OPERATION_ENABLED = 0x1237
 
 
 def write_motion(robot: Robot, folder: Path, duration: float, evaluations: int = 300) -> Path:
@@ -67,20 +64,9 @@ def record_offline(request: CheckRequest, steps: Steps, watcher: object, conduct
         scenario=EMPTY if order.scenario is None else load_scenario(order.scenario),
         seed=order.noise_seed,
     )
-    rows, joints = simulated.position.shape
-    samples = Samples(
-        cycle=simulated.cycle,
-        time=simulated.time,
-        reference=simulated.reference,
-        position=simulated.position,
-        control_signal=simulated.control_signal,
-        statusword=np.full((rows, joints), _OPERATION_ENABLED, dtype=np.uint16),
-        complete=np.ones((rows, joints), dtype=np.bool_),
-        lateness=np.zeros(rows),
-    )
     with Recorder(path, robot, run_facts(robot, {"kind": "simulated"}, trajectory, ())) as recorder:
-        recorder.write(samples)
-        recorder.finish({"outcome": "completed", "reason": "", "cycles": str(rows)})
+        recorder.write(simulated.samples())
+        recorder.finish({"outcome": "completed", "reason": "", "cycles": str(len(simulated.cycle))})
     runs.finish(catalogue, run.id, "completed", capture_sha256=file_sha256(path))
-    celsius = None if request.celsius is None else (request.celsius,) * joints
+    celsius = None if request.celsius is None else (request.celsius,) * robot.n
     return Recorded(arms.register(catalogue, identity), run.id, path, celsius)
