@@ -20,7 +20,7 @@ from drivers.cyclic.requests import StreamControl
 from drivers.cyclic.samples import ENDED_BY_ITSELF, StreamResult
 from drivers.cyclic.stream import OnSamples, run_stream
 from drivers.errors import BusError, DriveError
-from drivers.motion.envelope import check_drive_limits, check_envelope, checked_period_ends
+from drivers.motion.envelope import check_drive_limits, check_envelope, check_start, checked_period_ends
 from drivers.motion.jog import JOG_SHARE, ignore_samples, jog_path
 from drivers.setup.attestation import attest, refuse_unattested
 from drivers.setup.connection import Connection
@@ -171,7 +171,7 @@ class ArmSession:
         self._refuse_stream()
         refuse_unattested(self.robot, self._attested)
         check_drive_limits(self.robot, self.units.counts(targets), self.drives)
-        self._refuse_elsewhere(targets[0])
+        check_start(self.robot, self.actual_position(), targets[0], self._start_tolerance)
         self._connection.refuse_faults()
         self._connection.refuse_restarted()
         job = self._job(targets, checked_period_ends(period_ends, len(targets)))
@@ -268,16 +268,6 @@ class ArmSession:
         """
         attest(self.robot, self.actual_position(), np.asarray(posture, dtype=np.float64), tolerance)
         self._attested = True
-
-    def _refuse_elsewhere(self, first: FloatArray) -> None:
-        actual = self.actual_position()
-        distance = np.abs(actual - first)
-        if (distance > self._start_tolerance).any():
-            axis = int(np.argmax(distance))
-            raise DriveError(
-                f"joint {self.robot.joint[axis].name} stands at {actual[axis]:.6g} but the reference begins "
-                f"at {first[axis]:.6g}; allowed: {self._start_tolerance:g} apart"
-            )
 
     def _job(self, targets: FloatArray, period_ends: tuple[int, ...]) -> Job:
         robot = self.robot

@@ -53,6 +53,7 @@ class Pacemaker:
 
         A deadline that is gone by more than SKIP_SHARE is skipped, so that two SYNCs never come closer
         together than the rest of the period.
+        Nor are later deadlines put off instead: drives lock onto the phase of the SYNC and interpolate in it.
 
         Returns:
             Lateness: s from the deadline that follows the previous one; above a period where some were

@@ -54,6 +54,27 @@ def check_envelope(robot: Robot, reference: FloatArray, cycle_time: float) -> No
         _refuse(robot, quantity, values, np.abs(values) > limit * (1 + RELATIVE_TOLERANCE), limit, -limit)
 
 
+def check_start(robot: Robot, actual: FloatArray, first: FloatArray, tolerance: float) -> None:
+    """Refuse a reference that begins elsewhere than where the arm stands.
+
+    Args:
+        robot: names of the joints.
+        actual: (n,) where it stands, rad or m.
+        first: (n,) of the reference.
+        tolerance: rad or m.
+
+    Raises:
+        DriveError: the joint that is farthest off.
+    """
+    distance = np.abs(actual - first)
+    if (distance > tolerance).any():
+        axis = int(np.argmax(distance))
+        raise DriveError(
+            f"joint {robot.joint[axis].name} stands at {actual[axis]:.6g} but the reference begins "
+            f"at {first[axis]:.6g}; allowed: {tolerance:g} apart"
+        )
+
+
 def check_drive_limits(robot: Robot, counts: NDArray[np.int32], reports: Sequence[DriveReport]) -> None:
     """Refuse set-points that a drive would clip at its own software limits (607Dh).
 
