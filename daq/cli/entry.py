@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+import traceback
 
 import typer
 from typer.exceptions import TyperException
@@ -99,6 +100,9 @@ def main() -> None:
         if debug:
             raise
         say(" ".join(str(error).split()))
+        sys.exit(FAILED)
+    except Exception:  # noqa: BLE001 (a mistake of armhil's own: 1, as Python ends then, would read as a warning)
+        traceback.print_exc()
         sys.exit(FAILED)
     if code == INTERRUPTED:
         say("interrupted")  # Typer makes this code of a KeyboardInterrupt

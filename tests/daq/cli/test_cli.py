@@ -450,3 +450,18 @@ def test_test_outside_of_a_clone(tmp_path: Path, repository: Path) -> None:
     elsewhere.mkdir()
     line = as_program("test", cwd=elsewhere, path=tmp_path / "installed").refusal
     assert line == f"no tests found: neither {tmp_path / 'installed'} nor {elsewhere} is a clone of armhil"
+
+
+def test_a_mistake_of_our_own_is_no_warning(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1 would be a warning to whoever monitors a check."""
+
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("made up")
+
+    monkeypatch.setattr(cli, "app", broken)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    assert "Traceback" in (told := capsys.readouterr().err) and "made up" in told
