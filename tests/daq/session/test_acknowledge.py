@@ -12,7 +12,7 @@ import robots
 from daq.cli import entry as cli
 from daq.session.acknowledgement import acknowledge
 from daq.session.session_error import NotMoved
-from drivers import ArmSession, Channel, DriveError
+from drivers import ArmSession, Channel, DriveError, Outcome, StreamResult
 from drivers.setup.lockout import Lockout
 from tests.drivers.setup.test_setup import drives
 
@@ -42,12 +42,23 @@ def test_a_note_outlives_the_session_and_keeps_the_next_one_from_moving(folder: 
     assert list(folder.glob("armhil-lockout-*")) == []
 
 
-def test_a_session_that_ends_by_itself_leaves_the_note(folder: Path) -> None:
-    channel = Channel("virtual", "refused")
-    Lockout(channel).keep("no TPDO from drive 1")
-    session = ArmSession(robots.load("emps"), channel)
-    with pytest.raises(DriveError, match=r"ended by itself \(no TPDO from drive 1\); acknowledge it first"):
-        session._refuse_unacknowledged()
+@pytest.mark.parametrize(("outcome", "noted"), [("aborted", True), ("fault", True), ("stopped", False)])
+def test_a_stream_that_ends_by_itself_leaves_the_note(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, outcome: Outcome, noted: bool
+) -> None:
+    def streamed(job: object, on_samples: object, control: object) -> StreamResult:
+        return StreamResult(outcome, "no TPDO from drive 1", 0, 0, 0)
+
+    robot, channel = robots.load("emps"), Channel("virtual", outcome)
+    with drives(robot, channel), monkeypatch.context() as patch, ArmSession(robot, channel) as session:
+        patch.setattr("drivers.session.run_stream", streamed)
+        patch.setattr(ArmSession, "_refuse_stream", lambda session: None)
+        session.stream(session.actual_position()[None, :], lambda samples: None)
+    later = ArmSession(robot, channel)
+    assert later.unacknowledged == ("no TPDO from drive 1" if noted else None)
+    if noted:
+        with pytest.raises(DriveError, match=r"ended by itself \(no TPDO from drive 1\); acknowledge it"):
+            later._refuse_unacknowledged()
 
 
 def test_simulated_drives_leave_no_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
