@@ -65,9 +65,9 @@ _BEGIN = (
     KillPoint("lease: taken", "daq.catalogue.leases:take", "after", "nothing"),
     KillPoint("preflight: motion read", "daq.check.recorded:_motion", "after", "nothing"),
     KillPoint("preflight: motion judged", "daq.check.recorded:refuse_undrivable", "after", "nothing"),
-    KillPoint("plan: begins", "daq.check.recorded:plan", "before", "nothing", "first"),
-    KillPoint("plan: in the search", "daq.check.recorded:plan", "before", "nothing", "first", delay=0.3),
-    KillPoint("plan: written", "daq.check.recorded:write_trajectory", "after", "nothing", "first"),
+    KillPoint("plan: begins", "daq.session.exciting:plan", "before", "nothing", "first"),
+    KillPoint("plan: in the search", "daq.session.exciting:plan", "before", "nothing", "first", delay=0.3),
+    KillPoint("plan: written", "daq.session.exciting:write_trajectory", "after", "nothing", "first"),
     KillPoint("run: about to be begun", "daq.catalogue.runs:begin", "inside", "nothing"),
     KillPoint("run: begun", "daq.catalogue.runs:begin", "after", "abandoned"),
 )
