@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +18,10 @@ from ident.closed_loop.kernel.rigid_bodies import mass_and_bias
 from ident.closed_loop.kernel.values import RUNS, TERM_HEAD, Drives, Dynamics, Run
 from ident.closed_loop.simulate import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
+from ident.effects.simulated import DriveChange
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray, IntArray
+from robots.description import Robot
 
 
 def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> SimulatedRun:
@@ -53,7 +57,32 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         check_stable(v, run.speed_limit, float(recording.time[sample]))
         check_mass_matrix(mass_matrix(dynamics, q), q[: robot.n])
         raise IdentificationError(f"the simulation fails at {recording.time[sample]:.3f} s")
-    return SimulatedRun(recording.time, run.position, run.velocity, run.control_signal)
+    whole = SimulatedRun(recording.time, run.position, run.velocity, run.control_signal)
+    return as_the_bus_shows(whole, robot, parts.extra.drives)
+
+
+def as_the_bus_shows(run: SimulatedRun, robot: Robot, changes: Sequence[DriveChange]) -> SimulatedRun:
+    """The run with channels of the bus that show the past, linearly between samples."""
+    position_age, signal_age = np.zeros(robot.n), np.zeros(robot.n)
+    for change in changes:
+        position_age[change.drive] += change.position_age
+        signal_age[change.drive] += change.signal_age
+    there, back = robot.transmission_matrix.T, np.linalg.inv(robot.transmission_matrix).T
+    if position_age.any():
+        position, velocity = (
+            _past(run.time, joints @ there, position_age) @ back for joints in (run.position, run.velocity)
+        )
+        run = replace(run, position=position, velocity=velocity)
+    if signal_age.any():
+        run = replace(run, control_signal=_past(run.time, run.control_signal, signal_age))
+    return run
+
+
+def _past(time: FloatArray, values: FloatArray, age: FloatArray) -> FloatArray:
+    """Samples × drives as they were an age (n,) ago; what they begin with, before that."""
+    return np.stack(
+        [np.interp(time - late, time, column) for late, column in zip(age, values.T, strict=True)], axis=1
+    )
 
 
 def mass_matrix(dynamics: Dynamics, q: FloatArray) -> FloatArray:

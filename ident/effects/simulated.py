@@ -217,6 +217,8 @@ class DriveChange:
         delay: from control signal to torque, s.
         limit: |v_τ| beyond which the torque does not grow.
         reading_delay: of the position that controller and recording get, s.
+        position_age, signal_age: of what the bus shows of position and control signal, s; the drive's own
+            loop sees the present.
     """
 
     drive: int
@@ -225,6 +227,8 @@ class DriveChange:
     delay: float = 0.0
     limit: float = np.inf
     reading_delay: float = 0.0
+    position_age: float = 0.0
+    signal_age: float = 0.0
 
     @classmethod
     def of_missing_share(cls, drive: int, share: float) -> DriveChange:

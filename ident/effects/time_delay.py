@@ -31,29 +31,35 @@ def _make(
 ) -> tuple[Parameters, Law, Parts]:
     """A late reading shows the motion of some time ago; the torque is that of the motion farther on.
 
-    The column is the change over a shift of the motion, per second; with a shift as long as the delay it is
-    exact, where the torque's rate alone misses a quarter of what 10 ms make beyond a refit.
+    A late control signal is that of the motion, of all drives, some time ago. The column is the change over a
+    shift of the motion, per second; with a shift as long as the delay it is exact, where the torque's rate
+    alone misses a quarter of what 10 ms make beyond a refit.
     """
     shift = float(np.copysign(max(abs(shape[0]), _LEAST), shape[0]))
     transmission = robot.transmission_matrix
     drives = list(place.joints) or list(range(robot.n))
-    back = np.linalg.inv(transmission)[:, drives]
-    late = back @ transmission[drives]
+    late = np.linalg.inv(transmission)[:, drives] @ transmission[drives]
+    """Of joint motion (or, transposed, of joint torque) what these drives do."""
 
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
         time = state.time
+        moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
-        ahead = CubicSpline(time, motion @ late.T)(np.clip(time + shift, time[0], time[-1])) - motion @ late.T
+        shifted = motion @ moving.T
+        ahead = CubicSpline(time, shifted)(np.clip(time + shift, time[0], time[-1])) - shifted
         position, velocity, acceleration = (motion + ahead).transpose(1, 0, 2)
         moved = State(position, velocity, acceleration, time)
-        return ((present.torque(moved) - present.torque(state)) / shift)[:, :, np.newaxis]
+        change = (present.torque(moved) - present.torque(state)) @ showing
+        return (change / shift)[:, :, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
         late = float(values[0])
-        changes = (DriveChange(d, delay=max(0.0, -late), reading_delay=max(0.0, late)) for d in drives)
-        return SimulatedParts(drives=tuple(changes))
+        position, signal = max(0.0, late), max(0.0, -late)
+        return SimulatedParts(
+            drives=tuple(DriveChange(d, position_age=position, signal_age=signal) for d in drives)
+        )
 
     name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
     return Parameters((name,), ("s",), (ANY,)), law, parts

@@ -287,10 +287,20 @@ def test_a_lag_leads_by_the_torque_s_rate() -> None:
     assert not got[:, 1:].any()
 
 
-@pytest.mark.parametrize("delay", [0.008, -0.003])
-def test_a_late_position_is_a_motion_farther_on(delay: float) -> None:
+@pytest.mark.parametrize("drive", range(6))
+def test_a_late_control_signal_is_that_of_a_motion_before(drive: int) -> None:
+    """Of one drive alone: the others tell of the motion as it is."""
+    model, delay, inner = present("tx40"), -0.003, slice(10, -10)
+    change = (model.torque(at(TX40, TIME + delay)) - model.torque(MOTION))[inner]
+    of_drives = change @ BACK
+    wanted = np.outer(of_drives[:, drive], TX40.transmission_matrix[drive])
+    got = delay * placed("time_delay", 1 + drive, delay).columns(MOTION)[inner, :, 0]
+    np.testing.assert_allclose(got, wanted, atol=1e-3 * np.abs(wanted).max())
+
+
+def test_a_late_position_is_a_motion_farther_on() -> None:
     """The torque is that of the same motion a little later, which the trajectory's formula knows."""
-    model = present("tx40")
+    model, delay = present("tx40"), 0.008
     inner = slice(10, -10)
     later = at(TX40, TIME + delay)
     wanted = (model.torque(later) - model.torque(MOTION))[inner]
