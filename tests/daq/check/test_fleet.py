@@ -6,6 +6,7 @@ the same models, comparisons and verdicts bit for bit. ``benchmarks/fleet.py`` s
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,13 +15,16 @@ import pytest
 
 from daq.catalogue import arms, baselines, runs
 from daq.catalogue.database import Catalogue
+from daq.check import analysis
 from daq.check import check as check_module
 from daq.check.analysis import AnalysisOrder, analyse
 from daq.check.fleet import Fleet, FleetArm
 from daq.check.fleet_run import FleetChecked, check_fleet
 from daq.check.judged import comparison_json
 from daq.check.request import CheckError, CheckResult, Verdict
+from daq.cli import entry
 from drivers import Channel
+from ident import Fitted, IdentificationError
 from ident.drift import DriftSettings
 from robots import Robot
 from tests.daq.check.offline_arms import record_offline, write_motion
@@ -148,3 +152,42 @@ def test_over_buses_one_that_fails_does_not_stop_the_others(
     again = [analyse(AnalysisOrder("emps", result.capture)) for result in done.results]
     for result, fitted in zip(done.results, again, strict=True):
         np.testing.assert_array_equal(result.fitted.least_squares.beta, fitted.least_squares.beta)
+
+
+def test_an_identification_that_fails_does_not_stop_the_others(
+    emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor does a comparison that cannot be made."""
+    monkeypatch.setattr(check_module, "record_check", record_offline)
+    whole = analysis.analyse
+
+    def failing(order: AnalysisOrder) -> Fitted:
+        if "02-" in str(order.capture):
+            raise IdentificationError("made up")
+        return whole(order)
+
+    monkeypatch.setattr(analysis, "analyse", failing)
+    motion = write_motion(emps, tmp_path, 2.5)
+    fleet = Fleet(format=1, arm=fleet_of(motion).arm[:3])
+    with Catalogue() as catalogue:
+        done = check_fleet(
+            fleet, catalogue, tmp_path, DriftSettings(), None, at_once=1, jobs=1, backend="sequential"
+        )
+    assert [isinstance(one, CheckResult) for one in done.outcomes] == [True, False, True]
+    assert str(done.outcomes[1]) == "made up" and done.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--all", "--cell", "x.toml"), "--cell: not with --all; fleet.toml says it for each arm"),
+        (("emps", "--jobs", "3"), "--jobs: only with --all"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(
+    words: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["armhil", "check", *words])
+    with pytest.raises(SystemExit) as ended:
+        entry.main()
+    assert ended.value.code == 2 and said in capsys.readouterr().err
