@@ -63,8 +63,8 @@ PAGE = """# Checks that are killed
     PYTHONPATH=. python benchmarks/killed_checks.py --random {times} --seed {seed} --page killed_checks.md
 
 `armhil check` of the one-axis rig (EMPS) gets SIGKILL: {stages} times at a stage, one after the other
-on its way, and {times} times at a random moment of a whole check (seed {seed}). {wrong} of {count} left
-something wrong.
+on its way, and {times} times at a random moment of a whole check (seed {seed}; where it had ended by then,
+that is said). {wrong} of {count} left something wrong.
 
 What is looked at after each kill:
 
