@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.examination import Examination, inflated_deviation
-from ident.discrepancy.library import Library
-from ident.discrepancy.scoring import best_per_place, score, singles
+from ident.discrepancy.library import Library, Trial
+from ident.discrepancy.scoring import best_per_place, singles
 from ident.whitening import Whitening
 from robots.arrays import FloatArray
 
@@ -26,7 +27,7 @@ def noise_beyond_vocabulary(examination: Examination, library: Library) -> White
         examination: with deviations of its own residual.
         library: all trials on it.
     """
-    left = examination.residual - library.columns @ _factors(examination, library)
+    left = _left(examination, library)
     used, order = examination.used, examination.whitening.order
     assert order == 0, "rows of Ω alone are not filtered"
     sizes = used.sum(axis=0)
@@ -35,26 +36,31 @@ def noise_beyond_vocabulary(examination: Examination, library: Library) -> White
     return replace(examination.whitening, sigma=examination.whitening.sigma * np.array(factors))
 
 
-def _factors(examination: Examination, library: Library) -> FloatArray:
-    """(m,) factors of the library's columns for the effects that are taken away."""
-    rows = examination.torque.shape[0]
+def _left(examination: Examination, library: Library) -> FloatArray:
+    """Whitened (N,): the residual without the effects that explain it best beside each other."""
+    chosen = _best_together(examination, library)
+    columns = [library.columns[:, trial.columns] @ np.linalg.pinv(trial.parameters) for trial in chosen]
+    bounds = [trial.effect.bounds for trial in chosen]
+    together = np.concatenate(columns, axis=1)
+    values = within_bounds(together, examination.residual, np.concatenate(bounds))
+    return np.asarray(examination.residual - together @ values)
+
+
+def _best_together(examination: Examination, library: Library) -> list[Trial]:
+    """The effects that are taken away, each the best beside those before.
+
+    The rows' deviations are such that as many rows are independent as the residual has squares.
+    """
+    rows = max(2, round(float(examination.residual @ examination.residual)))
     chosen = [best_per_place(singles(library, library.score, rows))[0].trials[0]]
     while len(chosen) < _TAKEN:
         index = np.concatenate([np.arange(trial.start, trial.end) for trial in chosen])
         solved = np.linalg.lstsq(library.gram[np.ix_(index, index)], library.score[index], rcond=1e-9)[0]
         products = library.score - library.gram[:, index] @ solved
-        rest = singles(library, products, rows)
         taken = {trial.key for trial in chosen}
+        rest = singles(library, products, rows)
         following = next((found for found in rest if found.trials[0].key not in taken), None)
         if following is None or following.value <= 0.0:
             break
         chosen.append(following.trials[0])
-    together = score(library, chosen, library.score, rows)
-    factors = np.zeros(library.score.size)
-    start = 0
-    for trial in chosen:
-        count = trial.parameters.shape[0]
-        values = together.parameters[start : start + count]
-        factors[trial.columns] = np.linalg.lstsq(trial.parameters, values, rcond=None)[0]
-        start += count
-    return factors
+    return chosen
