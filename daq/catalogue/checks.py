@@ -15,6 +15,8 @@ from daq.catalogue.who import now
 
 TOLD = "told"
 """Key of the details of a check: when everybody had been told of it."""
+GROWN_JOINTS = "grown"
+"""Key of the details of a check: joints whose residual torque had grown."""
 
 
 def add(
@@ -83,7 +85,7 @@ def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     with catalogue.reading() as connection:
         rows = connection.execute(select(checks).where(checks.c.baseline_id == baseline.id))
         kept = [row for row in rows if row.details.get("state") == "unchanged"]
-        found = [row.model_id for row in kept if not row.details.get("grown")]
+        found = [row.model_id for row in kept if not row.details.get(GROWN_JOINTS)]
     return frozenset(number for number in (*found, baseline.model_id) if number is not None)
 
 

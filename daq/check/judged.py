@@ -10,13 +10,14 @@ import numpy as np
 
 from daq.catalogue import baselines, checks, models, runs
 from daq.catalogue.again import IDENTIFY
+from daq.catalogue.checks import GROWN_JOINTS
 from daq.catalogue.keep import Made, keep_diagnose_request, keep_identified
 from daq.catalogue.values import Baseline, Model
 from daq.check.carried import lost_words
 from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.check.residual import GROWN_JOINTS, Grown, grown_residuals, grown_words
+from daq.check.residual import Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results

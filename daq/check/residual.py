@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from daq.catalogue import checks, models
+from daq.catalogue.checks import GROWN_JOINTS
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
@@ -14,9 +15,6 @@ ENOUGH = 5
 """Nights, the baseline's included, that show by how much the residual differs from night to night."""
 GROWN, GROWN_OF_FEW = 1.3, 2.0
 """Times the largest before; of fewer nights than enough more is asked for."""
-
-GROWN_JOINTS = "grown"
-"""Key of the details of a check: joints whose residual torque had grown."""
 
 Grown = tuple[tuple[int, float], ...]
 """Joints, from 1, and how many times as large their residual torque is as on any clean night before."""
