@@ -44,6 +44,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Run
 from drivers import Channel, open_bus
 from drivers.simulated import SimulatedArm
+from tests.processes import processes_marked
 
 NAME, SEED = "emps", 3
 STRIBECK = "format = 1\n[[stribeck_friction]]\ndrive = 1\nrise = 2.0\nspeed = 0.1\n"
@@ -160,10 +161,10 @@ def accept_first(place: Place) -> None:
     _must(place, ["baseline", "accept", "1", "--reason", "first"])
 
 
-def _must(place: Place, words: list[str], allowed: tuple[int, ...] = (0,)) -> str:
-    command = [sys.executable, "-m", "daq", *words]
-    done = subprocess.run(
-        command,
+def _armhil(place: Place, words: list[str]) -> subprocess.CompletedProcess[str]:
+    """A command that is left to end."""
+    return subprocess.run(
+        [sys.executable, "-m", "daq", *words],
         capture_output=True,
         text=True,
         check=False,
@@ -171,6 +172,10 @@ def _must(place: Place, words: list[str], allowed: tuple[int, ...] = (0,)) -> st
         cwd=place.folder,
         stdin=subprocess.DEVNULL,
     )
+
+
+def _must(place: Place, words: list[str], allowed: tuple[int, ...] = (0,)) -> str:
+    done = _armhil(place, words)
     assert done.returncode in allowed, f"{words}: {done.returncode} {done.stderr[-800:]}"
     return done.stdout
 
@@ -279,16 +284,7 @@ def left_words(place: Place, new: list[Run]) -> str:
 def next_check(place: Place, found: After) -> After:
     """A check that nobody kills, with the catalogue as the killed one left it."""
     arguments = place.arguments("accepted", place.folder / f"next-{time.monotonic_ns()}")
-    command = [sys.executable, "-m", "daq", "check", *arguments]
-    done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        check=False,
-        env=place.environment,
-        cwd=place.folder,
-        stdin=subprocess.DEVNULL,
-    )
+    done = _armhil(place, ["check", *arguments])
     found.verdict = {0: "ok", 1: "warning", 2: "failed", 3: "no baseline"}.get(done.returncode, "?")
     wanted = "no baseline" if found.setting == "first" else "ok"
     if found.verdict != wanted:
@@ -339,17 +335,8 @@ def _read(bus: object, node: int, index: int) -> int | None:
 
 def left_of(place: Place) -> list[str]:
     """Processes that a check of this place has started and that still live, senders of messages apart."""
-    mark = f"{MARK}={place.environment[MARK]}".encode()
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            environment = (process / "environ").read_bytes().split(b"\0")
-            command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:  # ended meanwhile, or another user's
-            continue
-        if mark in environment and "daq.notify" not in command:
-            found.append(command.strip())
-    return found
+    marked = processes_marked(f"{MARK}={place.environment[MARK]}")
+    return [command for _, command in marked if "daq.notify" not in command]
 
 
 @contextmanager

@@ -20,6 +20,7 @@ import hypothesis
 import pytest
 
 from drivers import Channel
+from tests.processes import processes_marked
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -102,14 +103,8 @@ def _processes_marked(mark: str) -> list[str]:
 
     Python's own resource tracker is none of them: it lives as long as the interpreter that started it.
     """
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            environment = (process / "environ").read_bytes().split(b"\0")
-            command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:  # ended meanwhile, or another user's
-            continue
-        is_other = process.name != str(os.getpid()) and "resource_tracker" not in command
-        if is_other and mark.encode() in environment:
-            found.append(f"{process.name}: {command.strip()}")
-    return found
+    return [
+        f"{number}: {command}"
+        for number, command in processes_marked(mark)
+        if number != str(os.getpid()) and "resource_tracker" not in command
+    ]
