@@ -102,10 +102,6 @@ class Library:
         none = self.columns[:, :0]
         return Library((), np.zeros((0, 0)), np.zeros(0), none)
 
-    def score_of(self, residual: FloatArray) -> FloatArray:
-        """(m,) for another residual (N,)."""
-        return np.asarray(self.columns.T @ residual)
-
 
 def build_library(examination: Examination, families: Sequence[EffectFamily], present: Present) -> Library:
     """Evaluate every trial at the instruments' motion and partial the present model out of it."""

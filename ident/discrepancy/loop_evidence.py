@@ -24,7 +24,7 @@ from ident.discrepancy.loop import (
     sample_of,
     settled,
 )
-from ident.discrepancy.loop_parts import sharp_robot, sharpened, simulated_parts
+from ident.discrepancy.loop_parts import sharp_twin, sharpened, simulated_parts
 from ident.discrepancy.present import Present
 from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.scene import Scene, without_drift
@@ -32,7 +32,6 @@ from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.effects.vocabulary import family_named
 from ident.errors import IdentificationError
 from ident.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -90,9 +89,7 @@ class LoopEvidence:
 
     def twin(self, effect: PlacedEffect) -> Placed:
         """The effect on an arm whose friction has an exact sign."""
-        return family_named(effect.name).effect(
-            sharp_robot(self.robot), effect.place, effect.shape, self.present
-        )
+        return sharp_twin(self.robot, effect, self.present)
 
     def respond(self, effect: PlacedEffect) -> FloatArray | None:
         """What the effect does per unit of each parameter, by simulation: rows × drives × p.

@@ -10,6 +10,7 @@ from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.discrepancy.loop import Loop, added, bristled, with_bristles
 from ident.discrepancy.present import Present
 from ident.effects import Effect, FrictionSign
+from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import family_named
 from ident.regressor import RegressorModel
@@ -41,6 +42,11 @@ def _sharp(effect: Effect, robot: Robot) -> Effect:
     return sharp
 
 
+def sharp_twin(robot: Robot, effect: PlacedEffect, present: Present) -> Placed:
+    """The effect on an arm whose friction has an exact sign."""
+    return family_named(effect.name).effect(sharp_robot(robot), effect.place, effect.shape, present)
+
+
 def simulated_parts(
     loop: Loop, base: BaseParameters, standard: FloatArray, lengths: FloatArray
 ) -> TorqueParts:
@@ -54,9 +60,7 @@ def simulated_parts(
     for effect in model.effects[len(usual) :]:
         end = start + len(effect.parameter_names)
         assert isinstance(effect, Placed)
-        twin = family_named(effect.name).effect(
-            sharp_robot(loop.robot), effect.place, effect.shape, Present(model, standard)
-        )
+        twin = sharp_twin(loop.robot, effect, Present(model, standard))
         parts = added(parts, bristled(twin.simulated(standard[start:end]), lengths, loop.robot))
         start = end
     return parts

@@ -27,12 +27,12 @@ def presliding(loop: Loop, base: BaseParameters, beta: FloatArray) -> FloatArray
         IdentificationError: the loop cannot be simulated with these parameters.
     """
     standard = base.standard_from(beta, base.model.prior())
-    grid = np.array(_LENGTHS)
+    grid, measured = np.array(_LENGTHS), loop.measured()
     for step in (*_NEARER, 1.0):
         losses = []
         for length in grid:
             parts = simulated_parts(loop, base, standard, np.full(loop.robot.n, length))
-            left = loop.measured() - loop.torque(loop.run(parts, FINE))
+            left = measured - loop.torque(loop.run(parts, FINE))
             losses.append(np.sum(left**2, axis=0))
         best = [_lowest(np.log(grid), np.log(loss)) for loss in np.array(losses).T]
         points, weights = np.array(best).T
