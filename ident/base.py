@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from ident.effects import State
+from ident.effects.found import Found
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
@@ -78,11 +79,18 @@ class BaseParameters:
 def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> BaseParameters:
     """Find the base set of a model from random states within the arm's limits.
 
+    Parameters of effects that were found are base parameters of their own, after all others: most have a
+    history, which random states do not show, and what lies in the span of others a prior can tell from them.
+
     Args:
-        model: the standard model.
+        model: the standard model, effects that were found last.
         seed: of the random states; any gives the same set.
         states: how many.
     """
+    found = tuple(effect for effect in model.effects if isinstance(effect, Found))
+    if found:
+        usual = RegressorModel(model.robot, model.effects[: -len(found)])
+        return _with_found(base_parameters(usual, seed, states), found)
     regressor = model.columns(random_states(model.robot, seed, states))
     rows = regressor.reshape(-1, regressor.shape[2])
     scale = np.linalg.norm(rows, axis=0)
@@ -91,6 +99,16 @@ def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> 
     independent = present[_independent_columns(unit)]
     relation = _relation(rows, scale, independent, present)
     return BaseParameters(model, independent, relation)
+
+
+def _with_found(base: BaseParameters, found: tuple[Found, ...]) -> BaseParameters:
+    model = RegressorModel(base.model.robot, (*base.model.effects, *found))
+    b, p = base.relation.shape
+    kept = np.flatnonzero([own for effect in found for own in effect.kept])
+    relation = np.zeros((b + kept.size, len(model.names)))
+    relation[:b, :p] = base.relation
+    relation[b + np.arange(kept.size), p + kept] = 1.0
+    return BaseParameters(model, np.concatenate([base.independent, p + kept]), relation)
 
 
 def random_states(robot: Robot, seed: int, states: int) -> State:

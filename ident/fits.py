@@ -18,6 +18,7 @@ from ident.options import Options
 from ident.recording import Recording
 from ident.restricted import regression_whitening
 from ident.results import Rank
+from ident.taken_up import TakenUp
 from ident.whitening import Whitening
 from robots.arrays import FloatArray
 
@@ -35,6 +36,7 @@ class Prepared:
     rank: Rank
     errors: Whitening
     lag: LagEstimate
+    taken_up: TakenUp
 
 
 @dataclass(frozen=True)

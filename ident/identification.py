@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ident.alignment import LagEstimate, estimate_lag
 from ident.base import BaseParameters, base_parameters
 from ident.checks import check_recordings
 from ident.cutoff import CutoffProposal, propose_cutoff
+from ident.effects.found import Found
 from ident.errors import IdentificationError
 from ident.estimators import LinearFit, stack
 from ident.estimators.consistent import ConsistentFit, consistent_fit, require_solver
@@ -24,6 +25,7 @@ from ident.exogeneity import (
     textbook_test,
 )
 from ident.fits import Fits, Prepared, Progress, all_fits
+from ident.found_effects import end_to_end, extended_model, found_entries
 from ident.noise import noise_estimate
 from ident.observation import Rows, observe
 from ident.options import Options
@@ -41,6 +43,7 @@ from ident.summary import (
     trace_of,
     with_consistent,
 )
+from ident.taken_up import TakenUp, without_taken_up
 from robots.description import Robot
 
 _LEVEL = 0.05
@@ -52,6 +55,7 @@ class Fitted:
     """A model with its rows and fits: what the report, the model file and the search go on from.
 
     The arm in ``base.model.robot`` has the settings that were used, those found in the data included.
+    ``taken_up`` is what of the effects that were asked for these recordings cannot tell from the others.
     """
 
     base: BaseParameters
@@ -60,6 +64,7 @@ class Fitted:
     instrumental: LinearFit | None
     result: Identification
     consistent: ConsistentFit | None = None
+    taken_up: TakenUp = field(default_factory=TakenUp)
 
 
 def _silent(step: str, share: float) -> None:
@@ -93,7 +98,12 @@ def identify(
     proposal = propose_cutoff(spectrum)
     if options.propose_cutoff:
         robot = _with_settings(robot, cutoff_hz=proposal.hz)
-    base = base_parameters(RegressorModel.of(robot))
+    model = RegressorModel.of(robot)
+    if options.found is not None:
+        model = extended_model(robot, options.found)
+        recordings = end_to_end(recordings)
+        options = replace(options, validation=end_to_end(options.validation))
+    base = base_parameters(model)
     prepared = _prepare(base, recordings, spectrum, progress)
     base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
     settings = base.model.robot.identification
@@ -114,8 +124,10 @@ def identify(
         test=test,
         textbook=textbook,
         trace=trace_of(rows, fits.least_squares.beta),
+        found=found_entries(base.model),
         warnings=(
             *warnings,
+            *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
             *poorly_seen(least_squares),
         ),
@@ -132,7 +144,7 @@ def identify(
         result = with_consistent(result, base, stacked, consistent)
     result = replace(result, held_out=held_out(base, result.estimates, options.validation))
     progress("done", 1.0)
-    return Fitted(base, rows, fits.least_squares, fits.instrumental, result, consistent)
+    return Fitted(base, rows, fits.least_squares, fits.instrumental, result, consistent, prepared.taken_up)
 
 
 def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> ConsistentFit:
@@ -149,7 +161,9 @@ def _prepare(
     """Rows under the arm's settings; made again where their lag is to be found in the data."""
     progress("observation matrix", 0.1)
     robot = base.model.robot
-    rows = observe(base, recordings, robot.identification)
+    rows, taken_up = observe(base, recordings, robot.identification), TakenUp()
+    if any(isinstance(effect, Found) for effect in base.model.effects):
+        base, rows, taken_up = without_taken_up(base, rows)
     rank = rank_of(base, rows, recordings, spectrum)
     require_enough_rows(rows, len(base.names))
     stacked = stack(rows)
@@ -163,11 +177,11 @@ def _prepare(
                 f" {robot.identification.control_signal_lag:g} s makes the control signal fit the motion"
             )
         robot = _with_settings(robot, control_signal_lag=lag.lag)
-        base = replace(base, model=RegressorModel.of(robot))
+        base = replace(base, model=RegressorModel(robot, base.model.effects))
         rows = observe(base, recordings, robot.identification)
         stacked = stack(rows)
         errors = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
-    return Prepared(base, rows, stacked, rank, errors, lag)
+    return Prepared(base, rows, stacked, rank, errors, lag, taken_up)
 
 
 def _with_settings(robot: Robot, **changes: object) -> Robot:

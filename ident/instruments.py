@@ -12,7 +12,7 @@ from ident.closed_loop import SimulatedRun, simulate
 from ident.errors import IdentificationError, SimulationError
 from ident.estimators import LinearFit, Stacked, instrumental_variables
 from ident.estimators.fit import stack_columns
-from ident.observation import Rows, observed_columns
+from ident.observation import Rows, observed_columns_of
 from ident.recording import Recording
 from robots.arrays import FloatArray
 
@@ -77,7 +77,11 @@ def iterate_instruments(
 def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Recording, ...]) -> Instruments:
     settings = base.model.robot.identification
     runs = _runs(base, standard, recordings)
-    parts = [observed_columns(base, run.time, run.position, settings) for run in runs]
+    simulated = [
+        replace(recording, position=run.position, control_signal=run.control_signal)
+        for recording, run in zip(recordings, runs, strict=True)
+    ]
+    parts = [observed_columns_of(base, recording, settings) for recording in simulated]
     return Instruments(np.concatenate(parts), runs)
 
 

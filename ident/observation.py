@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,10 @@ from ident.effects import (
     ViscousFriction,
     WristCoupling,
 )
+from ident.effects.found import Found
 from ident.errors import IdentificationError
 from ident.recording import Recording
+from ident.regressor import RegressorModel
 from ident.signals import (
     AlignedControlSignal,
     Motion,
@@ -62,7 +65,7 @@ class Rows:
     """Decimated samples of one or more recordings, kept as samples × joints until they are stacked.
 
     Attributes:
-        time: (samples,) s, within each recording.
+        time: (samples,) s, of each recording.
         segment: (samples,) which recording a sample comes from.
         torque: samples × joints, N·m (or N).
         regressor: samples × joints × b.
@@ -116,7 +119,13 @@ def observed_columns(
 
     The same function serves the measured and the simulated positions, so that X and Z see one filter.
     """
-    return _columns(base, motion(time, position, settings), settings)
+    moved = motion(time, position, settings)
+    return _columns(base, State(moved.position, moved.velocity, moved.acceleration, moved.time), settings)
+
+
+def observed_columns_of(base: BaseParameters, recording: Recording, settings: Identification) -> FloatArray:
+    """The same of a recording, measured or simulated, with its torque for effects that ask for one."""
+    return _columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
 
 
 def observed_torque(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:
@@ -169,10 +178,20 @@ class ObservedTorque:
         return decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
 
 
-def _columns(base: BaseParameters, moved: Motion, settings: Identification) -> FloatArray:
+def _columns_of(
+    base: BaseParameters, recording: Recording, moved: Motion, settings: Identification
+) -> FloatArray:
+    torque = None
+    if any(isinstance(effect, Found) for effect in base.model.effects):
+        whole = settings.model_copy(update={"decimation": 1})
+        torque = observed_torque(base.model.robot, recording, whole)
+    state = State(moved.position, moved.velocity, moved.acceleration, moved.time, torque)
+    return _columns(base, state, settings)
+
+
+def _columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
     """The base regressor of a motion through the decimation filter."""
-    state = State(moved.position, moved.velocity, moved.acceleration)
-    samples, joints = moved.position.shape
+    samples, joints = state.position.shape
     count = len(base.names)
     if settings.decimation == 1:
         return base.columns(state)
@@ -191,6 +210,9 @@ def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:
     history sees the whole motion at once.
     """
     samples = state.position.shape[0]
+    found = [effect for effect in base.model.effects if isinstance(effect, Found)]
+    if found:
+        return _series_with_found(base, found, state)
     if not all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
         full = base.columns(state).reshape(samples, -1)
         present = np.flatnonzero(full.any(axis=0))
@@ -208,6 +230,26 @@ def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:
     return present, series
 
 
+def _series_with_found(
+    base: BaseParameters, found: Sequence[Found], state: State
+) -> tuple[IntArray, FloatArray]:
+    """The same of a model with effects that were found, which come last and see the whole motion."""
+    usual = RegressorModel(base.model.robot, base.model.effects[: -len(found)])
+    standard = len(usual.names)
+    plain = int(np.count_nonzero(base.independent < standard))
+    alone = BaseParameters(usual, base.independent[:plain], base.relation[:plain, :standard])
+    present, series = _series(alone, state)
+    joint, column = np.divmod(present, plain)
+    added = np.concatenate([effect.columns(state) for effect in found], axis=2)
+    added = added[:, :, base.independent[plain:] - standard]
+    alive = np.argwhere(added.any(axis=0))
+    count = len(base.names)
+    return (
+        np.concatenate([joint * count + column, alive[:, 0] * count + plain + alive[:, 1]]),
+        np.concatenate([series, added[:, alive[:, 0], alive[:, 1]].T]),
+    )
+
+
 def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
     robot = base.model.robot
     if recording.joints != robot.n:
@@ -217,7 +259,7 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     keep = kept_samples(recording.time.shape[0], settings)
     torque = observed_torque(robot, recording, settings)
     moved = motion(recording.time, recording.position, settings)
-    regressor = _columns(base, moved, settings)
+    regressor = _columns_of(base, recording, moved, settings)
     time = _decimated_time(recording.time[keep], settings.decimation)
     used = _fast_enough(robot, moved, recording.sample_time, settings)
     used = used[decimate_index(moved.time.shape[0], settings.decimation)]

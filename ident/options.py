@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ident.found_effects import FoundModel
 from ident.recording import Recording
 from ident.results import Method
 
@@ -19,9 +20,12 @@ class Options:
         validation: recordings that are not fitted to; every estimate predicts them.
         propose_cutoff: take the cut-off from the spectrum of the positions instead of the settings.
         essential: look for the essential parameters by F-test.
+        found: a model with effects that were found, which are part of the one that is identified; the usual
+            one where None.
     """
 
     method: Method = "auto"
     validation: tuple[Recording, ...] = ()
     propose_cutoff: bool = False
     essential: bool = False
+    found: FoundModel | None = None

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident.effects.vocabulary import EffectEntry
 from robots.arrays import FloatArray
 
 Verdict = Literal["exogenous", "endogenous", "instruments_invalid", "not_testable"]
@@ -271,6 +272,8 @@ class Identification:
     signals: Signals | None = None
     held_out: tuple[HeldOut, ...] = ()
     essential: Essential | None = None
+    found: tuple[EffectEntry, ...] = ()
+    """Effects that a diagnosis had found and that are part of the model, beside the usual ones."""
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
