@@ -52,6 +52,12 @@ def identify(
     urdf: Annotated[
         Path | None, typer.Option("--urdf", help="Write the arm's URDF with the identified inertias here.")
     ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model", help="A model file whose found effects belong to the model.", show_default="usual"
+        ),
+    ] = None,
     no_catalogue: NoCatalogue = False,
     as_json: Json = False,
 ) -> int:
@@ -79,6 +85,7 @@ def identify(
         validate=tuple(validate or ()),
         essential=essential,
         urdf=urdf,
+        model=model,
     )
     catalogue = catalogue_of(no_catalogue or out is None)
     result = run_identify(request, TerminalSteps(console))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,15 @@ from daq.files.model_file import ModelFile, ModelFileError, read_model
 from daq.files.run_folder import make_run_folder
 from daq.files.trajectory_file import write_trajectory
 from daq.identification.described import described
+from daq.identification.found_model import found_words, read_found_model
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
+from ident.discrepancy.settings import searching
 from ident.effects.vocabulary import VOCABULARY
+from ident.found_effects import FoundModel, extended_model, found_entries
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions
@@ -45,10 +48,12 @@ class DiagnoseRequest:
         columns: a column map for logs; the robot's where None.
         split_half: take the first half of each record to fit and the second to validate.
         without: effects to leave out of the model that is examined.
-        prior: an accepted model file, or ``cad``; None searches after a refit.
+        prior: an accepted model file, or ``cad``; None searches after a refit. Effects that the file has
+            found are part of the model that is examined.
         out: folder for report, result and model file; nothing is written where None.
         cell: what stands around the arm, for the motion that tells candidates apart.
         evaluations: trials of the search for that motion; none is planned where 0.
+        found: a model with found effects to examine where ``prior`` is no file.
     """
 
     fit: tuple[Path, ...]
@@ -61,6 +66,7 @@ class DiagnoseRequest:
     out: Path | None = None
     cell: Path | None = None
     evaluations: int = 1500
+    found: FoundModel | None = None
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,7 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
             held = [load_recording(path, robot, request.columns) for path in request.validation]
         robot = robot.model_copy(update={"identification": loaded[0].settings})
         fit, validation = _recordings(loaded, held, request.split_half)
-        model = model_without(robot, request.without)
+        model = _examined(robot, request, fit[0])
         question = Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model)
         with steps.step("Search for the missing effect") as update:
             diagnosis = diagnose(question, lambda step, share: update(share, step))
@@ -160,6 +166,17 @@ def model_without(robot: Robot, names: Sequence[str]) -> RegressorModel:
         if name not in known:
             raise IdentificationError(f"--without {name}; allowed: {', '.join(known)}")
     return RegressorModel(robot, tuple(effect for effect in model.effects if effect.name not in names))
+
+
+def _examined(robot: Robot, request: DiagnoseRequest, recording: Recording) -> RegressorModel:
+    """The model that is examined: with what an accepted one has found, and without what was asked for."""
+    model, found = model_without(robot, request.without), request.found
+    if request.prior not in (None, FROM_DESCRIPTION):
+        found = read_found_model(Path(str(request.prior)), robot)
+    if found is None or not found.found:
+        return model
+    usual = tuple(name for name in found.usual if name not in request.without)
+    return extended_model(searching(robot, recording), replace(found, usual=usual))
 
 
 def prior_of(source: str | None) -> Callable[[BaseParameters], Prior] | None:
@@ -237,6 +254,9 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
     facts = {"Fitted": ", ".join(fit), "Validated on": ", ".join(validation) or "the second half of each"}
     if request.without:
         facts["Left out of the model"] = ", ".join(request.without)
+    known = found_entries(diagnosis.examinations[0].base.model)
+    if known:
+        facts["Found before"] = found_words(known)
     facts["Prior"] = request.prior or "none: after a refit"
     page = DiagnosisContent(
         f"{robot.name}: diagnosis", robot, diagnosis, result.series, result.apart, result.blind, facts

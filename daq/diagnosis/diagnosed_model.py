@@ -13,9 +13,11 @@ from pydantic import ValidationError
 from daq.diagnosis.diagnosis_words import headline
 from daq.files.model_file import ModelFile, ModelFileError, model_parameters, source_sha256, write_model_file
 from daq.files.toml_file import validation_line
-from ident import Parameter
+from ident import BaseParameters, Parameter
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.unrepeated import noise_level
+from ident.effects.found import unused_names
+from ident.effects.placed import Placed
 from ident.effects.vocabulary import entry_of
 from robots import Robot
 
@@ -45,9 +47,10 @@ def write_diagnosed_model(
 def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dict[str, object]:
     base, (first, examination) = diagnosis.base, diagnosis.examinations
     sigma = np.sqrt(np.diag(diagnosis.covariance))
-    named = zip(base.names, diagnosis.beta, sigma, base.units, base.expressions, strict=True)
+    names, expressions = _own_names(base)
+    named = zip(names, diagnosis.beta, sigma, base.units, expressions, strict=True)
     parameters = tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named)
-    entries = [entry_of(robot, finding.placed) for finding in diagnosis.findings]
+    entries = [entry_of(robot, effect) for effect in base.model.effects if isinstance(effect, Placed)]
     return {
         "format": 1,
         "armhil": version("armhil"),
@@ -71,6 +74,21 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
         ),
         "parameter": model_parameters(parameters, diagnosis.covariance),
     }
+
+
+def _own_names(base: BaseParameters) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and expressions of the base parameters, each once.
+
+    A change of friction that was found beside the usual friction has the name of that; the file tells them
+    apart as a model does that is made of it.
+    """
+    found = [effect for effect in base.model.effects if isinstance(effect, Placed)]
+    standard = [*base.model.names[: len(base.model.names) - sum(len(e.parameter_names) for e in found)]]
+    usual = int(np.count_nonzero(base.independent < len(standard)))
+    for effect in found:
+        standard += unused_names(effect.parameter_names, standard)
+    own = tuple(standard[column] for column in base.independent[usual:])
+    return (*base.names[:usual], *own), (*base.expressions[:usual], *own)
 
 
 def _relative_error(diagnosis: Diagnosis) -> float:

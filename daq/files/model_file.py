@@ -169,6 +169,10 @@ def model_of(
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
+        "found": tuple(
+            {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)}
+            for entry in result.found
+        ),
         "parameter": model_parameters(estimate.parameters, estimate.covariance),
     }
     try:

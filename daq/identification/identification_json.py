@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from daq.identification.found_model import entry_json
 from ident.results import (
     Consistency,
     DroppedParameter,
@@ -41,6 +42,7 @@ def identification_json(
         "base_parameters": [parameter.name for parameter in parameters],
         "units": {parameter.name: parameter.unit for parameter in parameters},
         "expressions": {parameter.name: parameter.expression for parameter in parameters},
+        "found": [entry_json(entry) for entry in result.found],
         "estimates": {
             "ls": _estimate(result.least_squares),
             "iv": None if result.instrumental is None else _estimate(result.instrumental),

@@ -8,6 +8,7 @@ from typing import Literal
 
 from daq.files.run_folder import make_run_folder
 from daq.identification.described import described
+from daq.identification.found_model import read_found_model
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
@@ -18,6 +19,7 @@ from daq.progress import Steps
 from daq.recording.capture import Capture
 from ident import Fitted, Options, Recording
 from ident import identify as identify_recordings
+from ident.found_effects import FoundModel
 from ident.results import Method
 from robots import Robot
 
@@ -39,6 +41,8 @@ class IdentifyRequest:
         validate: captures or logs that are predicted and not fitted to.
         essential: look for the essential parameters too.
         urdf: file for the arm's URDF with the identified inertias; not written where None.
+        model: a model file whose found effects are part of the model, or what it held; the usual model
+            where None.
     """
 
     paths: tuple[Path, ...]
@@ -53,28 +57,34 @@ class IdentifyRequest:
     validate: tuple[Path, ...] = ()
     essential: bool = False
     urdf: Path | None = None
+    model: Path | FoundModel | None = None
 
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """What came out; ``report`` and ``urdf`` are None where they were not asked for."""
+    """What came out; ``report`` and ``urdf`` are None where they were not asked for.
+
+    ``found`` is the model whose found effects were asked for.
+    """
 
     fitted: Fitted
     report: Path | None
     urdf: Path | None = None
+    found: FoundModel | None = None
 
 
 def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
     """Read, identify, write.
 
     Raises:
-        CaptureError, RobotFileError, IdentificationError, OutputError: one line each.
+        CaptureError, RobotFileError, ModelFileError, IdentificationError, OutputError: one line each.
         ArmMismatch: the recordings are of two arms.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
     with described(request.robot, request.paths[0]) as (robot, first):
         if request.urdf is not None:
             check_urdf_path(request.urdf, robot)
+        found = read_found_model(request.model, robot) if isinstance(request.model, Path) else request.model
         with steps.step("Read recordings"):
             loaded = [_load(path, robot, request.columns, first) for path in request.paths]
             held_out = [_load(path, robot, request.columns, first) for path in request.validate]
@@ -95,15 +105,18 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
             validation=_recordings(held_out),
             propose_cutoff=request.cutoff_hz == "auto",
             essential=request.essential,
+            found=found,
         )
         with steps.step("Identify") as update:
             fitted = identify_recordings(robot, recordings, lambda step, share: update(share, step), options)
+        if found is not None and not found.found:
+            doubts = [*doubts, f"{found.source} has no found effects; this is the usual model"]
         sentences = [*doubts, *(text for part in (*loaded, *held_out) for text in part.warnings)]
         fitted = _with_warnings(fitted, sentences)
         report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
         if request.urdf is not None:
             write_urdf(request.urdf, fitted, [part.path for part in loaded])
-    return IdentifyResult(fitted, report, request.urdf)
+    return IdentifyResult(fitted, report, request.urdf, found)
 
 
 def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from daq.files.model_file import write_model
+from daq.identification.found_model import found_words
 from daq.identification.identification_json import identification_json
 from daq.identification.torque_noise import torque_noise
 from daq.report.page import ReportContent, write_report
@@ -45,6 +46,8 @@ def write_results(
     (folder / "result.json").write_text(text, encoding="utf-8")
     noise = torque_noise(robot, fitted.base.model.effects, recordings)
     write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot, noise)
+    if fitted.result.found:
+        facts = {**facts, "Found effects": found_words(fitted.result.found)}
     report = folder / "report.html"
     write_report(
         report,

@@ -18,6 +18,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from daq.identification.found_model import found_words
 from daq.identification.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, asked_for
 from daq.progress import Update
 from daq.report.numbers import percent, probability, setting, significant, with_sigma
@@ -65,6 +66,8 @@ def print_identification(
     """Parameters, gates and verdict, the verdict last, where the eye is."""
     trusted = result.recommended
     console.print(_parameter_table(trusted, truth))
+    if result.found:
+        console.print(f"Found effects in the model: {found_words(result.found)}.", highlight=False)
     if result.essential is not None:
         console.print(_essential(result.essential), highlight=False)
     if result.consistency is not None:

@@ -160,6 +160,13 @@ CONSISTENCY = closed(
     }
 )
 BY_NAME = {"type": "object", "additionalProperties": TEXT}
+FOUND = closed(
+    {
+        "effect": TEXT,
+        "joints": {"type": "array", "items": {"type": "integer", "minimum": 1}},
+        "shape": {"type": "object", "additionalProperties": NUMBER},
+    }
+)
 SCHEMA = closed(
     {
         "armhil": TEXT,
@@ -167,6 +174,7 @@ SCHEMA = closed(
         "captures": TEXTS,
         "rows": {"type": "integer", "minimum": 1},
         "base_parameters": TEXTS,
+        "found": {"type": "array", "items": FOUND},
         "estimates": closed(
             {
                 "ls": ESTIMATE,

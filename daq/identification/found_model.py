@@ -1,0 +1,76 @@
+"""A model with found effects out of its file, for whatever goes on with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from daq.files.model_file import ModelFile, ModelFileError, read_model
+from ident.effects.vocabulary import EffectEntry
+from ident.found_effects import FoundModel
+from robots import Robot
+
+
+def read_found_model(path: Path, robot: Robot) -> FoundModel:
+    """The model of a file.
+
+    Args:
+        path: of the file.
+        robot: the arm that it has to be of.
+
+    Raises:
+        ModelFileError: it cannot be read, or is of another arm.
+    """
+    return found_model(path, read_model(path), robot)
+
+
+def found_model(path: Path, model: ModelFile, robot: Robot) -> FoundModel:
+    """The same of a file that was read.
+
+    Raises:
+        ModelFileError: it is of another arm.
+    """
+    if model.robot.name != robot.name:
+        raise ModelFileError(f"{path}: robot.name: {model.robot.name}; allowed: a model of {robot.name}")
+    entries = tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
+    usual = model.effects[: len(model.effects) - len(entries)]
+    values = {parameter.name: parameter.value for parameter in model.parameter}
+    return FoundModel(str(path), usual, entries, values)
+
+
+def found_words(entries: Sequence[EffectEntry]) -> str:
+    """Found effects and where they sit."""
+    named = []
+    for entry in entries:
+        joints = " and ".join(map(str, entry.joints))
+        named.append(f"{entry.name.replace('_', ' ')} ({'joint ' + joints if joints else 'the arm'})")
+    return "; ".join(named)
+
+
+def entry_json(entry: EffectEntry) -> dict[str, Any]:
+    """A found effect as model files, ``--json`` and the catalogue have it."""
+    return {"effect": entry.name, "joints": list(entry.joints), "shape": dict(entry.shape)}
+
+
+def entry_of_json(values: Mapping[str, Any]) -> EffectEntry:
+    """A found effect out of the catalogue."""
+    return EffectEntry(values["effect"], tuple(values["joints"]), dict(values["shape"]))
+
+
+def found_json(model: FoundModel) -> dict[str, Any]:
+    """A model with found effects as the catalogue keeps it among the settings of an identification."""
+    return {
+        "source": model.source,
+        "usual": list(model.usual),
+        "found": [entry_json(entry) for entry in model.found],
+        "values": dict(model.values),
+    }
+
+
+def found_of_json(values: Mapping[str, Any] | None) -> FoundModel | None:
+    """The same back; None where nothing was found."""
+    if values is None:
+        return None
+    entries = tuple(entry_of_json(entry) for entry in values["found"])
+    return FoundModel(values["source"], tuple(values["usual"]), entries, dict(values["values"]))
