@@ -84,7 +84,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
     if best.value < needed:
         return Choice(None, (), tuple(ranking), needed, excess, calibration.p_value(best.value))
     unexplained = excess - settings.misfit_of(examination) * rows
-    best = _simplest(best, ranking, _allowed(best, unexplained, settings, examination.repeats))
+    even = _Even(unexplained, settings, examination.repeats)
+    best = _simplest(best, ranking, even)
     chosen, rivals = best, ranking
     left = excess - best.gain
     if left > threshold:
@@ -92,8 +93,7 @@ def choose(examination: Examination, library: Library, present: Present, setting
         more = max(threshold, settings.alike * left, settings.second_share * best.gain)
         if pair and pair[0].value - best.value > more:
             chosen, rivals = pair[0], pair
-    allowed = _allowed(chosen, unexplained, settings, examination.repeats)
-    alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], allowed)
+    alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], even)
     return Choice(chosen, alike, tuple(ranking), needed, excess, calibration.p_value(chosen.value))
 
 
@@ -146,13 +146,13 @@ def _is_form(trial: Trial) -> bool:
     return trial.family.name in _FORMS
 
 
-def _alike(chosen: Score, rivals: Sequence[Score], allowed: float) -> tuple[Score, ...]:
+def _alike(chosen: Score, rivals: Sequence[Score], even: _Even) -> tuple[Score, ...]:
     """Rivals whose score is so near that the difference decides nothing."""
     keys = {trial.key for trial in chosen.trials}
     return tuple(
         rival
         for rival in rivals
-        if chosen.value - rival.value <= allowed
+        if chosen.value - rival.value <= even.allowed(chosen, rival)
         and {trial.key for trial in rival.trials} != keys
         and not _general_form(rival, chosen)
     )
@@ -176,24 +176,34 @@ def _sits_with(limit: Trial, general: Trial) -> bool:
     return limit.place.joints == general.place.joints
 
 
-def _simplest(best: Score, ranking: Sequence[Score], allowed: float) -> Score:
+def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
     """A limit of the best candidate that explains as much, where there is one."""
     for rival in ranking:
-        if best.value - rival.value <= allowed and rival is not best and _general_form(best, rival):
+        near = best.value - rival.value <= even.allowed(best, rival)
+        if near and rival is not best and _general_form(best, rival):
             return rival
     return best
 
 
-def _allowed(chosen: Score, unexplained: float, settings: SearchSettings, repeats: bool) -> float:
-    """Difference of scores that decides nothing.
+@dataclass(frozen=True)
+class _Even:
+    """Differences of scores that decide nothing.
 
-    What the chosen one leaves of the data measures how wrong the forms of effects are; evidence in the
-    prior's rows has no form. Where noise is not told from repeats, scores are only known to a share.
+    What the better one leaves of the data measures how wrong the forms of effects are; evidence in the
+    prior's rows has no form, but both candidates have to have theirs there. Where noise is not told from
+    repeats, scores are only known to a share.
     """
-    if not repeats:
-        return max(_EVEN, settings.alike_without_repeats * chosen.gain)
-    of_data = 1.0 - min(trial.prior_share for trial in chosen.trials)
-    return max(_EVEN, settings.alike * of_data * max(unexplained - chosen.gain, 0.0))
+
+    unexplained: float
+    settings: SearchSettings
+    repeats: bool
+
+    def allowed(self, better: Score, worse: Score) -> float:
+        """How much better the one may score and still be even with the other."""
+        if not self.repeats:
+            return max(_EVEN, self.settings.alike_without_repeats * better.gain)
+        of_data = 1.0 - min(trial.prior_share for trial in (*better.trials, *worse.trials))
+        return max(_EVEN, self.settings.alike * of_data * max(self.unexplained - better.gain, 0.0))
 
 
 @dataclass(frozen=True)

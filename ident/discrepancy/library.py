@@ -6,7 +6,7 @@ the products of these columns with each other and with the residual.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -16,14 +16,10 @@ from ident.discrepancy.examination import Examination
 from ident.discrepancy.present import Present
 from ident.discrepancy.scene import Scene
 from ident.effects.family import EffectFamily, Place, PlacedEffect
-from ident.signals import low_pass
 from robots.arrays import FloatArray
 
 _IN_SPAN = 1e-3
 """A column of which less than this share (of its norm) is outside the present model's span says nothing."""
-
-_QUICK = ("gear_ripple", "torque_ripple")
-"""Effects that are periodic in the motor's angle, many times per turn of the joint."""
 
 _NOTHING = 1e-30
 """A column this small is what an exponential leaves far from where it acts."""
@@ -103,8 +99,23 @@ class Library:
         return Library((), np.zeros((0, 0)), np.zeros(0), none)
 
 
-def build_library(examination: Examination, families: Sequence[EffectFamily], present: Present) -> Library:
-    """Evaluate every trial at the instruments' motion and partial the present model out of it."""
+def build_library(
+    examination: Examination,
+    families: Sequence[EffectFamily],
+    present: Present,
+    found: Collection[tuple[str, tuple[int, ...]]] = (),
+    settled: Collection[int] = (),
+) -> Library:
+    """Evaluate every trial at the instruments' motion and partial the present model out of it.
+
+    Args:
+        examination: the present model on the recordings.
+        families: whose effects are tried.
+        present: the present model, for effects that ask it for torques.
+        found: effects and joints (from 0) that the model has already; there is no second one there, but of
+            effects that come in waves.
+        settled: joints that are left out.
+    """
     trials: list[Trial] = []
     blocks: list[FloatArray] = []
     data = examination.data_rows
@@ -112,6 +123,9 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
     start = 0
     for family in families:
         for place in family.places(robot):
+            twice = (family.name, place.joints) in found and not family.several
+            if twice or set(place.joints) & set(settled):
+                continue
             shapes = family.shapes(robot, place)
             grid = list(product(*(shape.grid for shape in shapes)))
             effects = [family.effect(robot, place, values, present) for values in grid]
@@ -124,7 +138,7 @@ def build_library(examination: Examination, families: Sequence[EffectFamily], pr
                 share = prior_share(basis, data)
                 trials.append(Trial(family, place, effect, start, end, len(shapes), parameters, share))
                 start = end
-    matrix = np.concatenate(blocks, axis=1)
+    matrix = np.concatenate([np.zeros((examination.torque.shape[0], 0), dtype=np.float32), *blocks], axis=1)
     gram = (matrix.T @ matrix).astype(np.float64)
     score = matrix.T @ examination.residual
     return Library(tuple(trials), gram, score, matrix)
@@ -160,19 +174,16 @@ def prior_share(basis: FloatArray, data_rows: int) -> float:
     return float(np.sum(basis[data_rows:] ** 2) / basis.shape[1])
 
 
-def partialled(
-    examination: Examination, effect: PlacedEffect, exact: bool = True, shown: bool = False
-) -> FloatArray | None:
+def partialled(examination: Examination, effect: PlacedEffect, exact: bool = True) -> FloatArray | None:
     """An effect's whitened columns (N, p) beyond the present model; None where nothing is beyond it.
 
     Args:
         examination: of the present model.
         effect: of the vocabulary.
         exact: in closed loop, by simulation; else about.
-        shown: as for :func:`effect_rows`.
     """
     if examination.loop is None:
-        columns = [effect_rows(scene, effect, shown=shown) for scene in examination.scenes]
+        columns = [effect_rows(scene, effect) for scene in examination.scenes]
     else:
         loop = examination.loop
         answer = loop.respond(effect) if exact else loop.screen([effect])
@@ -203,25 +214,6 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     return unit @ factors, factors / scale[:, np.newaxis]
 
 
-def effect_rows(
-    scene: Scene, effect: PlacedEffect, measured: bool = False, shown: bool = False
-) -> FloatArray:
-    """An effect's decimated columns at a scene's instruments (or measured motion): rows × joints × p.
-
-    Those of quick torques as the filter of the positions shows them, where ``shown``: for the size of what is
-    found. The model that it enters has no such filter, and a candidate has to be a column of that model.
-    """
-    columns = effect.columns(scene.measured if measured else scene.instruments)
-    return scene.thin(_as_positions_show(scene, columns) if shown and effect.name in _QUICK else columns)
-
-
-def _as_positions_show(scene: Scene, columns: FloatArray) -> FloatArray:
-    """Columns (samples × joints × p) of quick torques through the filter of the positions.
-
-    A torque quicker than the position loop moves the drive instead of being held, and of that motion the
-    filter takes as much as it would of the torque: the model's two sides differ by the torque, filtered.
-    """
-    settings = scene.settings
-    flat = columns.reshape(columns.shape[0], -1)
-    smooth = low_pass(flat, settings.cutoff_hz, scene.recording.sample_time, settings.filter_order)
-    return smooth.reshape(columns.shape)
+def effect_rows(scene: Scene, effect: PlacedEffect, measured: bool = False) -> FloatArray:
+    """An effect's decimated columns at a scene's instruments (or measured motion): rows × joints × p."""
+    return scene.thin(effect.columns(scene.measured if measured else scene.instruments))

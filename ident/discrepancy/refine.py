@@ -187,7 +187,7 @@ def _with_deviations(
     exact: bool,
 ) -> Refined:
     """Standard deviations from the columns and the derivatives over the shapes (Gauss–Newton)."""
-    solved = _solve(examination, components, present, exact=exact, shown=True)
+    solved = _solve(examination, components, present, exact=exact)
     if solved is None:
         raise ArithmeticError("the effects have no columns beyond the present model")
     parameters, gain, columns, counts = solved
@@ -235,9 +235,7 @@ def _at_measured(
     effects = [component.effect(examination, present) for component in components]
     return np.concatenate(
         [
-            examination.whiten(
-                [effect_rows(scene, effect, measured=True, shown=True) for scene in examination.scenes]
-            )
+            examination.whiten([effect_rows(scene, effect, measured=True) for scene in examination.scenes])
             for effect in effects
         ],
         axis=1,
@@ -266,7 +264,7 @@ def _slopes(
         moved = point.copy()
         moved[k] += step
         there = _at(components, shapes, moved)
-        other = _solve(examination, there, present, parameters, exact, shown=True)
+        other = _solve(examination, there, present, parameters, exact)
         if other is not None:
             slopes[0, :, k] = (other[2] - columns) @ parameters / step
         beside = None if own is None else _at_measured(examination, there, present)
@@ -307,11 +305,10 @@ def _solve(
     present: Present,
     fixed: FloatArray | None = None,
     exact: bool = True,
-    shown: bool = False,
 ) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
     """Linear parameters, gain, partialled columns and how many belong to each effect."""
     effects = [component.effect(examination, present) for component in components]
-    blocks = [partialled(examination, effect, exact, shown) for effect in effects]
+    blocks = [partialled(examination, effect, exact) for effect in effects]
     if any(block is None for block in blocks):
         return None
     columns = np.concatenate([block for block in blocks if block is not None], axis=1)

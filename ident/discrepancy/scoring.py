@@ -57,6 +57,8 @@ def score(library: Library, trials: Sequence[Trial], products: FloatArray, rows:
         values = np.clip(values, bounds[:, 0], bounds[:, 1])
         factors = np.linalg.lstsq(parameters, values, rcond=None)[0]
         factors = factors * max(0.0, float(factors @ target) / float(factors @ gram @ factors or 1.0))
+        longer = parameters @ factors
+        factors = np.linalg.lstsq(parameters, np.clip(longer, bounds[:, 0], bounds[:, 1]), rcond=None)[0]
     gain = float(2 * factors @ target - factors @ gram @ factors)
     if not _has_essentials(trials, values):
         gain = 0.0

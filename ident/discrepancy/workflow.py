@@ -80,6 +80,8 @@ class _Search:
         robot = step.base.model.robot
         self.validation = _scenes(robot, question.validation)
         self.findings: list[Finding] = []
+        self.settled: set[int] = set()
+        """Joints on which nothing more is looked for."""
         self.form = ""
         """What the residual is, where it has a form without a name."""
 
@@ -119,13 +121,16 @@ class _Search:
         choice: Choice | None = None
         while len(self.findings) < most:
             self.progress("candidates", 0.1 + 0.8 * len(self.findings) / most)
-            library = build_library(self.step.examination, families, self.step.present)
+            library = self._library(families)
             if not self.findings and not self.step.examination.repeats:
                 self._measure_noise(library)
-                library = build_library(self.step.examination, families, self.step.present)
+                library = self._library(families)
             if not library.trials:
                 break
             choice = choose(self.step.examination, library, self.step.present, self.question.settings)
+            if choice.chosen is not None and self._form_of_found(choice.chosen):
+                self.settled |= {joint for trial in choice.chosen.trials for joint in trial.place.joints}
+                continue
             if choice.chosen is None or not self._worth_naming(choice):
                 break
             forms = [t for t in choice.chosen.trials if t.family.name in _FORMS]
@@ -134,6 +139,10 @@ class _Search:
                 break
             self._add(choice.chosen, choice)
         return choice
+
+    def _library(self, families: Sequence[EffectFamily]) -> Library:
+        found = {(finding.effect, finding.placed.place.joints) for finding in self.findings}
+        return build_library(self.step.examination, families, self.step.present, found, self.settled)
 
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
@@ -164,6 +173,12 @@ class _Search:
         beyond_misfit = choice.excess - settings.misfit_of(self.step.examination) * rows
         of_data = 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
         return bool(choice.chosen.gain >= settings.explained * of_data * beyond_misfit)
+
+    def _form_of_found(self, chosen: Score) -> bool:
+        """Whether it takes away so little beside what was found on its joints that it is that one's form."""
+        joints = {joint + 1 for trial in chosen.trials for joint in trial.place.joints}
+        beside = [finding.score for finding in self.findings if joints & set(finding.joints)]
+        return bool(beside) and chosen.gain < self.question.settings.second_share * max(beside)
 
     def _add(self, chosen: Score, choice: Choice) -> None:
         components = [Component.of(trial) for trial in chosen.trials]

@@ -15,20 +15,23 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
+    as_positions_show,
     drive_torque,
     each_drive,
     number,
     torque_unit,
 )
 from ident.effects.simulated import GearSpring, SimulatedParts
-from ident.signals import low_pass
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_CONTACT_DAMPING = 0.3
-"""Of the link on the flanks of a gear with play. It swings there at the cut-off of the filter of positions:
-real flanks are stiffer, but of a harder impact a filtered record keeps neither instant nor height."""
+_CONTACT = (0.5, 1.6, 4.0)
+"""Frequency of the link on the flanks of a gear with play, in the home posture, over the cut-off of the
+filter of positions: lowest, where the search starts, highest. Of harder impacts a filtered record keeps
+nothing."""
+_CONTACT_DAMPING = (0.02, 0.3, 1.5)
+"""Its damping, ratio to critical."""
 _FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
 _GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 _ONE = ((0.0, 3.0),)
@@ -72,12 +75,8 @@ def _gear_columns(
             state.acceleration - np.outer(push, back),
             state.time,
         )
-        settings = robot.identification
         change = present.link_torque(moved) - rigid
-        if settings.cutoff_hz * step >= 0.5:  # Rows of the simulated loop may be further apart than that.
-            return change[:, :, np.newaxis]
-        # An impact moves the motor as briefly as it lasts; the filter of the positions hides both alike.
-        return low_pass(change, settings.cutoff_hz, step, settings.filter_order)[:, :, np.newaxis]
+        return as_positions_show(robot, state, change[:, :, np.newaxis])
 
     return law
 
@@ -108,10 +107,8 @@ def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
 def _backlash(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    drive, (gap, offset_at_link) = place.joints[0], shape
-    inertia = _inertia(robot, drive)
-    stiffness = inertia * (2 * np.pi * robot.identification.cutoff_hz) ** 2
-    damping = 2 * _CONTACT_DAMPING * float(np.sqrt(inertia * stiffness))
+    drive, (gap, offset_at_link, stiffness, ratio) = place.joints[0], shape
+    damping = 2 * ratio * float(np.sqrt(_inertia(robot, drive) * stiffness))
     law = _gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
@@ -122,7 +119,22 @@ def _backlash(
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("gap", angle_unit(robot, place), _GAPS, 2e-5, 2e-2, True), OFFSET_AT_LINK)
+    inertia, cutoff = _inertia(robot, place.joints[0]), robot.identification.cutoff_hz
+    softest, flank, hardest = (inertia * (2 * np.pi * share * cutoff) ** 2 for share in _CONTACT)
+    least, ratio, most = _CONTACT_DAMPING
+    return (
+        Shape("gap", angle_unit(robot, place), _GAPS, 2e-5, 2e-2, True),
+        OFFSET_AT_LINK,
+        Shape(
+            "contact_stiffness",
+            f"{torque_unit(robot, place)}/{angle_unit(robot, place)}",
+            (flank,),
+            softest,
+            hardest,
+            True,
+        ),
+        Shape("contact_damping_ratio", "1", (ratio,), least, most, True),
+    )
 
 
 JOINT_ELASTICITY = Family(

@@ -93,7 +93,8 @@ class EffectFamily(Protocol):
     ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
-    ``contains`` are the effects that are limits of it.
+    ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
+    at one place, each of its own length.
     """
 
     @property
@@ -116,6 +117,9 @@ class EffectFamily(Protocol):
 
     @property
     def contains(self) -> tuple[str, ...]: ...
+
+    @property
+    def several(self) -> bool: ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

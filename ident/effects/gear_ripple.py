@@ -13,6 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
+    as_positions_show,
     drive_row,
     drive_torque,
     each_drive,
@@ -37,7 +38,8 @@ def _make(
 
     def law(state: State) -> FloatArray:
         still = present.link_torque(state)
-        return np.stack([_torque(state, still, quarter) for quarter in (0.5 * np.pi, 0.0)], axis=2)
+        columns = np.stack([_torque(state, still, quarter) for quarter in (0.5 * np.pi, 0.0)], axis=2)
+        return as_positions_show(robot, state, columns)
 
     def _torque(state: State, still: FloatArray, lead: float) -> FloatArray:
         """Change of joint torque per rad of the error sin(phase + lead)."""
@@ -77,4 +79,5 @@ GEAR_RIPPLE = Family(
     _make,
     ripple_shapes,
     confused_with=("torque_ripple",),
+    several=True,
 )

@@ -10,6 +10,7 @@ import numpy as np
 from ident.effects.effect import State
 from ident.effects.family import Evidence, Place, PresentModel, Scope, Shape
 from ident.effects.simulated import SimulatedParts
+from ident.signals import low_pass
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -73,6 +74,7 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it; ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not worth a word where such a limit explains as much.
+    ``several`` of an effect that comes in waves can sit at one place.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Family:
     confused_with: tuple[str, ...] = ()
     essential: tuple[int, ...] = ()
     contains: tuple[str, ...] = ()
+    several: bool = False
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
@@ -134,6 +137,26 @@ def joint_row(robot: Robot, place: Place) -> FloatArray:
 def along(row: FloatArray, *values: FloatArray) -> FloatArray:
     """Torques (samples,) that fall on the joints by a row (n,): samples × joints × len(values)."""
     return np.stack([value[:, np.newaxis] * row for value in values], axis=2)
+
+
+def as_positions_show(robot: Robot, state: State, torque: FloatArray) -> FloatArray:
+    """Quick torques (samples × joints × p) through the filter of the positions.
+
+    A torque quicker than the position loop moves the drive instead of being held, and of that motion the
+    filter takes as much as it would of the torque: the model's two sides differ by the torque, filtered.
+    Where the samples are too far apart for that filter there was none.
+    """
+    settings, time = robot.identification, state.time
+    if time is None or time.shape[0] <= 3 * settings.filter_order:
+        return torque
+    step = float(time[1] - time[0])
+    if settings.cutoff_hz * step >= 0.5:
+        return torque
+    flat = torque.reshape(torque.shape[0], -1)
+    alive = np.flatnonzero(flat.any(axis=0))
+    smooth = np.zeros_like(flat)
+    smooth[:, alive] = low_pass(flat[:, alive], settings.cutoff_hz, step, settings.filter_order)
+    return smooth.reshape(torque.shape)
 
 
 def drive_torque(robot: Robot, joint_torque: FloatArray, drive: int) -> FloatArray:

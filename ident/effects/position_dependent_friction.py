@@ -62,5 +62,6 @@ POSITION_DEPENDENT_FRICTION = Family(
     _make,
     _shapes,
     contains=("coulomb_friction",),
+    several=True,
     confused_with=("load_dependent_friction",),
 )

@@ -7,13 +7,17 @@ from scipy.interpolate import CubicSpline
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
-from ident.effects.placed import ANY, Family, Law, Parameters, Parts, each_drive
+from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 _LEAST = 1e-4
 """s; the torque is linear in a shift of the motion this small."""
+_ABOUT = 2.0
+"""A delay is at most so many times longer or shorter than the shift of its column."""
+_SHORT = 1e-3
+"""s; the column of a shift this short stands for all that is shorter, too."""
 _FEWEST = 4
 """Samples that a motion can be shifted with."""
 _SHIFTS = (-0.012, -0.007, -0.003, -0.001, 0.001, 0.003, 0.007, 0.012)
@@ -62,7 +66,16 @@ def _make(
         )
 
     name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
-    return Parameters((name,), ("s",), (ANY,)), law, parts
+    return Parameters((name,), ("s",), (_of_about(shift),)), law, parts
+
+
+def _of_about(shift: float) -> tuple[float, float]:
+    """Delays that a shift's column stands for. Far from it the column is that of another effect: of a shift
+    much longer than the delay it is nearly a lag's.
+    """
+    least = 0.0 if abs(shift) <= _SHORT else abs(shift) / _ABOUT
+    low, high = (least, abs(shift) * _ABOUT) if shift > 0.0 else (-abs(shift) * _ABOUT, -least)
+    return low, high
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

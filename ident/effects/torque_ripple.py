@@ -13,6 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
+    as_positions_show,
     drive_row,
     each_drive,
     number,
@@ -34,7 +35,7 @@ def _make(
 
     def law(state: State) -> FloatArray:
         phase = waves * (state.position @ row)
-        return along(row, np.cos(phase), np.sin(phase))
+        return as_positions_show(robot, state, along(row, np.cos(phase), np.sin(phase)))
 
     def parts(values: FloatArray) -> SimulatedParts:
         reach = float(np.abs(row) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))) + 0.1
@@ -64,4 +65,5 @@ TORQUE_RIPPLE = Family(
     _make,
     ripple_shapes,
     confused_with=("gear_ripple",),
+    several=True,
 )

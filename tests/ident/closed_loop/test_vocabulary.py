@@ -75,7 +75,7 @@ def torques(
 # torque that its columns may miss. Falling friction and loads are taken at the old velocity, and columns that
 # are linear in the effect (of a lag, a delay, a gear that gives way) miss its second order. Backlash is the
 # coarsest: its columns are the gear's own state along the recorded motion, where an impact comes at another
-# instant.
+# instant. Ripples go through the filter of the positions, which the simulated motion has not seen.
 CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], float]]] = {
     "viscous_friction": [(2, None, (0.5,), 0.005), (5, None, (0.5,), 0.005)],
     "coulomb_friction": [(2, None, (0.5,), 0.01), (5, None, (0.5,), 0.01), (1, None, (-3.0,), 0.01)],
@@ -97,7 +97,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "gear_ripple": [(2, (1.0,), (2e-4, 1e-4), 0.02)],
     "drive_gain_error": [(2, None, (0.05,), 0.01), (4, None, (-0.05,), 0.01)],
     "current_offset": [(2, None, (1.0,), 1e-6), (5, None, (0.5,), 1e-6)],
-    "torque_ripple": [(2, (2.0,), (0.5, 0.3), 0.001), (5, (1.0,), (0.3, 0.1), 0.001)],
+    "torque_ripple": [(2, (2.0,), (0.5, 0.3), 0.02), (5, (1.0,), (0.3, 0.1), 0.005)],
     "saturation": [(2, (25.0,), (1.0,), 0.001)],
     "rotor_inertia": [(2, None, (0.02,), 1e-6)],
     "current_loop_lag": [(2, None, (0.001,), 0.05)],
