@@ -61,6 +61,8 @@ STATUSWORD_PATTERNS: tuple[tuple[State, int, int], ...] = (
 TORQUE_STATES = (State.OPERATION_ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
 """States in which a drive may put torque on its motor."""
 
+INTERNAL_LIMIT_BIT = 0x800
+"""A limit inside the drive acts (of position, speed or current): it does not do what it is asked for."""
 FOLLOWS_BIT = 0x1000
 """Bit 12 of the statusword: in csp the drive follows the command value, in ip interpolation is active."""
 MODE_BIT = 0x10

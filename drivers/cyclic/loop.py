@@ -95,7 +95,7 @@ class Loop:
             late_cycles=cycle.late,
             incomplete_cycles=cycle.incomplete,
             incomplete_before=cycle.incomplete_before,
-            notes=(*self._notes, *reports, *filter(None, [cycle.delays.words()])),
+            notes=(*self._notes, *cycle.watch.notes(), *reports, *filter(None, [cycle.delays.words()])),
             missed_for=cycle.delays.missed,
             overflows=cycle.exchange.overflows(),
             pauses=tuple(self._follower.pauses),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from drivers.cia402.states import (
     FOLLOWING_ERROR_BIT,
     FOLLOWS_BIT,
+    INTERNAL_LIMIT_BIT,
     Goal,
     State,
     refusal,
@@ -22,7 +23,7 @@ from drivers.motion.motion_checks import MotionChecks
 
 _STATE_BITS = 0x6F
 _ENABLED_BITS = 0x27
-_CALM_MASK = _STATE_BITS | FOLLOWS_BIT | FOLLOWING_ERROR_BIT
+_CALM_MASK = _STATE_BITS | FOLLOWS_BIT | FOLLOWING_ERROR_BIT | INTERNAL_LIMIT_BIT
 _CALM = _ENABLED_BITS | FOLLOWS_BIT
 """A statusword of an axis that does what it should: nothing else has to be looked at."""
 _PATIENCE = 3
@@ -73,6 +74,7 @@ class Watch:
         self._follows = [link.interpolated for link in job.links]
         self._astray = [0] * n
         self._warned = [0] * n
+        self._limited = [0] * n
         budgets = job.budgets
         self._heartbeat_patience = [
             budgets.heartbeat_periods * link.heartbeat + budgets.stall_seconds for link in job.links
@@ -112,6 +114,16 @@ class Watch:
             else {}
         )
         return outcome, "; ".join([reason, *told])
+
+    def notes(self) -> tuple[str, ...]:
+        """What ended nothing and has to be known of the record."""
+        pairs = zip(self._job.drives, self._limited, strict=True)
+        return tuple(
+            f"a limit inside {drive} acted in {count} SYNCs (statusword bit 11);"
+            " there it did not do what it was told"
+            for drive, count in pairs
+            if count
+        )
 
     def check(self, set_points: Sequence[int], goals: list[Goal]) -> None:
         """Judge the cycle whose TPDOs have come.
@@ -204,6 +216,7 @@ class Watch:
             self.fault(axis, f"{self._job.drives[axis]} reports a following error (statusword 0x{word:04X})")
         else:
             self._check_obedience(axis, word)
+        self._limited[axis] += bool(word & INTERNAL_LIMIT_BIT)
         if seen.emergencies[axis]:
             # Where the drive goes to fault with it, its state says more and comes with the same SYNC.
             self._warned[axis] += 1

@@ -245,6 +245,17 @@ def test_the_drives_own_following_error_bit_stops_the_arm() -> None:
     assert "drive 1 reports a following error" in run(bit).result.reason
 
 
+def test_limits_that_act_inside_a_drive_are_counted_and_told() -> None:
+    def script(number: int, arm: FakeArm) -> None:
+        arm.axes[1].extra_bits = 0x1800 if 150 <= number < 157 else 0x1000
+
+    result = run(script).result
+    assert result.outcome == "completed"
+    told = [note for note in result.notes if "bit 11" in note]
+    assert len(told) == 1 and told[0].startswith("a limit inside drive 2 ") and " 7 SYNCs" in told[0]
+    assert not [note for note in run().result.notes if "bit 11" in note]
+
+
 def test_single_lost_answers_are_counted_and_more_than_the_budget_stops() -> None:
     def lose(number: int, arm: FakeArm) -> None:
         arm.axes[1].mute = number in (150, 200, 201, 202)
