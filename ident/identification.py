@@ -25,7 +25,7 @@ from ident.exogeneity import (
     textbook_test,
 )
 from ident.fits import Fits, Prepared, Progress, all_fits
-from ident.found_effects import end_to_end, extended_model, found_entries
+from ident.found_effects import FoundModel, end_to_end, extended_model, found_entries
 from ident.noise import noise_estimate
 from ident.observation import Rows, observe
 from ident.options import Options
@@ -55,7 +55,8 @@ class Fitted:
     """A model with its rows and fits: what the report, the model file and the search go on from.
 
     The arm in ``base.model.robot`` has the settings that were used, those found in the data included.
-    ``taken_up`` is what of the effects that were asked for these recordings cannot tell from the others.
+    ``known`` is the model whose found effects were asked for, ``taken_up`` what of them these recordings
+    cannot tell from the other parameters.
     """
 
     base: BaseParameters
@@ -65,6 +66,7 @@ class Fitted:
     result: Identification
     consistent: ConsistentFit | None = None
     taken_up: TakenUp = field(default_factory=TakenUp)
+    known: FoundModel | None = None
 
 
 def _silent(step: str, share: float) -> None:
@@ -144,7 +146,16 @@ def identify(
         result = with_consistent(result, base, stacked, consistent)
     result = replace(result, held_out=held_out(base, result.estimates, options.validation))
     progress("done", 1.0)
-    return Fitted(base, rows, fits.least_squares, fits.instrumental, result, consistent, prepared.taken_up)
+    return Fitted(
+        base,
+        rows,
+        fits.least_squares,
+        fits.instrumental,
+        result,
+        consistent,
+        prepared.taken_up,
+        options.found,
+    )
 
 
 def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> ConsistentFit:

@@ -15,8 +15,10 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import sha256_of
 from daq.catalogue.values import CatalogueError, Model, Run, RunKind, Source
 from daq.files.model_file import source_sha256
+from daq.identification.found_model import found_json, found_of_json
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.progress import Steps
+from ident.found_effects import FoundModel
 from robots.arrays import FloatArray
 
 IDENTIFY = "identify"
@@ -52,8 +54,13 @@ class Rerun:
     remarks: tuple[str, ...]
 
 
-def identify_settings(request: IdentifyRequest) -> dict[str, Any]:
-    """What an identification was asked for, as the catalogue keeps it."""
+def identify_settings(request: IdentifyRequest, known: FoundModel | None = None) -> dict[str, Any]:
+    """What an identification was asked for, as the catalogue keeps it.
+
+    Args:
+        request: the call.
+        known: what its model file held; the file may be gone when it is asked for again.
+    """
     return {
         "command": IDENTIFY,
         "robot": absolute(request.robot),
@@ -65,6 +72,7 @@ def identify_settings(request: IdentifyRequest) -> dict[str, Any]:
         "friction": request.friction,
         "essential": request.essential,
         "validate": [str(path.absolute()) for path in request.validate],
+        "model": None if known is None else found_json(known),
     }
 
 
@@ -83,6 +91,7 @@ def request_of(settings: dict[str, Any], paths: tuple[Path, ...], out: Path | No
         friction=settings.get("friction"),
         essential=settings.get("essential", False),
         validate=tuple(Path(path) for path in settings.get("validate", [])),
+        model=found_of_json(settings.get("model")),
     )
 
 

@@ -13,6 +13,7 @@ from daq.catalogue.compare import ComparedParameter, Comparison
 from daq.catalogue.details import RunDetails
 from daq.catalogue.prune import PrunePlan
 from daq.catalogue.values import Baseline, CatalogueFinding, CheckRecord, Model, Run
+from daq.identification.found_model import entry_json
 
 
 def runs_json(runs: Iterable[Run]) -> dict[str, Any]:
@@ -69,6 +70,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "relative_error_percent": number(model.relative_error_percent),
         "torque_rms": [number(value) for value in model.torque_rms],
         "effects": list(model.effects),
+        "found": [entry_json(entry) for entry in model.found],
         "parameters": [
             {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
             for p in model.parameters

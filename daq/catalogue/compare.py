@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from daq.catalogue import models, runs
+from daq.catalogue.accepted_effects import regressor_of
 from daq.catalogue.again import request_of, unchanged
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, Run
 from daq.identification.described import described
 from daq.identification.identify_options import chosen_settings
 from daq.importing.load import load_recording
-from ident import IdentificationError, RegressorModel, base_parameters
+from ident import IdentificationError, base_parameters
+from ident.found_effects import end_to_end
 from ident.observation import Rows, observe
 from robots.arrays import FloatArray
 
@@ -142,7 +144,7 @@ def _rows(run: Run, model: Model, names: list[str]) -> Rows:
             friction=request.friction,
         )
         robot = robot.model_copy(update={"identification": settings})
-        base = base_parameters(RegressorModel.of(robot))
+        base = base_parameters(regressor_of(model, robot))
         if list(base.names) != names:
-            raise IdentificationError("the models are not the usual one of the arm")
-        return observe(base, recordings, settings)
+            raise IdentificationError("the models are not of the arm as it is described now")
+        return observe(base, end_to_end(recordings), settings)

@@ -17,6 +17,7 @@ from daq.catalogue.identity import identity_of_arm, identity_of_capture, sha256_
 from daq.catalogue.values import CatalogueFinding, CatalogueParameter, Model, NewFinding, NewModel, Source
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult
 from daq.files.model_file import SUFFIX, ModelFile, read_model, source_sha256
+from daq.identification.found_model import entries_of
 from daq.identification.identification_json import identification_json
 from daq.identification.identify import IdentifyRequest, IdentifyResult
 from daq.importing.load import CAPTURE_SUFFIX
@@ -70,6 +71,7 @@ def new_model(fitted: Fitted, made: Made) -> NewModel:
         relative_error_percent=estimate.relative_error_percent,
         torque_rms=tuple(estimate.torque_rms.tolist()),
         effects=tuple(effect.name for effect in fitted.base.model.effects),
+        found=result.found,
         parameters=tuple(
             CatalogueParameter(p.name, float(p.value), float(p.sigma), p.unit, p.expression)
             for p in estimate.parameters
@@ -106,7 +108,7 @@ def keep_request(catalogue: Catalogue, request: IdentifyRequest, result: Identif
         return None
     robot = result.fitted.base.model.robot
     file = result.report.parent / f"{robot.name}{SUFFIX}"
-    made = Made(robot, request.paths, identify_settings(request), file, result.report)
+    made = Made(robot, request.paths, identify_settings(request, result.fitted.known), file, result.report)
     return keep_identified(catalogue, result.fitted, made)
 
 
@@ -149,7 +151,8 @@ def keep_diagnosed(
         rows=estimate.rows,
         relative_error_percent=estimate.relative_error_percent,
         torque_rms=tuple(diagnosis.torque.after.tolist()),
-        effects=(*model.effects, *(found.effect for found in model.found)),
+        effects=model.effects,
+        found=entries_of(model),
         parameters=tuple(
             CatalogueParameter(p.name, p.value, p.sigma, p.unit, p.expression) for p in model.parameter
         ),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from sqlalchemy import Connection, insert, inspect, select, text, update
+from sqlalchemy import JSON, Connection, Integer, column, insert, inspect, select, table, text, update
 
 from daq.catalogue import schema
 from daq.catalogue.values import CatalogueError
@@ -22,7 +22,32 @@ def _whole_covariance_kinds(connection: Connection) -> None:
         connection.execute(text("ALTER TABLE models ALTER COLUMN covariance_kind TYPE TEXT"))
 
 
-MIGRATIONS: Mapping[int, Migration] = {2: _whole_covariance_kinds}
+def _found_effects(connection: Connection) -> None:
+    """A model holds the effects that were found; those of a diagnosis stood among its findings."""
+    connection.execute(text("ALTER TABLE models ADD COLUMN found JSON"))
+    models = table("models", column("id", Integer), *(column(name, JSON) for name in ("effects", "found")))
+    findings = table(
+        "findings",
+        *(column(name, Integer) for name in ("id", "model_id")),
+        column("effect"),
+        *(column(name, JSON) for name in ("joints", "parameters")),
+    )
+    wanted = select(findings).where(findings.c.model_id.is_not(None)).order_by(findings.c.id)
+    of_model: dict[int, list[dict[str, object]]] = {}
+    for row in connection.execute(wanted):
+        shape = {p["name"]: p["value"] for p in row.parameters if p.get("shape")}
+        entry = {"effect": row.effect, "joints": row.joints, "shape": shape}
+        of_model.setdefault(row.model_id, []).append(entry)
+    for number, found in of_model.items():
+        mine = models.c.id == number
+        effects = connection.execute(select(models.c.effects).where(mine)).scalar_one()
+        names = [entry["effect"] for entry in found]
+        twice = effects[-2 * len(names) :] == [*names, *names]
+        kept = effects[: -len(names)] if twice else effects
+        connection.execute(update(models).where(mine).values(found=found, effects=kept))
+
+
+MIGRATIONS: Mapping[int, Migration] = {2: _whole_covariance_kinds, 3: _found_effects}
 """Version → the step that makes it out of the version before; version 1 is where the tables began."""
 
 _LOCK = 0x61726D68

@@ -16,6 +16,7 @@ from daq.catalogue.schema import models, parameters
 from daq.catalogue.schema import runs as runs_table
 from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
 from daq.catalogue.who import now, user
+from daq.identification.found_model import entry_json, entry_of_json
 from robots.arrays import FloatArray
 
 _PLAIN = (
@@ -48,6 +49,7 @@ def add(catalogue: Catalogue, run_id: int, new: NewModel) -> Model:
             "gates": dict(new.gates),
             "torque_rms": list(new.torque_rms),
             "effects": list(new.effects),
+            "found": [entry_json(entry) for entry in new.found],
             "covariance": _packed(new.covariance),
             "settings": dict(new.settings),
             "sources": [asdict(source) for source in new.sources],
@@ -147,6 +149,8 @@ def _model_of(row: Row[Any], belonging: tuple[CatalogueParameter, ...]) -> Model
     fields = dict(row._mapping)
     fields["torque_rms"] = tuple(fields["torque_rms"])
     fields["effects"] = tuple(fields["effects"])
+    # A catalogue of before has none there.
+    fields["found"] = tuple(entry_of_json(entry) for entry in fields["found"] or ())
     fields["sources"] = tuple(Source(**source) for source in fields["sources"])
     fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
     return Model(parameters=belonging, **fields)

@@ -28,7 +28,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import TypeDecorator
 
-VERSION = 2
+VERSION = 3
 """Of the tables below."""
 
 SHA256 = String(64)
@@ -136,6 +136,7 @@ models = Table(
     Column("relative_error_percent", Float, nullable=False),
     Column("torque_rms", JSON, nullable=False),
     Column("effects", JSON, nullable=False),
+    Column("found", JSON),
     Column("covariance_kind", Text, nullable=False),
     Column("covariance", LargeBinary),
     Column("settings", JSON, nullable=False),

@@ -16,6 +16,7 @@ from daq.catalogue.details import RunDetails
 from daq.catalogue.prune import PrunePlan
 from daq.catalogue.runs import UNJUDGED
 from daq.catalogue.values import Model, Run
+from daq.identification.found_model import found_words
 from daq.report.numbers import percent, significant, with_sigma
 
 _CAPTURE_WORDS = {
@@ -181,9 +182,10 @@ def print_prune(console: Console, plan: PrunePlan, heading: str) -> None:
 def _model_line(model: Model) -> str:
     error = percent(model.relative_error_percent)
     where = "" if model.report is None else f"; {escape(model.report)}"
+    found = f", with {found_words(model.found)}" if model.found else ""
     return (
         f"[bold]Model {model.id:<12}[/]{model.verdict} ({model.method}), torque error {error},"
-        f" {len(model.parameters)} parameters{where}"
+        f" {len(model.parameters)} parameters{found}{where}"
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Literal
 
+from ident.effects.vocabulary import EffectEntry
 from robots.arrays import FloatArray
 
 RunKind = Literal["demo", "plan", "check", "commission", "import", "run"]
@@ -123,6 +124,8 @@ class NewModel:
         verdict: of the revised test.
         gates: the test as ``identify --json`` prints it.
         torque_rms: of the residual per joint, N·m.
+        effects: names, those that were found last.
+        found: effects that a diagnosis had found, with place and shape.
         covariance: of the parameters, (b, b); None where it is not known.
         settings: what the identification was asked for, enough to do it again.
         file, report: paths; None where none was written.
@@ -145,6 +148,7 @@ class NewModel:
     armhil: str
     file: str | None = None
     report: str | None = None
+    found: tuple[EffectEntry, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,8 @@ import robots
 from daq.check.request import CheckError
 from daq.importing.load import loaded_capture
 from daq.recording.reader import read_capture
-from ident import Fitted, identify
+from ident import Fitted, Options, identify
+from ident.found_effects import FoundModel
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,13 @@ class AnalysisOrder:
         source: name or path of the arm.
         capture: the recording.
         method: of the baseline, ``ls`` or ``iv``; what the revised test recommends where None.
+        found: the model of the baseline where it has found effects, which are part of this one then.
     """
 
     source: str
     capture: Path
     method: str | None = None
+    found: FoundModel | None = None
 
 
 def analyse(order: AnalysisOrder) -> Fitted:
@@ -38,7 +41,7 @@ def analyse(order: AnalysisOrder) -> Fitted:
     """
     robot = robots.load(order.source)
     loaded = loaded_capture(read_capture(order.capture), robot)
-    fitted = identify(robot, loaded.recordings)
+    fitted = identify(robot, loaded.recordings, options=Options(found=order.found))
     result = replace(fitted.result, warnings=(*loaded.warnings, *fitted.result.warnings))
     if any(estimate.method == order.method for estimate in result.estimates):
         # Tonight's estimate is compared with one of its own kind; the verdict of the test stays what it is.

@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 from daq.catalogue.values import Model
-from ident import BaseParameters
-from ident.drift import Night, Relation, common_base, in_base_of
+from ident import Fitted
+from ident.drift import Night, Relation, common_base, determined_by, in_base_of, in_terms_of
 
 
 def carried_over(
-    first: Night, tonight: Night, accepted: Model, base: BaseParameters
+    first: Night, tonight: Night, accepted: Model, fitted: Fitted
 ) -> tuple[Night, tuple[str, ...]]:
     """The baseline in the parameters of tonight's model, and those of its own that tonight's does not tell.
 
     Args:
         first: the baseline, in its own parameters.
-        tonight: in those of ``base``.
+        tonight: in those of tonight's model.
         accepted: the model of the baseline.
-        base: of tonight's model.
+        fitted: tonight's identification.
 
     Raises:
         IdentificationError: they have nothing in common.
     """
     names = tuple(parameter.name for parameter in accepted.parameters)
-    if names == base.names:
+    if names == fitted.base.names:
         return first, ()
     expressions = [parameter.expression or parameter.name for parameter in accepted.parameters]
-    common = common_base(Relation.read(names, expressions), Relation.of(base))
+    old = Relation.read(names, expressions)
+    new = Relation.of(fitted.base).taking_up(fitted.taken_up.names, fitted.taken_up.factors)
+    if (determined := determined_by(old, new)) is not None:
+        return in_terms_of(first, determined), ()
+    common = common_base(old, new)
     return in_base_of(tonight, first, common), common.lost
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from daq.catalogue import arms, baselines, models
+from daq.catalogue.accepted_effects import effects_of
 from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
@@ -89,5 +90,7 @@ def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exceptio
 
 def _order(request: CheckRequest, recorded: Recorded) -> AnalysisOrder:
     baseline = baselines.current(request.catalogue, arms.get(request.catalogue, recorded.arm.id).id)
-    method = None if baseline is None else models.get(request.catalogue, baseline.model_id).method
-    return AnalysisOrder(request.arm.source, recorded.capture, method)
+    if baseline is None:
+        return AnalysisOrder(request.arm.source, recorded.capture)
+    accepted = models.get(request.catalogue, baseline.model_id)
+    return AnalysisOrder(request.arm.source, recorded.capture, accepted.method, effects_of(accepted))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from daq.catalogue import baselines, checks, models, runs
+from daq.catalogue.accepted_effects import effects_of
 from daq.catalogue.again import IDENTIFY
 from daq.catalogue.checks import GROWN_JOINTS
 from daq.catalogue.keep import Made, keep_diagnose_request, keep_identified
@@ -20,6 +21,7 @@ from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.model_file import SUFFIX
+from daq.identification.found_model import found_json
 from daq.identification.results import write_results
 from daq.identification.run_facts import report_facts
 from daq.importing.load import capture_recordings
@@ -49,9 +51,10 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
             title=f"{recorded.arm.label}: check",
             facts=report_facts(capture),
         )
-        made = Made(
-            robot, [recorded.capture], {"command": IDENTIFY}, request.folder / f"{robot.name}{SUFFIX}", report
-        )
+        settings: dict[str, Any] = {"command": IDENTIFY}
+        if fitted.known is not None:
+            settings["model"] = found_json(fitted.known)
+        made = Made(robot, [recorded.capture], settings, request.folder / f"{robot.name}{SUFFIX}", report)
         model = keep_identified(catalogue, fitted, made, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
         baseline = baselines.current(catalogue, recorded.arm.id)
@@ -135,7 +138,8 @@ def _searched(
     request: CheckRequest, recorded: Recorded, baseline: Baseline | None, steps: Steps
 ) -> tuple[str, ...]:
     """Sentences of a discrepancy search on tonight's recording, with the accepted model as what was known."""
-    accepted = None if baseline is None else models.get(request.catalogue, baseline.model_id).file
+    model = None if baseline is None else models.get(request.catalogue, baseline.model_id)
+    accepted = None if model is None else model.file
     found = DiagnoseRequest(
         fit=(recorded.capture,),
         robot=request.arm.source,
@@ -143,6 +147,7 @@ def _searched(
         prior=accepted if accepted is not None and Path(accepted).exists() else None,
         out=request.folder / "diagnosis",
         evaluations=0,
+        found=None if model is None else effects_of(model),
     )
     result = run_diagnose(found, steps)
     keep_diagnose_request(request.catalogue, found, result)

@@ -84,6 +84,6 @@ def compare_nights(
     accepted = models.get(catalogue, baseline.model_id)
     of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
     first = night_of(catalogue, accepted, of_baseline[-1] if of_baseline else None)
-    first, lost = carried_over(first, nights[-1], accepted, fitted.base)
+    first, lost = carried_over(first, nights[-1], accepted, fitted)
     geometry = geometry_of(fitted.base, fitted.rows, fitted.least_squares.sigma, first.values)
     return compare(first, nights, geometry, settings), lost

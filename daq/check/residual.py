@@ -7,6 +7,7 @@ import numpy as np
 from daq.catalogue import checks, models
 from daq.catalogue.checks import GROWN_JOINTS
 from daq.catalogue.database import Catalogue
+from daq.catalogue.diagnosed_again import DIAGNOSE
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
 from robots.arrays import FloatArray
@@ -31,7 +32,9 @@ def grown_residuals(
         tonight: the model of this check.
         trajectory_sha256: of the motion; nights of another one are not compared.
     """
-    before = [models.get(catalogue, baseline.model_id).torque_rms]
+    accepted = models.get(catalogue, baseline.model_id)
+    # What a diagnosis leaves it tells of the rows where joints move, on recordings that were not fitted.
+    before = [] if accepted.settings.get("command") == DIAGNOSE else [accepted.torque_rms]
     for record in checks.of_arm(catalogue, baseline.arm_id):
         same_motion = record.details.get(TRAJECTORY_SHA256) == trajectory_sha256
         clean = record.baseline_id == baseline.id and found_nothing(record)

@@ -33,10 +33,15 @@ def found_model(path: Path, model: ModelFile, robot: Robot) -> FoundModel:
     """
     if model.robot.name != robot.name:
         raise ModelFileError(f"{path}: robot.name: {model.robot.name}; allowed: a model of {robot.name}")
-    entries = tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
+    entries = entries_of(model)
     usual = model.effects[: len(model.effects) - len(entries)]
     values = {parameter.name: parameter.value for parameter in model.parameter}
     return FoundModel(str(path), usual, entries, values)
+
+
+def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:
+    """The effects of a file that were found."""
+    return tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
 
 
 def found_words(entries: Sequence[EffectEntry]) -> str:

@@ -62,15 +62,11 @@ class IdentifyRequest:
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """What came out; ``report`` and ``urdf`` are None where they were not asked for.
-
-    ``found`` is the model whose found effects were asked for.
-    """
+    """What came out; ``report`` and ``urdf`` are None where they were not asked for."""
 
     fitted: Fitted
     report: Path | None
     urdf: Path | None = None
-    found: FoundModel | None = None
 
 
 def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
@@ -116,7 +112,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
         if request.urdf is not None:
             write_urdf(request.urdf, fitted, [part.path for part in loaded])
-    return IdentifyResult(fitted, report, request.urdf, found)
+    return IdentifyResult(fitted, report, request.urdf)
 
 
 def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:

@@ -17,6 +17,7 @@ from daq.check.check_json import baseline_json
 from daq.check.fleet import FleetFileError
 from daq.check.judged import plain
 from daq.check.request import CheckError
+from daq.identification.found_model import entry_json
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
 from daq.service.live import MOST_LOOKING, Hub
@@ -236,6 +237,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "verdict": model.verdict,
         "relative_error_percent": plain(model.relative_error_percent),
         "effects": list(model.effects),
+        "found": [entry_json(entry) for entry in model.found],
         "parameters": [
             {"name": p.name, "value": plain(p.value), "sigma": plain(p.sigma), "unit": p.unit}
             for p in model.parameters

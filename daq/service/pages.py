@@ -18,6 +18,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
 from daq.check.fleet import FleetFileError, fleet_words, read_fleet
 from daq.check.request import CheckError
+from daq.identification.found_model import found_words
 from daq.report.numbers import percent, significant, with_sigma
 from daq.report.pictures import icon
 from daq.report.templates import templates
@@ -132,6 +133,7 @@ def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
             ],
             check=_verdict_view(verdicts),
             has_report=any(one.report for one in of_run),
+            found="" if model is None else found_words(model.found),
             error="" if model is None else percent(model.relative_error_percent),
         )
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.catalogue.accepted_effects import regressor_of
 from daq.catalogue.values import Model, Run
 from daq.identification.described import robot_of
 from daq.importing.load import loaded_capture
@@ -17,7 +18,8 @@ from daq.report.gates import GateView, gate_view
 from daq.report.numbers import percent, significant
 from daq.report.parameters import joint_heading
 from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
-from ident import IdentificationError, RegressorModel, base_parameters
+from ident import IdentificationError, base_parameters
+from ident.found_effects import end_to_end
 from ident.observation import observe
 from ident.results import ColumnCheck, Gate
 from robots import Robot, RobotFileError
@@ -38,13 +40,25 @@ def curves_of(run: Run, model: Model | None) -> Curves:
     """Positions beside their references, and torques beside what the model makes of the motion."""
     if run.capture is None or run.capture_sha256 is None:
         return Curves(reason="nothing was recorded, or the recording was deleted")
-    names = () if model is None else tuple(parameter.name for parameter in model.parameters)
-    values = () if model is None else tuple(parameter.value for parameter in model.parameters)
-    return _curves(run.capture, run.capture_sha256, names, values)
+    return _curves(run.capture, run.capture_sha256, _Kept(model))
+
+
+class _Kept:
+    """A model in the cache: one of the same run and number is the same."""
+
+    def __init__(self, model: Model | None) -> None:
+        self.model = model
+        self._key = None if model is None else (model.id, model.run_id, model.created)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Kept) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
 
 
 @lru_cache(maxsize=16)
-def _curves(path: str, sha256: str, names: tuple[str, ...], values: tuple[float, ...]) -> Curves:
+def _curves(path: str, sha256: str, kept: _Kept) -> Curves:
     file = Path(path)
     try:
         if not file.is_file() or file_sha256(file) != sha256:
@@ -52,7 +66,7 @@ def _curves(path: str, sha256: str, names: tuple[str, ...], values: tuple[float,
         capture = read_capture(file)
         with tempfile.TemporaryDirectory(prefix="armhil-") as folder:
             robot = robot_of(capture, Path(folder))
-            return Curves(_positions(capture, robot), _torques(capture, robot, names, values))
+            return Curves(_positions(capture, robot), _torques(capture, robot, kept.model))
     except (CaptureError, RobotFileError, IdentificationError, OSError, ValueError) as error:
         return Curves(reason=" ".join(str(error).split()))
 
@@ -75,24 +89,24 @@ def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
     return tuple(found)
 
 
-def _torques(
-    capture: Capture, robot: Robot, names: tuple[str, ...], values: tuple[float, ...]
-) -> tuple[TraceFigure, ...]:
-    base = base_parameters(RegressorModel.of(robot))
-    if base.names != names:
+def _torques(capture: Capture, robot: Robot, model: Model | None) -> tuple[TraceFigure, ...]:
+    if model is None:
         return ()
-    rows = observe(base, loaded_capture(capture, robot).recordings, robot.identification)
-    predicted = rows.regressor @ np.array(values)
+    base = base_parameters(regressor_of(model, robot))
+    if base.names != tuple(parameter.name for parameter in model.parameters):
+        return ()
+    rows = observe(base, end_to_end(loaded_capture(capture, robot).recordings), robot.identification)
+    predicted = rows.regressor @ np.array([parameter.value for parameter in model.parameters])
     pixels = pixels_per_trace(3 * robot.n)
     found = []
     for j, joint in enumerate(robot.joint):
         unit = "N" if joint.kind == "prismatic" else "N·m"
-        measured, model = rows.torque[:, j], predicted[:, j]
+        measured, told = rows.torque[:, j], predicted[:, j]
         size = float(np.linalg.norm(measured))
-        share = 100 * float(np.linalg.norm(measured - model)) / max(size, 1e-12)
+        share = 100 * float(np.linalg.norm(measured - told)) / max(size, 1e-12)
         heading = joint_heading(j, joint.name)
         numbers = (("relative error", percent(share)),)
-        found.append(trace_figure(heading, unit, numbers, rows.time, measured, model, pixels))
+        found.append(trace_figure(heading, unit, numbers, rows.time, measured, told, pixels))
     return tuple(found)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ident.drift.charts import cusum, run_length, trend_threshold
-from ident.drift.common import CommonBase, Relation, common_base, in_base_of
+from ident.drift.common import CommonBase, Relation, common_base, determined_by, in_base_of, in_terms_of
 from ident.drift.comparison import compare
 from ident.drift.geometry import Geometry, geometry_of
 from ident.drift.patterns import Pattern, patterns_of
@@ -37,9 +37,11 @@ __all__ = [
     "common_base",
     "compare",
     "cusum",
+    "determined_by",
     "geometry_of",
     "holm",
     "in_base_of",
+    "in_terms_of",
     "patterns_of",
     "run_length",
     "trend_threshold",

@@ -52,6 +52,12 @@ class Relation:
         matrix = np.array([[row.get(symbol, 0.0) for symbol in standard] for row in rows])
         return cls(tuple(names), standard, matrix)
 
+    def taking_up(self, names: tuple[str, ...], factors: FloatArray) -> Relation:
+        """The relation of a model that takes up other parameters (k,), so much of each: factors (b, k)."""
+        if not names:
+            return self
+        return Relation(self.names, (*self.standard, *names), np.hstack([self.matrix, factors]))
+
 
 @dataclass(frozen=True)
 class CommonBase:
@@ -62,6 +68,21 @@ class CommonBase:
     of_new: FloatArray
     lost: tuple[str, ...]
     """Parameters of the old base that the new one cannot tell."""
+
+
+def determined_by(old: Relation, new: Relation) -> FloatArray | None:
+    """(b_new, b_old) that takes the old base vector to the new one; None where the old does not say all."""
+    standard = tuple(dict.fromkeys((*old.standard, *new.standard)))
+    a, b = _over(old, standard), _over(new, standard)
+    mapping = np.linalg.lstsq(a.T, b.T, rcond=None)[0].T
+    left = np.linalg.norm(b - mapping @ a, axis=1) / np.linalg.norm(b, axis=1)
+    return None if (left > _REPRESENTED).any() else np.asarray(mapping)
+
+
+def in_terms_of(night: Night, mapping: FloatArray) -> Night:
+    """A night in other parameters, mapping (b_new, b_old) times its own."""
+    covariance = mapping @ night.covariance @ mapping.T
+    return replace(night, values=mapping @ night.values, covariance=(covariance + covariance.T) / 2.0)
 
 
 def common_base(old: Relation, new: Relation) -> CommonBase:

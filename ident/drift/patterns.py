@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.drift.geometry import Geometry
+from ident.effects.found import Found
 from robots.arrays import FloatArray
 
 _LINK = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
@@ -47,9 +48,9 @@ def patterns_of(geometry: Geometry) -> tuple[Pattern, ...]:
     """All effects that one look at the base parameters can tell apart on this arm.
 
     Friction, offset and rotor inertia of each joint, the gain of each drive (every parameter of the joint
-    scaled together), and a body on the tool by its mass and first moments.
+    scaled together), a body on the tool by its mass and first moments, and effects that a search has found.
     """
-    found = [*_per_joint(geometry), *_gains(geometry), *_payload(geometry)]
+    found = [*_per_joint(geometry), *_gains(geometry), *_payload(geometry), *_found(geometry)]
     return tuple(pattern for pattern in found if _is_seen(pattern, geometry))
 
 
@@ -99,6 +100,36 @@ def _payload(geometry: Geometry) -> list[Pattern]:
     units = tuple(("kg", "kg·m", "kg·m", "kg·m")[k] for k in seen)
     directions = np.column_stack([columns[k] for k in seen])
     return [Pattern("payload", None, "payload on the tool", directions, units)]
+
+
+def _found(geometry: Geometry) -> list[Pattern]:
+    """What the baseline has found before may have become more or less."""
+    base, end = geometry.base, 0
+    patterns = []
+    for effect in base.model.effects:
+        start, end = end, end + len(effect.parameter_names)
+        own = np.flatnonzero((base.independent >= start) & (base.independent < end))
+        # Usual friction that a baseline was made without, and found, is a usual effect here.
+        if not isinstance(effect, Found) or any(map(_is_usual, effect.parameter_names)):
+            continue
+        joints = " and ".join(str(joint + 1) for joint in effect.place.joints)
+        where = f"joint {joints}" if joints else "the arm"
+        patterns.append(
+            Pattern(
+                effect.name,
+                effect.place.joints[0] + 1 if effect.place.joints else None,
+                f"{effect.name.replace('_', ' ')} of {where}",
+                np.eye(len(base.independent))[:, own],
+                tuple(base.units[k] for k in own),
+                float(geometry.beta[own[0]]) if len(own) == 1 else None,
+            )
+        )
+    return patterns
+
+
+def _is_usual(name: str) -> bool:
+    match = _NAME.fullmatch(name)
+    return match is not None and match[1] in _WORDS
 
 
 def _direction(geometry: Geometry, standard: str) -> FloatArray:

@@ -13,11 +13,12 @@ import pytest
 import sqlalchemy
 from sqlalchemy import Connection, text
 
-from daq.catalogue import arms, baselines, models, runs, schema
+from daq.catalogue import arms, baselines, findings, models, runs, schema
 from daq.catalogue.database import Catalogue
 from daq.catalogue.location import catalogue_url
 from daq.catalogue.migrations import bring_up_to_date, found_version
-from daq.catalogue.values import CatalogueError
+from daq.catalogue.values import CatalogueError, NewFinding
+from ident.effects.vocabulary import EffectEntry
 from tests.daq.catalogue.entries import identity, model
 
 ROOT = Path(__file__).parents[3]
@@ -142,6 +143,7 @@ def test_a_catalogue_of_version_1_takes_whole_sentences(url: str) -> None:
     with Catalogue(url) as catalogue, catalogue.writing() as connection:
         if connection.dialect.name == "postgresql":
             connection.execute(text("ALTER TABLE models ALTER COLUMN covariance_kind TYPE VARCHAR(40)"))
+        connection.execute(text("ALTER TABLE models DROP COLUMN found"))
         connection.execute(text("UPDATE schema_version SET version = 1"))
     said = "Ω per joint, errors independent in time (eq. 7)"
     assert len(said) > 40
@@ -153,16 +155,59 @@ def test_a_catalogue_of_version_1_takes_whole_sentences(url: str) -> None:
         assert models.get(catalogue, kept.id).covariance_kind == said
 
 
+def test_a_diagnosis_of_version_2_has_its_effects_from_its_findings(url: str) -> None:
+    """Models had only names, those found twice; the findings beside them said where, and with what shape."""
+    usual = ("rigid_body", "viscous_friction")
+    shape = {"name": "length", "value": 0.002, "sigma": 1e-4, "unit": "rad", "shape": True}
+    linear = {"name": "hysteresis2", "value": 3.0, "sigma": 0.1, "unit": "N·m", "shape": False}
+    found = (_finding("hysteresis", (2,), (linear, shape)), _finding("payload", (), (linear,)))
+    names = tuple(finding.effect for finding in found)
+    with Catalogue(url) as catalogue:
+        run = runs.begin(catalogue, identity(), "run")
+        plain = models.add(catalogue, run.id, replace(model(), effects=usual))
+        diagnosed = models.add(catalogue, run.id, replace(model(), effects=(*usual, *names, *names)))
+        findings.add(catalogue, run.id, found, diagnosed.id)
+        findings.add(catalogue, run.id, found[:1])  # of a diagnosis that kept no model
+        with catalogue.writing() as connection:
+            connection.execute(text("ALTER TABLE models DROP COLUMN found"))
+            connection.execute(text("UPDATE schema_version SET version = 2"))
+    with Catalogue(url) as catalogue:
+        kept = models.get(catalogue, diagnosed.id)
+        assert kept.effects == (*usual, *names)
+        assert kept.found == (
+            EffectEntry("hysteresis", (2,), {"length": 0.002}),
+            EffectEntry("payload", (), {}),
+        )
+        assert kept.parameters == diagnosed.parameters
+        other = models.get(catalogue, plain.id)
+        assert (other.effects, other.found) == (usual, ())
+        again = models.add(catalogue, run.id, replace(model(), effects=kept.effects, found=kept.found))
+        assert again.found == kept.found
+
+
+def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, object], ...]) -> NewFinding:
+    return NewFinding(
+        effect=effect,
+        joints=joints,
+        sentence=effect,
+        parameters=parameters,
+        p_value=0.0,
+        gap_before=1.0,
+        gap_after=0.1,
+        held_out_gain=0.9,
+    )
+
+
 def test_the_tables_are_pinned_to_their_version() -> None:
     """Whoever changes a table has to raise VERSION, write the step, and change this list."""
-    assert schema.VERSION == 2
+    assert schema.VERSION == 3
     found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
     assert found == {
         "arms": 7,
         "schema_version": 2,
         "leases": 4,
         "runs": 17,
-        "models": 21,
+        "models": 22,
         "baselines": 7,
         "parameters": 7,
         "baseline_events": 7,
