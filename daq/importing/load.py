@@ -21,6 +21,7 @@ from daq.importing.import_map import (
 from daq.importing.joint_states import is_bag_folder
 from daq.recording.capture import IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
+from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
 from ident.resampling import uniform_recording
 from robots import Identification, Robot
@@ -97,9 +98,20 @@ def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
             f" {robot.name} has {', '.join(joints)}"
         )
     recordings, dropped = _pieces(capture)
-    warnings = [f"{path}: {sentence}" for sentence in capture.damage.sentences(capture.period)]
+    sentences = (*capture.damage.sentences(capture.period), *_limited(capture))
+    warnings = [f"{path}: {sentence}" for sentence in sentences]
     settings = imported_settings(capture, robot)
     return LoadedRecordings(path, recordings, settings, capture, tuple(warnings + [dropped] * bool(dropped)))
+
+
+def _limited(capture: Capture) -> list[str]:
+    """Drives whose own limits acted: there the control signal is not what the controller asked for."""
+    counts = (np.asarray(capture.samples.statusword) & INTERNAL_LIMIT_BIT != 0).sum(axis=0)
+    return [
+        f"a limit inside drive {k + 1} acted in {count} cycles (statusword bit 11)"
+        for k, count in enumerate(counts)
+        if count
+    ]
 
 
 def imported_settings(capture: Capture, robot: Robot) -> Identification:

@@ -292,6 +292,16 @@ def test_a_capture_becomes_one_recording(
     assert loaded.warnings == ()
 
 
+def test_limits_that_acted_inside_a_drive_are_told(
+    tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch = samples(0, 3000)
+    batch.statusword[100:117, 3] |= 0x800
+    path = record(tmp_path / "run.mcap", tx40, [batch], monkeypatch)
+    loaded = load_recording(path, tx40)
+    assert loaded.warnings == (f"{path}: a limit inside drive 4 acted in 17 cycles (statusword bit 11)",)
+
+
 def test_gaps_part_a_capture_and_short_pieces_are_left_out_aloud(
     tmp_path: Path, tx40: Robot, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
