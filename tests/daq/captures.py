@@ -32,7 +32,9 @@ def samples(first: int, count: int, joints: int = 6, period: float = PERIOD) -> 
         position=np.sin(phase / 100 - 0.01),
         control_signal=np.cos(phase / 50),
         # Bits 8 to 15 change, the power state (operation enabled) does not.
-        statusword=(0x1237 + 256 * (cycle[:, np.newaxis] % 7 + np.arange(joints))).astype(np.uint16),
+        statusword=((0x1237 + 256 * (cycle[:, np.newaxis] % 7 + np.arange(joints))) & ~0x800).astype(
+            np.uint16
+        ),
         complete=np.ones((count, joints), dtype=np.bool_),
         lateness=np.sin(cycle) * 1e-5,
     )
