@@ -26,6 +26,7 @@ from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.where import Habitat, habitats
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.placed import Placed
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.regressor import RegressorModel
@@ -141,7 +142,8 @@ class _Search:
         return choice
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
-        found = {(finding.effect, finding.placed.place.joints) for finding in self.findings}
+        placed = [effect for effect in self.step.base.model.effects if isinstance(effect, Placed)]
+        found = {(effect.name, effect.place.joints) for effect in placed}
         return build_library(self.step.examination, families, self.step.present, found, self.settled)
 
     def _measure_noise(self, library: Library) -> None:
