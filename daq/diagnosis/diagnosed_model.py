@@ -15,6 +15,7 @@ from daq.files.model_file import ModelFile, ModelFileError, model_parameters, so
 from daq.files.toml_file import validation_line
 from ident import BaseParameters, Parameter
 from ident.discrepancy import Diagnosis
+from ident.discrepancy.gap import torque_floor
 from ident.discrepancy.unrepeated import noise_level
 from ident.effects.found import unused_names
 from ident.effects.placed import Placed
@@ -45,7 +46,7 @@ def write_diagnosed_model(
 
 
 def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dict[str, object]:
-    base, (first, examination) = diagnosis.base, diagnosis.examinations
+    base, examination = diagnosis.base, diagnosis.examinations[-1]
     sigma = np.sqrt(np.diag(diagnosis.covariance))
     names, expressions = _own_names(base)
     named = zip(names, diagnosis.beta, sigma, base.units, expressions, strict=True)
@@ -65,7 +66,7 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
             else "rows weighted by what is left of the residual",
             "rows": int(examination.used.sum()),
             "relative_error_percent": _relative_error(diagnosis),
-            "torque_noise": tuple(noise_level(first).tolist()) if first.repeats else (),
+            "torque_noise": _torque_noise(diagnosis),
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
@@ -89,6 +90,17 @@ def _own_names(base: BaseParameters) -> tuple[tuple[str, ...], tuple[str, ...]]:
         standard += unused_names(effect.parameter_names, standard)
     own = tuple(standard[column] for column in base.independent[usual:])
     return (*base.names[:usual], *own), (*base.expressions[:usual], *own)
+
+
+def _torque_noise(diagnosis: Diagnosis) -> tuple[float, ...]:
+    """Per joint, rms of what does not repeat beside the model with what was found; none where nothing does.
+
+    An effect with a history repeats from the second period on: without it in the model that would be noise.
+    """
+    first, scenes = diagnosis.examinations[0], diagnosis.examinations[-1].scenes
+    if not diagnosis.findings:
+        return tuple(noise_level(first).tolist()) if first.repeats else ()
+    return tuple(torque_floor(diagnosis.base, diagnosis.beta, scenes).tolist()) if first.repeats else ()
 
 
 def _relative_error(diagnosis: Diagnosis) -> float:

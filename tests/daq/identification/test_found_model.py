@@ -21,12 +21,13 @@ from tests.daq.captures import facts, outcome
 from trajectories import plan
 
 STRIBECK = {"stribeck_friction": [{"drive": 1, "rise": 2.0, "speed": 0.05}]}
+LAGGING = {"hysteresis": [{"drive": 1, "torque": 6.0, "displacement": 0.003}]}
 RUBBING = {"coulomb_friction": [{"drive": 1, "change": 0.3}]}
 
 
 @pytest.fixture(scope="module")
 def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of one carriage: as accepted, with friction that rises at low speed, and with more of it."""
+    """Of one carriage: as accepted, with friction that rises at low speed, and so on."""
     folder, arm = tmp_path_factory.mktemp("found"), robots.load("emps")
     motions = [
         plan(arm, cycle_time=0.001, duration=5.0, seed=seed, evaluations=200, periods=2) for seed in (0, 1)
@@ -37,6 +38,8 @@ def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ("fit", STRIBECK, 0),
             ("validation", STRIBECK, 1),
             ("later", STRIBECK, 0),
+            ("lagging", LAGGING, 0),
+            ("lagging-too", LAGGING, 1),
             ("rubbing", RUBBING, 0),
             ("rubbing-too", RUBBING, 1),
         )
@@ -112,7 +115,7 @@ def test_what_was_found_before_is_not_found_again(
     words = ("diagnose", captures / "later.mcap", "--validate", captures / "validation.mcap")
     out = ("--out", tmp_path / "then", "--evaluations", 0)
     then = call(armhil, *words, "--prior", model(chain, "why"), *out)
-    assert (then["verdict"], then["findings"]) == ("clean", [])
+    assert (then["verdict"], then["findings"]) == ("clean", []), then["description"]
     written = read_model(model(tmp_path, "then"))
     assert [entry.effect for entry in written.found] == ["stribeck_friction"]
     assert "Fs1" in [parameter.name for parameter in written.parameter]
@@ -135,6 +138,21 @@ def test_more_of_what_the_model_has_a_parameter_for(
     whole = call(armhil, "identify", fit, "--model", model(tmp_path, "why"))
     assert whole["found"] == [] and whole["estimates"] == call(armhil, "identify", fit)["estimates"]
     assert any(text.startswith("coulomb friction (joint 1): without a prior") for text in whole["warnings"])
+
+
+def test_the_noise_is_that_beside_what_was_found(
+    armhil: Call, captures: Path, chain: Path, tmp_path: Path
+) -> None:
+    """The first period begins with a relaxed gear: with the effect in the model, that does not repeat."""
+    words = ("diagnose", captures / "lagging.mcap", "--validate", captures / "lagging-too.mcap")
+    out = ("--out", tmp_path / "why", "--evaluations", 0)
+    found = call(armhil, *words, "--prior", model(chain, "accepted"), *out)
+    assert [finding["effect"] for finding in found["findings"]] == ["hysteresis"]
+    whole = ("--model", model(tmp_path, "why"), "--out", tmp_path / "whole")
+    call(armhil, "identify", captures / "lagging.mcap", *whole)
+    files = (model(tmp_path, "why"), model(tmp_path, "whole"), model(chain, "accepted"))
+    why, refitted, before = (read_model(file).estimate.torque_noise[0] for file in files)
+    assert why == pytest.approx(refitted, rel=0.1) and why > 1.1 * before
 
 
 def test_out_of_the_file_and_out_of_json_it_is_the_same(chain: Path) -> None:

@@ -9,7 +9,21 @@ import pytest
 
 import robots
 from ident import BaseParameters, IdentificationError, RegressorModel, base_parameters
-from ident.drift import Geometry, Night, Relation, common_base, compare, in_base_of, patterns_of
+from ident.drift import (
+    Geometry,
+    Night,
+    Relation,
+    common_base,
+    compare,
+    determined_by,
+    geometry_of,
+    in_base_of,
+    in_terms_of,
+    patterns_of,
+)
+from ident.effects.vocabulary import EffectEntry
+from ident.found_effects import FoundModel, extended_model
+from ident.observation import Rows
 from robots.arrays import FloatArray
 from tests.ident.drift.arms_of_nights import draw_nights, geometry
 
@@ -93,3 +107,54 @@ def test_the_same_base_is_carried_over_as_it_is(made: Geometry) -> None:
     carried = in_base_of(two, one, common_base(exact, exact))
     np.testing.assert_allclose(carried.values, one.values, rtol=1e-9)
     np.testing.assert_allclose(carried.covariance, one.covariance, rtol=1e-6, atol=1e-14)
+
+
+def test_what_a_model_takes_up_is_added_to_its_parameters() -> None:
+    """A payload that the old model tells from the links is in the links of the new one, with its σ."""
+    base = base_parameters(RegressorModel.of(robots.load("emps")))
+    plain = Relation.of(base)
+    size = len(base.names)
+    own = np.hstack([np.eye(len(plain.standard)), np.zeros((len(plain.standard), 1))])
+    matrix = np.vstack([plain.matrix @ own, np.eye(len(plain.standard) + 1)[-1]])
+    old = Relation((*base.names, "M_payload"), (*plain.standard, "M_payload"), matrix)
+    factors = np.zeros((size, 1))
+    factors[base.names.index("M1R")] = 1.0
+    assert determined_by(old, plain.taking_up(("M_other",), factors)) is None
+    mapping = determined_by(old, plain.taking_up(("M_payload",), factors))
+    assert mapping is not None
+    np.testing.assert_allclose(mapping, np.hstack([np.eye(size), factors]), atol=1e-12)
+    night = Night(0.0, np.arange(1.0, size + 2), np.diag(np.arange(1.0, size + 2)))
+    moved = in_terms_of(night, mapping)
+    assert moved.values[0] == night.values[0] + night.values[-1]
+    assert moved.covariance[0, 0] == night.covariance[0, 0] + night.covariance[-1, -1]
+    np.testing.assert_array_equal(moved.values[1:], night.values[1:-1])
+    assert plain.taking_up((), np.zeros((size, 0))) is plain
+
+
+def test_more_of_what_the_baseline_has_found_has_its_name() -> None:
+    robot = robots.load("emps")
+    usual = RegressorModel.of(robot)
+    base = base_parameters(usual)
+    values = dict(zip(base.names, base.regroup(usual.prior()), strict=True)) | {"Fs1": 8.0, "Fc1_2": 1.0}
+    entries = (
+        EffectEntry("coulomb_friction", (1,), {}),
+        EffectEntry("stribeck_friction", (1,), {"stribeck_speed": 0.05, "exponent": 1.0}),
+    )
+    names = tuple(effect.name for effect in usual.effects)
+    richer = base_parameters(extended_model(robot, FoundModel("file", names, entries, values)))
+    regressor = np.random.default_rng(0).normal(size=(50, 1, len(richer.names)))
+    rows = Rows(np.arange(50.0), np.zeros(50, int), regressor[:, :, 0], regressor, np.ones((50, 1), bool))
+    beta = np.array([values[name] for name in richer.names])
+    found = {p.words: p for p in patterns_of(geometry_of(richer, rows, np.ones(1), beta))}
+    pattern = found["stribeck friction of joint 1"]
+    assert (pattern.effect, pattern.joint, pattern.scale, pattern.units) == (
+        "stribeck_friction",
+        1,
+        8.0,
+        ("N",),
+    )
+    assert np.flatnonzero(pattern.directions[:, 0]).tolist() == [richer.names.index("Fs1")]
+    assert np.flatnonzero(found["coulomb friction of joint 1"].directions[:, 0]).tolist() == [
+        richer.names.index("Fc1_2")
+    ]
+    assert "Coulomb friction of joint 1" in found
