@@ -9,7 +9,9 @@ import pytest
 from scipy.io import loadmat
 
 import robots
-from ident import Fitted, Recording, identify
+from ident import Fitted, Options, Recording, identify
+from ident.effects.vocabulary import EffectEntry
+from ident.found_effects import FoundModel
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +88,28 @@ def test_asymmetric_friction_gives_every_published_digit(recording: Recording) -
     assert round(estimate.relative_error_percent, 4) == 3.1117
     assert [p.expression for p in estimate.parameters][2::2] == ["Fcp1 + off1", "Fcn1 − off1"]
     assert fitted.result.instrumental is not None
+
+
+def test_with_what_a_diagnosis_has_found_the_published_asymmetric_figures_come_out(
+    recording: Recording, emps: Fitted
+) -> None:
+    """Published: Fv 166.7061 forwards and 240.4236 backwards, Fc 20.1440 and 20.6277, error 3.1117 %."""
+    values = {p.name: p.value for p in emps.result.least_squares.parameters} | {"dFv1": -30.0}
+    found = FoundModel(
+        "emps.model.toml",
+        tuple(effect.name for effect in emps.base.model.effects),
+        (EffectEntry("asymmetric_friction", (1,), {}),),
+        values,
+    )
+    whole = identify(emps.base.model.robot, (recording,), options=Options(found=found)).result
+    estimate = {p.name: p.value for p in whole.least_squares.parameters}
+    assert round(whole.least_squares.relative_error_percent, 4) == 3.1117
+    assert estimate["dFv1"] == pytest.approx((166.7061 - 240.4236) / 2, abs=0.1)
+    assert estimate["Fv1"] == pytest.approx((166.7061 + 240.4236) / 2, abs=0.1)
+    # A dry friction that is larger backwards is an offset while the carriage moves.
+    assert estimate["off1"] == pytest.approx((20.1440 - 20.6277) / 2, abs=0.1)
+    sizes = [
+        next(c.size for c in result.test.gates[0].columns if c.column == "torque of joint 1")
+        for result in (emps.result, whole)
+    ]
+    assert sizes[1] < 0.8 * sizes[0]
