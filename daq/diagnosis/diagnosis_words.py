@@ -68,7 +68,10 @@ def recommendation(diagnosis: Diagnosis) -> str:
     alike = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
     if alike:
         return " ".join(_cannot_tell(finding) for finding in alike)
-    return "The new model file has the effect; simulation, identification and the next check use it."
+    return (
+        "The new model file has the effect: armhil identify --model and diagnose --prior go on with it, and"
+        " so do checks once it is the baseline."
+    )
 
 
 def _cannot_tell(finding: Finding) -> str:
