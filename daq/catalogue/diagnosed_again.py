@@ -17,6 +17,7 @@ from daq.catalogue.identity import sha256_of
 from daq.catalogue.values import CatalogueError, CatalogueFinding, Model, Run
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
 from daq.files.model_file import SUFFIX, read_model
+from daq.identification.found_model import found_of_json
 from daq.progress import Steps
 from ident.discrepancy import Finding
 
@@ -104,6 +105,7 @@ def _request_of(settings: Mapping[str, Any], paths: tuple[Path, ...], out: Path)
         settings.get("prior"),
         out,
         evaluations=0,
+        found=found_of_json(settings.get("found")),
     )
 
 

@@ -17,7 +17,7 @@ from daq.catalogue.identity import identity_of_arm, identity_of_capture, sha256_
 from daq.catalogue.values import CatalogueFinding, CatalogueParameter, Model, NewFinding, NewModel, Source
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult
 from daq.files.model_file import SUFFIX, ModelFile, read_model, source_sha256
-from daq.identification.found_model import entries_of
+from daq.identification.found_model import entries_of, found_json
 from daq.identification.identification_json import identification_json
 from daq.identification.identify import IdentifyRequest, IdentifyResult
 from daq.importing.load import CAPTURE_SUFFIX
@@ -185,6 +185,7 @@ def keep_diagnose_request(
         "split_half": request.split_half,
         "without": list(request.without),
         "prior": absolute(request.prior),
+        "found": None if request.found is None else found_json(request.found),
     }
     made = Made(result.robot, request.fit, settings, file, result.folder / "diagnosis.html")
     return keep_diagnosed(catalogue, result.diagnosis, read_model(file), made)[0]

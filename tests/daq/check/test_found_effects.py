@@ -15,6 +15,7 @@ from daq.catalogue.accepted_effects import effects_of
 from daq.catalogue.again import rerun
 from daq.catalogue.compare import compare
 from daq.catalogue.database import Catalogue
+from daq.catalogue.diagnosed_again import diagnose_again
 from daq.catalogue.keep import keep_diagnose_request, keep_request
 from daq.check import check as check_module
 from daq.check.check import run_check, run_fleet
@@ -141,6 +142,25 @@ def test_what_a_refit_takes_up_is_compared_all_the_same(night: Night, tmp_path: 
         assert healed.verdict is Verdict.FAILED and "drive gain of joint 1" in healed.sentence
         record = checks.of_run(catalogue, same.run)[0]
         assert record.details["state"] == "unchanged"
+
+
+def test_a_search_knows_what_was_found_though_the_file_is_gone(night: Night, tmp_path: Path) -> None:
+    """As ``check --search`` asks for it; made again it is the same."""
+    with Catalogue() as catalogue:
+        first = check(night(catalogue))
+        changed, later = (check(night(catalogue, STRIBECK.format(rise=2.0))) for _ in range(2))
+        diagnosed(catalogue, first, changed, tmp_path / "why").unlink()
+        known = effects_of(models.latest_of(catalogue, changed.run))
+        for found, names in ((known, 0), (None, 1)):
+            out = tmp_path / f"later{names}"
+            request = DiagnoseRequest(
+                (later.capture,), robot="emps", split_half=True, out=out, evaluations=0, found=found
+            )
+            result = run_diagnose(request, Silent())
+            assert len(result.diagnosis.findings) == names
+            keep_diagnose_request(catalogue, request, result)
+            again = diagnose_again(catalogue, later.run, Silent())
+            assert again.sameness == "identical", again.remarks
 
 
 def test_a_catalogue_model_is_the_model_of_its_file(night: Night, tmp_path: Path) -> None:
