@@ -139,7 +139,11 @@ def _power(hidden: Hidden) -> dict[str, float]:
 
 def _position_dependent(hidden: Hidden) -> dict[str, float]:
     if not hidden.entry.get("wave"):
-        return {}  # a spot is no wave
+        return {
+            "Fq_spot": hidden.entry["spot"] * hidden.figure("Fc"),
+            "spot_centre": hidden.entry["spot_centre"],
+            "spot_width": hidden.entry["spot_width"],
+        }
     return {
         "Fq": abs(hidden.entry["wave"]) * hidden.figure("Fc"),
         "waves": hidden.entry.get("order", 1.0),
@@ -169,6 +173,13 @@ def _ripple(name: str, key: str, usual: float) -> Callable[[Hidden], dict[str, f
         return {name: hidden.entry[key]} if same and hidden.entry.get(key) else {}
 
     return true
+
+
+def _torque_ripple(hidden: Hidden) -> dict[str, float]:
+    """Cogging, or a share of the torque."""
+    share = bool(hidden.shape("with_torque"))
+    name, key = ("ripple_share", "per_current") if share else ("ripple", "amplitude")
+    return _ripple(name, key, 6.0)(hidden)
 
 
 def _payload(hidden: Hidden) -> dict[str, float]:
@@ -222,7 +233,7 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "drive_gain_error": lambda h: {"gain_error": h.entry["change"] / (1.0 + h.entry["change"])},
     # A current that nobody asks for does a part of the work, so that less is asked for.
     "current_offset": lambda h: {"doff": -h.entry["torque"]},
-    "torque_ripple": _ripple("ripple", "amplitude", 6.0),
+    "torque_ripple": _torque_ripple,
     "saturation": lambda h: {"torque_limit": h.entry["limit"] * abs(float(h.robot.gains[h.axis]))},
     "rotor_inertia": lambda h: {"dIa": h.entry["change"]},
     "current_loop_lag": _lag,

@@ -68,6 +68,16 @@ class Whitening:
                 pieces.append(filtered[whole] / self.sigma[joint])
         return np.concatenate(pieces)
 
+    def joint_of_rows(self, segment: IntArray, used: BoolArray) -> IntArray:
+        """(rows,) which joint each row of :meth:`apply` is of."""
+        counts = [
+            sum(
+                int(unbroken(used[segment == index, joint], self.order).sum()) for index in np.unique(segment)
+            )
+            for joint in range(len(self.coefficients))
+        ]
+        return np.repeat(np.arange(len(counts)), counts)
+
     def describe(self) -> str:
         if self.kind == "block":
             return "Ω per joint, errors independent in time (the paper's)"

@@ -107,6 +107,7 @@ def extras_of(
         warming=np.array(warming).reshape(-1, 5),
         laws=np.array(rows.laws).reshape(-1, 2 * LAW_CELLS + 1),
         chain=_chain(extra.drives, robot.n, h, controller_step),
+        gains=_gains(extra.drives, coordinates, tables),
         reading=_reading(extra.drives, robot.n, h),
         back=np.asarray(np.linalg.inv(robot.transmission_matrix), dtype=np.float64),
         time=np.ascontiguousarray(time),
@@ -223,6 +224,16 @@ def _chain(changes: tuple[DriveChange, ...], n: int, h: float, controller_step: 
         row[3] = max(0.0, delay - row[2] * controller_step)
         row[4] = min((change.limit for change in own), default=math.inf)
     return chain
+
+
+def _gains(changes: tuple[DriveChange, ...], coordinates: Coordinates, tables: _Tables) -> FloatArray:
+    matrix = coordinates.transmission
+    rows = [
+        np.concatenate([[change.drive, tables.add(change.gain_curve)], matrix[change.drive]])
+        for change in changes
+        if change.gain_curve is not None
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 2 + coordinates.count)
 
 
 def _reading(changes: tuple[DriveChange, ...], n: int, h: float) -> FloatArray:

@@ -49,6 +49,8 @@ class Choice:
         ranking: best score of each family and place, best first.
         threshold: what a score has to exceed.
         excess: residual sum of squares beyond noise before the choice.
+        unexplained: the same beyond what is left without a missing effect, too; beside a finding, on the
+            joints on which the chosen one acts.
         p_value: chance that a clean arm reaches the chosen score somewhere, by calibration.
     """
 
@@ -57,10 +59,17 @@ class Choice:
     ranking: tuple[Score, ...]
     threshold: float
     excess: float
+    unexplained: float
     p_value: float
 
 
-def choose(examination: Examination, library: Library, present: Present, settings: SearchSettings) -> Choice:
+def choose(
+    examination: Examination,
+    library: Library,
+    present: Present,
+    settings: SearchSettings,
+    beside: bool = False,
+) -> Choice:
     """Rank all trials, alone and in pairs, and decide.
 
     Args:
@@ -68,6 +77,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
         library: every trial on them.
         present: the present model, to refine shapes with.
         settings: thresholds.
+        beside: whether something was found before, so that what it leaves on its joints is not for a further
+            candidate to explain that acts on others.
     """
     rows = examination.torque.shape[0]
     calibration = _Calibration.of(library, rows, settings)
@@ -82,9 +93,8 @@ def choose(examination: Examination, library: Library, present: Present, setting
     of_prior = best.trials[0].prior_share
     needed = by_noise + (1.0 - of_prior) * max(share * rows - by_noise, 0.0)
     if best.value < needed:
-        return Choice(None, (), tuple(ranking), needed, excess, calibration.p_value(best.value))
-    unexplained = excess - settings.misfit_of(examination) * rows
-    even = _Even(unexplained, settings, examination.repeats)
+        return Choice(None, (), tuple(ranking), needed, excess, excess, calibration.p_value(best.value))
+    even = _Even(examination, library, settings, beside)
     best = _simplest(best, ranking, even)
     chosen, rivals = best, ranking
     left = excess - best.gain
@@ -94,7 +104,10 @@ def choose(examination: Examination, library: Library, present: Present, setting
         if pair and pair[0].value - best.value > more:
             chosen, rivals = pair[0], pair
     alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], even)
-    return Choice(chosen, alike, tuple(ranking), needed, excess, calibration.p_value(chosen.value))
+    unexplained = even.unexplained(chosen)
+    return Choice(
+        chosen, alike, tuple(ranking), needed, excess, unexplained, calibration.p_value(chosen.value)
+    )
 
 
 def _polished(examination: Examination, library: Library, present: Present) -> Library:
@@ -102,7 +115,7 @@ def _polished(examination: Examination, library: Library, present: Present) -> L
     rows = examination.torque.shape[0]
     if examination.loop is not None:
         library = _confirmed(examination, library, rows)
-    ranking = best_per_place(singles(library, library.score, rows))
+    ranking = best_per_place(singles(library, library.score, rows), each_form=True)
     leaders = [found.trials[0] for found in ranking[:_POLISHED] if found.gain > _WORTH * ranking[0].gain]
     robot = examination.base.model.robot
     better = []
@@ -194,16 +207,30 @@ class _Even:
     repeats, scores are only known to a share.
     """
 
-    unexplained: float
+    examination: Examination
+    library: Library
     settings: SearchSettings
-    repeats: bool
+    beside: bool
+
+    def unexplained(self, *scores: Score) -> float:
+        """Residual sum of squares beyond noise and the usual misfit that candidates should explain."""
+        misfit = self.settings.misfit_of(self.examination)
+        if not self.beside:
+            return float(self.examination.excess - misfit * self.examination.torque.shape[0])
+        joint = self.examination.joint_of_rows
+        trials = [trial for score in scores for trial in score.trials]
+        acts = np.flatnonzero(self.library.joints_of(trials, joint))
+        rows = int(np.isin(joint, acts).sum())
+        return float(self.examination.excess_of_joints[acts].sum()) - misfit * rows
 
     def allowed(self, better: Score, worse: Score) -> float:
         """How much better the one may score and still be even with the other."""
-        if not self.repeats:
+        if not self.examination.repeats:
             return max(_EVEN, self.settings.alike_without_repeats * better.gain)
         of_data = 1.0 - min(trial.prior_share for trial in (*better.trials, *worse.trials))
-        return max(_EVEN, self.settings.alike * of_data * max(self.unexplained - better.gain, 0.0))
+        return max(
+            _EVEN, self.settings.alike * of_data * max(self.unexplained(better, worse) - better.gain, 0.0)
+        )
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,18 @@ class Examination:
         freedom = self.torque.shape[0] - self.base.independent.size
         return float(self.residual @ self.residual - freedom)
 
+    @cached_property
+    def excess_of_joints(self) -> FloatArray:
+        """(n,) residual sum of squares of each joint's rows, beyond one per row."""
+        joint = self.joint_of_rows
+        squares = np.bincount(joint, self.residual[: self.data_rows] ** 2 - 1.0, self.used.shape[1])
+        return np.asarray(squares)
+
+    @cached_property
+    def joint_of_rows(self) -> IntArray:
+        """(data rows,) which joint a whitened row is of."""
+        return self.whitening.joint_of_rows(self.segment, self.used)
+
     def whiten(self, thin: Sequence[FloatArray]) -> FloatArray:
         """Decimated columns per scene (rows × joints × p) as whitened rows (N, p), zero on the prior's."""
         white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)

@@ -16,10 +16,13 @@ from ident.discrepancy.examination import Examination
 from ident.discrepancy.present import Present
 from ident.discrepancy.scene import Scene
 from ident.effects.family import EffectFamily, Place, PlacedEffect
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 _IN_SPAN = 1e-3
 """A column of which less than this share (of its norm) is outside the present model's span says nothing."""
+
+_ACTS = 0.05
+"""Share of a trial's energy on a joint's rows from which on it acts there."""
 
 _NOTHING = 1e-30
 """A column this small is what an exponential leaves far from where it acts."""
@@ -92,6 +95,17 @@ class Library:
         matrix = np.concatenate(blocks, axis=1)
         gram = (matrix.T @ matrix).astype(np.float64)
         return Library(tuple(trials), gram, np.asarray(matrix.T @ examination.residual), matrix)
+
+    def joints_of(self, trials: Sequence[Trial], joint_of_rows: IntArray) -> BoolArray:
+        """(n,) joints on whose rows trials act: those with a twentieth of the energy of one, at least."""
+        acts = np.zeros(int(joint_of_rows.max()) + 1, dtype=np.bool_)
+        for trial in trials:
+            squares = np.sum(
+                self.columns[: joint_of_rows.size, trial.columns].astype(np.float64) ** 2, axis=1
+            )
+            energy = np.bincount(joint_of_rows, squares, acts.size)
+            acts |= energy >= _ACTS * energy.sum()
+        return acts
 
     def without_trials(self) -> Library:
         """An empty one on the same rows."""

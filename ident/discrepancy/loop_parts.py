@@ -12,7 +12,7 @@ from ident.discrepancy.present import Present
 from ident.effects import Effect, FrictionSign
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
-from ident.effects.vocabulary import family_named
+from ident.effects.vocabulary import form_of
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -44,7 +44,8 @@ def _sharp(effect: Effect, robot: Robot) -> Effect:
 
 def sharp_twin(robot: Robot, effect: PlacedEffect, present: Present) -> Placed:
     """The effect on an arm whose friction has an exact sign."""
-    return family_named(effect.name).effect(sharp_robot(robot), effect.place, effect.shape, present)
+    form = form_of(robot, effect.name, effect.shape_names)
+    return form.effect(sharp_robot(robot), effect.place, effect.shape, present)
 
 
 def simulated_parts(

@@ -83,12 +83,19 @@ def singles(library: Library, products: FloatArray, rows: int) -> list[Score]:
     return sorted(scores, key=lambda found: -found.value)
 
 
-def best_per_place(scores: Sequence[Score]) -> list[Score]:
-    """Of each family at each place (or set of those) the best shape; order is kept."""
-    seen: set[tuple[tuple[str, tuple[int, ...]], ...]] = set()
+def best_per_place(scores: Sequence[Score], each_form: bool = False) -> list[Score]:
+    """Of each family at each place (or set of those) the best shape; order is kept.
+
+    Args:
+        scores: best first.
+        each_form: of each form of a family the best one.
+    """
+    seen: set[tuple[tuple[object, ...], ...]] = set()
     best = []
     for found in scores:
-        key = tuple(sorted(trial.key for trial in found.trials))
+        key = tuple(
+            sorted((*trial.key, trial.effect.shape_names if each_form else ()) for trial in found.trials)
+        )
         if key not in seen:
             seen.add(key)
             best.append(found)

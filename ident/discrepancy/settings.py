@@ -32,6 +32,7 @@ class SearchSettings:
         explained: share of the excess that findings together have to explain to be named.
         second_share: a second effect takes away at least this share of what the first does; less is taken
             for the first one's form being a little different.
+        form_share: the same of what is found later on the joints of a finding.
         unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
         misfit_in_loop: what a simulation of the right model leaves, as a multiple of the noise's energy.
         strange_in_loop: a simulation that leaves more than this multiple of it is not the arm's.
@@ -49,6 +50,7 @@ class SearchSettings:
     alike_without_repeats: float = 0.03
     explained: float = 0.5
     second_share: float = 0.02
+    form_share: float = 0.03
     unnamed_share: float = 0.08
     misfit_in_loop: float = 0.07
     strange_in_loop: float = 10.0

@@ -128,7 +128,9 @@ class _Search:
                 library = self._library(families)
             if not library.trials:
                 break
-            choice = choose(self.step.examination, library, self.step.present, self.question.settings)
+            choice = choose(
+                self.step.examination, library, self.step.present, self.question.settings, bool(self.findings)
+            )
             if choice.chosen is not None and self._form_of_found(choice.chosen):
                 self.settled |= {joint for trial in choice.chosen.trials for joint in trial.place.joints}
                 continue
@@ -155,12 +157,13 @@ class _Search:
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
         with_prior, known = self.step.prior is not None, lag_is_known(self.question.robot)
-        return tuple(
+        families = tuple(
             family
             for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))
             if (with_prior or not (family.needs_prior or family.name in present))
             and (known or family.name not in TAKEN_BY_ALIGNMENT)
         )
+        return tuple(form for family in families for form in (family, *family.forms))
 
     def _usual(self) -> tuple[object, ...]:
         return self.first.base.model.effects
@@ -171,16 +174,14 @@ class _Search:
         What rests on the prior is no part of that: a changed parameter shows in the prior's rows.
         """
         assert choice.chosen is not None
-        settings, rows = self.question.settings, self.step.examination.torque.shape[0]
-        beyond_misfit = choice.excess - settings.misfit_of(self.step.examination) * rows
         of_data = 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
-        return bool(choice.chosen.gain >= settings.explained * of_data * beyond_misfit)
+        return bool(choice.chosen.gain >= self.question.settings.explained * of_data * choice.unexplained)
 
     def _form_of_found(self, chosen: Score) -> bool:
         """Whether it takes away so little beside what was found on its joints that it is that one's form."""
         joints = {joint + 1 for trial in chosen.trials for joint in trial.place.joints}
         beside = [finding.score for finding in self.findings if joints & set(finding.joints)]
-        return bool(beside) and chosen.gain < self.question.settings.second_share * max(beside)
+        return bool(beside) and chosen.gain < self.question.settings.form_share * max(beside)
 
     def _add(self, chosen: Score, choice: Choice) -> None:
         components = [Component.of(trial) for trial in chosen.trials]

@@ -82,6 +82,9 @@ class PlacedEffect(Effect, Protocol):
     def shape(self) -> tuple[float, ...]: ...
 
     @property
+    def shape_names(self) -> tuple[str, ...]: ...
+
+    @property
     def bounds(self) -> tuple[tuple[float, float], ...]:
         """What each linear parameter can be in nature, e.g. no negative stiffness."""
         ...
@@ -94,7 +97,7 @@ class EffectFamily(Protocol):
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
-    at one place, each of its own length.
+    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own.
     """
 
     @property
@@ -120,6 +123,9 @@ class EffectFamily(Protocol):
 
     @property
     def several(self) -> bool: ...
+
+    @property
+    def forms(self) -> tuple[EffectFamily, ...]: ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -38,6 +38,7 @@ class Placed:
     bounds: tuple[tuple[float, float], ...]
     law: Callable[[State], FloatArray]
     parts: Callable[[FloatArray], SimulatedParts]
+    shape_names: tuple[str, ...] = ()
 
     def columns(self, state: State) -> FloatArray:
         """Torque per unit of each parameter: samples × joints × parameters."""
@@ -74,7 +75,8 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it; ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not worth a word where such a limit explains as much.
-    ``several`` of an effect that comes in waves can sit at one place.
+    ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
+    with shapes of their own.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Family:
     essential: tuple[int, ...] = ()
     contains: tuple[str, ...] = ()
     several: bool = False
+    forms: tuple[Family, ...] = ()
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
@@ -111,6 +114,7 @@ class Family:
             parameters.bounds,
             law,
             parts,
+            tuple(one.name for one in self.shapes(robot, place)),
         )
 
 

@@ -13,6 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
+    angle_unit,
     drive_row,
     each_drive,
     number,
@@ -25,6 +26,9 @@ from robots.description import Robot
 
 _MARGIN = 0.5
 """rad (or m) beyond the limits that the simulation's table reaches."""
+_CENTRES = (0.1, 0.22, 0.34, 0.46, 0.58, 0.7, 0.82, 0.94)
+_WIDTHS = (0.02, 0.06, 0.12, 0.24, 0.5)
+"""Of a spot, shares of the travel: where the search begins; between the narrowest and the widest."""
 
 
 def _make(
@@ -54,6 +58,54 @@ def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("waves", "1/rad", (0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0), 0.5, 8.0),)
 
 
+def _spot(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row, sign, (centre, width) = drive_row(robot, place), friction_sign(robot), shape
+
+    def bell(position: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(-0.5 * ((position - centre) / width) ** 2))
+
+    def law(state: State) -> FloatArray:
+        return along(row, sign(state.velocity @ row) * bell(state.position @ row))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        low, high = _travel(robot, row)
+        table = Table.of(lambda q: values[0] * bell(q), low - _MARGIN, high + _MARGIN)
+        return SimulatedParts(friction=(FrictionTorque(row, row, sign, position_row=row, curve=table),))
+
+    return Parameters((f"Fq_spot{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+
+
+def _travel(robot: Robot, row: FloatArray) -> tuple[float, float]:
+    """Lowest and highest position of a drive's output within the joints' limits."""
+    ends = np.stack([row * robot.lower, row * robot.upper])
+    return float(ends.min(axis=0).sum()), float(ends.max(axis=0).sum())
+
+
+def _spot_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    low, high = _travel(robot, drive_row(robot, place))
+    travel, unit = high - low, angle_unit(robot, place)
+    centres = tuple(float(low + share * travel) for share in _CENTRES)
+    narrowest, *widths, widest = (float(share * travel) for share in _WIDTHS)
+    return (
+        Shape("spot_centre", unit, centres, float(low), float(high)),
+        Shape("spot_width", unit, tuple(widths), narrowest, widest, True),
+    )
+
+
+TIGHT_SPOT = Family(
+    "position_dependent_friction",
+    "dry friction that is larger, or smaller, around one position of the joint",
+    "drive",
+    each_drive,
+    _spot,
+    _spot_shapes,
+    contains=("coulomb_friction",),
+    several=True,
+    confused_with=("load_dependent_friction",),
+)
+
 POSITION_DEPENDENT_FRICTION = Family(
     "position_dependent_friction",
     "dry friction that depends on the position of the joint",
@@ -64,4 +116,5 @@ POSITION_DEPENDENT_FRICTION = Family(
     contains=("coulomb_friction",),
     several=True,
     confused_with=("load_dependent_friction",),
+    forms=(TIGHT_SPOT,),
 )

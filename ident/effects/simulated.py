@@ -217,6 +217,7 @@ class DriveChange:
         delay: from control signal to torque, s.
         limit: |v_τ| beyond which the torque does not grow.
         reading_delay: of the position that controller and recording get, s.
+        gain_curve: further relative error of g_τ over the drive's output position, rad (or m), if any.
         position_age, signal_age: of what the bus shows of position and control signal, s; the drive's own
             loop sees the present.
     """
@@ -229,6 +230,7 @@ class DriveChange:
     reading_delay: float = 0.0
     position_age: float = 0.0
     signal_age: float = 0.0
+    gain_curve: Table | None = None
 
     @classmethod
     def of_missing_share(cls, drive: int, share: float) -> DriveChange:

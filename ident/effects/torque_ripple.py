@@ -1,4 +1,4 @@
-"""Torque ripple: cogging of motor and drive, periodic in the motor's angle."""
+"""Torque ripple: cogging and currents that are not quite sines, periodic in the motor's angle."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from ident.effects.placed import (
     along,
     as_positions_show,
     drive_row,
+    drive_torque,
     each_drive,
     number,
     torque_unit,
 )
-from ident.effects.simulated import PositionTorque, SimulatedParts, Table
+from ident.effects.simulated import DriveChange, PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -30,12 +31,15 @@ PERIODS = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    row, (periods,) = drive_row(robot, place), shape
-    waves = periods * robot.drive[place.joints[0]].gear
+    """Cogging is a torque of its own; with currents a share of the torque comes and goes over the angle."""
+    row, drive, (periods, with_torque) = drive_row(robot, place), place.joints[0], shape
+    waves = periods * robot.drive[drive].gear
 
     def law(state: State) -> FloatArray:
         phase = waves * (state.position @ row)
-        return as_positions_show(robot, state, along(row, np.cos(phase), np.sin(phase)))
+        # What the torque has too much the control signal need not ask for.
+        size = -drive_torque(robot, present.torque(state), drive) if with_torque else np.ones_like(phase)
+        return as_positions_show(robot, state, along(row, size * np.cos(phase), size * np.sin(phase)))
 
     def parts(values: FloatArray) -> SimulatedParts:
         reach = float(np.abs(row) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))) + 0.1
@@ -43,12 +47,14 @@ def _make(
         def curve(position: FloatArray) -> FloatArray:
             return np.asarray(values[0] * np.cos(waves * position) + values[1] * np.sin(waves * position))
 
-        return SimulatedParts(
-            position=(PositionTorque(row, row, Table.of(curve, -reach, reach), side="drive"),)
-        )
+        table = Table.of(curve, -reach, reach)
+        if with_torque:
+            return SimulatedParts(drives=(DriveChange(drive, gain_curve=table),))
+        return SimulatedParts(position=(PositionTorque(row, row, table, side="drive"),))
 
-    unit = torque_unit(robot, place)
-    names = (f"ripple_cos{number(place)}", f"ripple_sin{number(place)}")
+    unit = "1" if with_torque else torque_unit(robot, place)
+    stem = "ripple_share" if with_torque else "ripple"
+    names = (f"{stem}_cos{number(place)}", f"{stem}_sin{number(place)}")
     return Parameters(names, (unit, unit), (ANY, ANY)), law, parts
 
 
@@ -57,13 +63,17 @@ def ripple_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("periods_per_turn", "1", PERIODS, 1.0, PERIODS[-1], fixed=True),)
 
 
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (*ripple_shapes(robot, place), Shape("with_torque", "1", (0.0, 1.0), 0.0, 1.0, fixed=True))
+
+
 TORQUE_RIPPLE = Family(
     "torque_ripple",
     "torque that is periodic in the motor's angle",
     "drive",
     each_drive,
     _make,
-    ripple_shapes,
+    _shapes,
     confused_with=("gear_ripple",),
     several=True,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ident.effects.base_tilt import BASE_TILT
@@ -78,6 +78,19 @@ def family_named(name: str) -> Family:
     )
 
 
+def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
+    """The form of a name of the vocabulary that has these shapes; the first one where none has.
+
+    Raises:
+        IdentificationError: no such name.
+    """
+    family = family_named(name)
+    for form in (family, *family.forms):
+        if {shape.name for shape in form.shapes(robot, form.places(robot)[0])} == set(shape_names):
+            return form
+    return family
+
+
 @dataclass(frozen=True)
 class EffectEntry:
     """A placed effect as plain values: what a model file holds. Joints count from 1."""
@@ -89,12 +102,11 @@ class EffectEntry:
 
 def entry_of(robot: Robot, placed: PlacedEffect) -> EffectEntry:
     """The plain values of a placed effect."""
-    shapes = family_named(placed.name).shapes(robot, placed.place)
-    values = zip(shapes, placed.shape, strict=True)
+    values = zip(placed.shape_names, placed.shape, strict=True)
     return EffectEntry(
         placed.name,
         tuple(joint + 1 for joint in placed.place.joints),
-        {shape.name: value for shape, value in values},
+        dict(values),
     )
 
 
@@ -104,7 +116,7 @@ def effect_from(robot: Robot, entry: EffectEntry, present: PresentModel) -> Plac
     Raises:
         IdentificationError: no such effect, no such place on this arm, or other shape parameters.
     """
-    family = family_named(entry.name)
+    family = form_of(robot, entry.name, entry.shape)
     joints = tuple(joint - 1 for joint in entry.joints)
     places = [place for place in family.places(robot) if place.joints == joints]
     if not places:

@@ -227,6 +227,17 @@ def _drive_signals(
 
 
 @compiled
+def _change_gains(coordinates: IntArray, extras: Extras, q: FloatArray, signal: FloatArray) -> None:
+    """Scale the control signals (n,) of drives whose gain changes over a position."""
+    gains, m = extras.gains, len(coordinates)
+    for k in range(gains.shape[0]):
+        x = 0.0
+        for j in range(m):
+            x += gains[k, 2 + j] * q[j]
+        signal[int(gains[k, 0])] *= 1.0 + look_up(extras.values, extras.tables, int(gains[k, 1]), x)[0]
+
+
+@compiled
 def _position_torques(
     coordinates: IntArray, extras: Extras, time: float, q: FloatArray, h: float, arm: Arm
 ) -> None:
@@ -390,6 +401,7 @@ def move_with_extras(  # noqa: C901
         if substep == 0 and not is_positive_definite(coordinates, check, factors):
             return -1
         _drive_signals(axes, extras, memory, step, substep * h, h, signal)
+        _change_gains(coordinates, extras, q, signal)
         for i in range(m):
             force = -constant[i] - bias[i]
             for j in range(n):

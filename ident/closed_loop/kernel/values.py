@@ -160,6 +160,8 @@ class Extras(NamedTuple):
     chain: FloatArray
     """(n, 5) from control signal to torque: what is left of a lag after a step, its mean over the step, delay
     in whole controller samples and the rest in s, limit of the control signal that becomes torque."""
+    gains: FloatArray
+    """(G, 2 + m) gains that change over a position: drive, table of their relative error, position row."""
     reading: FloatArray
     """(n,) delay of the position reading in integration steps; or (0,) where none is delayed."""
     back: FloatArray

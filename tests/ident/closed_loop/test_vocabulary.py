@@ -99,7 +99,11 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "gear_ripple": [(2, (1.0,), (2e-4, 1e-4), 0.02)],
     "drive_gain_error": [(2, None, (0.05,), 0.01), (4, None, (-0.05,), 0.01)],
     "current_offset": [(2, None, (1.0,), 1e-6), (5, None, (0.5,), 1e-6)],
-    "torque_ripple": [(2, (2.0,), (0.5, 0.3), 0.001), (5, (1.0,), (0.3, 0.1), 0.001)],
+    "torque_ripple": [
+        (2, (2.0, 0.0), (0.5, 0.3), 0.001),
+        (5, (1.0, 0.0), (0.3, 0.1), 0.001),
+        (2, (2.0, 1.0), (0.03, 0.02), 0.06),
+    ],
     "saturation": [(2, (25.0,), (1.0,), 0.001)],
     "rotor_inertia": [(2, None, (0.02,), 1e-6)],
     "current_loop_lag": [(2, None, (0.001,), 0.05)],

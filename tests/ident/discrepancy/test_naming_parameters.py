@@ -97,8 +97,32 @@ def test_what_a_scenario_leaves_out_has_its_usual_value(effect: str, amplitude: 
     assert "order" not in hidden[effect][0]
     found = {f"{amplitude}_cos3": (0.1, 0.01), f"{amplitude}_sin3": (0.0, 0.01)}
     for periods, pairs in ((waves, {amplitude: [0.1, 0.01, 0.1]}), (waves + 1.0, {})):
-        parameters = found | {"periods_per_turn": (periods, 0.0)}
+        parameters = found | {"periods_per_turn": (periods, 0.0), "with_torque": (0.0, 0.0)}
         assert compared(robot, draw_truth(robot, 7), hidden, effect, [3], parameters) == pairs
+
+
+def test_a_ripple_of_the_torque_is_compared_with_that() -> None:
+    robot = arm()
+    hidden = {"torque_ripple": [{"drive": 3, "per_current": 0.03, "order": 2.0}]}
+    found = {"ripple_share_cos3": (0.03, 0.001), "ripple_share_sin3": (0.0, 0.001), "with_torque": (1.0, 0.0)}
+    parameters = found | {"periods_per_turn": (2.0, 0.0)}
+    pairs = compared(robot, draw_truth(robot, 7), hidden, "torque_ripple", [3], parameters)
+    assert pairs == {"ripple_share": [0.03, 0.001, 0.03]}
+
+
+def test_a_tight_spot_is_compared_with_that() -> None:
+    robot = arm()
+    truth = draw_truth(robot, 7)
+    hidden = {
+        "position_dependent_friction": [{"drive": 3, "spot": 0.5, "spot_centre": 0.2, "spot_width": 0.1}]
+    }
+    found = {"Fq_spot3": (0.5, 0.01), "spot_centre": (0.2, 0.01), "spot_width": (0.1, 0.01)}
+    pairs = compared(robot, truth, hidden, "position_dependent_friction", [3], found)
+    assert {name: pair[2] for name, pair in pairs.items()} == {
+        "Fq_spot": 0.5 * truth.per_drive("Fc")[2],
+        "spot_centre": 0.2,
+        "spot_width": 0.1,
+    }
 
 
 def test_another_law_is_not_compared() -> None:

@@ -49,7 +49,8 @@ def test_ripples_go_through_the_filter(name: str) -> None:
     """At a steady speed at which the waves come at the cut-off."""
     family, model = family_named(name), RegressorModel.of(TX40)
     place = family.places(TX40)[2]
-    effect = family.effect(TX40, place, (2.0,), Present(model, model.prior()))
+    shape = (2.0, *(0.0 for _ in family.shapes(TX40, place)[1:]))
+    effect = family.effect(TX40, place, shape, Present(model, model.prior()))
     state = _state(0.004)
     assert state.time is not None
     speed = 2 * np.pi * CUTOFF / (2.0 * TX40.drive[2].gear)

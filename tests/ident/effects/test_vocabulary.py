@@ -254,9 +254,21 @@ def test_friction_over_position_and_load() -> None:
 
 def test_ripple_turns_with_the_motor() -> None:
     q = MOTION.position[:, 2]
-    got = placed("torque_ripple", 2, 2.0).columns(replace(MOTION, time=None))
-    expected = on_joints(np.eye(6)[2], np.cos(2 * 45 * q), np.sin(2 * 45 * q))
-    np.testing.assert_allclose(got, expected, atol=1e-12)
+    got = placed("torque_ripple", 2, 2.0, 0.0).columns(replace(MOTION, time=None))
+    waves = np.array([np.cos(2 * 45 * q), np.sin(2 * 45 * q)])
+    np.testing.assert_allclose(got, on_joints(np.eye(6)[2], *waves), atol=1e-12)
+    torque = present("tx40").torque(MOTION)[:, 2]  # of a drive of its own joint
+    share = placed("torque_ripple", 2, 2.0, 1.0).columns(replace(MOTION, time=None))
+    np.testing.assert_allclose(share, on_joints(np.eye(6)[2], *(-torque * waves)), atol=1e-9)
+
+
+def test_a_tight_spot_is_a_bell_over_the_position() -> None:
+    q, v = MOTION.position[:, 1], MOTION.velocity[:, 1]
+    entry = EffectEntry("position_dependent_friction", (2,), {"spot_centre": 0.2, "spot_width": 0.1})
+    spot = effect_from(TX40, entry, present("tx40"))
+    bell = np.exp(-0.5 * ((q - 0.2) / 0.1) ** 2)
+    np.testing.assert_allclose(spot.columns(MOTION), on_joints(np.eye(6)[1], SIGN(v) * bell), atol=1e-12)
+    assert entry_of(TX40, spot) == entry
 
 
 def test_a_gain_error_lacks_a_share_of_one_drive_s_torque() -> None:
