@@ -156,7 +156,9 @@ class _Search:
 
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
-        with_prior, known = self.step.prior is not None, lag_is_known(self.question.robot)
+        with_prior = self.step.prior is not None
+        # Where the channels were too far apart to be aligned their delay is what has to be found.
+        known = lag_is_known(self.question.robot) or not lag_is_known(self.step.base.model.robot)
         families = tuple(
             family
             for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))

@@ -48,6 +48,8 @@ def test_nothing_hidden_is_clean() -> None:
     [
         ({"drive_gain_error": [{"drive": 1, "change": -0.05}]}, "drive_gain_error"),
         ({"viscous_friction": [{"drive": 1, "change": 0.3}]}, "viscous_friction"),
+        # Further apart than channels are aligned, and nobody has said how they lie.
+        ({"time_delay": [{"drive": 1, "position": 0.005}]}, "time_delay"),
     ],
 )
 def test_an_effect_of_a_drive_is_named(scenario: dict[str, object], effect: str) -> None:
