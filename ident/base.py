@@ -7,15 +7,16 @@ order is fixed and the states come from a fixed seed, so a model always gives th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from ident.effects import State
+from ident.effects import Effect, State
 from ident.effects.found import Found
 from ident.regressor import RegressorModel
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
 
 _RANK_TOLERANCE = 1e-8
@@ -75,6 +76,21 @@ class BaseParameters:
         """The base regressor IDM(q, q̇, q̈) of eq. 2: samples × joints × b."""
         return np.take(self.model.columns(state), self.independent, axis=2)
 
+    def with_effects(self, effects: Sequence[Effect], kept: BoolArray) -> BaseParameters:
+        """The same of the model with effects added, whose parameters are base parameters of their own.
+
+        Args:
+            effects: what is added.
+            kept: over all their parameters, which the model has; the others stay zero.
+        """
+        model = RegressorModel(self.model.robot, (*self.model.effects, *effects))
+        b, p = self.relation.shape
+        more = np.flatnonzero(kept)
+        relation = np.zeros((b + more.size, len(model.names)))
+        relation[:b, :p] = self.relation
+        relation[b + np.arange(more.size), p + more] = 1.0
+        return BaseParameters(model, np.concatenate([self.independent, p + more]), relation)
+
 
 def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> BaseParameters:
     """Find the base set of a model from random states within the arm's limits.
@@ -90,7 +106,8 @@ def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> 
     found = tuple(effect for effect in model.effects if isinstance(effect, Found))
     if found:
         usual = RegressorModel(model.robot, model.effects[: -len(found)])
-        return _with_found(base_parameters(usual, seed, states), found)
+        kept = np.array([own for effect in found for own in effect.kept])
+        return base_parameters(usual, seed, states).with_effects(found, kept)
     regressor = model.columns(random_states(model.robot, seed, states))
     rows = regressor.reshape(-1, regressor.shape[2])
     scale = np.linalg.norm(rows, axis=0)
@@ -99,16 +116,6 @@ def base_parameters(model: RegressorModel, seed: int = 0, states: int = 200) -> 
     independent = present[_independent_columns(unit)]
     relation = _relation(rows, scale, independent, present)
     return BaseParameters(model, independent, relation)
-
-
-def _with_found(base: BaseParameters, found: tuple[Found, ...]) -> BaseParameters:
-    model = RegressorModel(base.model.robot, (*base.model.effects, *found))
-    b, p = base.relation.shape
-    kept = np.flatnonzero([own for effect in found for own in effect.kept])
-    relation = np.zeros((b + kept.size, len(model.names)))
-    relation[:b, :p] = base.relation
-    relation[b + np.arange(kept.size), p + kept] = 1.0
-    return BaseParameters(model, np.concatenate([base.independent, p + kept]), relation)
 
 
 def random_states(robot: Robot, seed: int, states: int) -> State:

@@ -9,7 +9,6 @@ import numpy as np
 from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.effects.family import PlacedEffect
-from ident.regressor import RegressorModel
 from robots.arrays import BoolArray
 
 
@@ -26,14 +25,7 @@ def extended(
         effects: what is added.
         seen: per effect, which of its parameters the data show; the others stay zero.
     """
-    old = base.model
-    model = RegressorModel(old.robot, (*old.effects, *effects))
-    p, b, more = len(old.names), base.independent.size, len(model.names) - len(old.names)
-    shown = np.flatnonzero(np.concatenate(list(seen)))
-    relation = np.zeros((b + shown.size, p + more))
-    relation[:b, :p] = base.relation
-    relation[b + np.arange(shown.size), p + shown] = 1.0
-    return BaseParameters(model, np.concatenate([base.independent, p + shown]), relation)
+    return base.with_effects(effects, np.concatenate(list(seen)))
 
 
 def extended_prior(prior: Prior | None, more: int) -> Prior | None:
