@@ -188,11 +188,16 @@ def _payload(hidden: Hidden) -> dict[str, float]:
     return {"M_payload": mass, **moments}
 
 
-def _torsion(hidden: Hidden) -> dict[str, float]:
-    stiffness = hidden.entry.get("torsion", 0.0)
-    if not stiffness or hidden.entry.get("stiffness"):
-        return {}  # between two anchors it is no torsion spring
-    return {"stiffness": stiffness, "preload": -stiffness * hidden.entry.get("centre", 0.0)}
+def _spring(hidden: Hidden) -> dict[str, float]:
+    """A torsion spring, or one between two anchors; of both at once nothing."""
+    entry = hidden.entry
+    torsion, between = entry.get("torsion", 0.0), entry.get("stiffness", 0.0)
+    if torsion and between:
+        return {}
+    if torsion:
+        return {"stiffness": torsion, "preload": -torsion * entry.get("centre", 0.0)}
+    radii = entry.get("fixed_radius", 0.2) * entry.get("moving_radius", 0.08)
+    return {"spring": between * radii, "anchor_angle": entry.get("angle", 0.0)}
 
 
 def _lag(hidden: Hidden) -> dict[str, float]:
@@ -238,7 +243,7 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "rotor_inertia": lambda h: {"dIa": h.entry["change"]},
     "current_loop_lag": _lag,
     "payload": _payload,
-    "gravity_spring": _torsion,
+    "gravity_spring": _spring,
     "base_tilt": lambda h: {"tilt_x": h.entry.get("roll", 0.0), "tilt_y": h.entry.get("pitch", 0.0)},
     "time_delay": _delay,
     "cable_spring": lambda h: {

@@ -198,13 +198,28 @@ def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
     return best
 
 
+def _known_to_look_alike(one: Score, other: Score) -> bool:
+    """Whether they differ only by names at the same joints of which the one is known to pass for the other."""
+    shared = {trial.key for trial in one.trials} & {trial.key for trial in other.trials}
+    mine = [trial for trial in one.trials if trial.key not in shared]
+    others = [trial for trial in other.trials if trial.key not in shared]
+    return bool(others) and all(
+        any(
+            trial.place.joints == rival.place.joints and rival.family.name in trial.family.confused_with
+            for trial in mine
+        )
+        for rival in others
+    )
+
+
 @dataclass(frozen=True)
 class _Even:
     """Differences of scores that decide nothing.
 
     What the better one leaves of the data measures how wrong the forms of effects are; evidence in the
-    prior's rows has no form, but both candidates have to have theirs there. Where noise is not told from
-    repeats, scores are only known to a share.
+    prior's rows has no form, but both candidates have to have theirs there. Names that are known to pass
+    for each other need twice as much. Where noise is not told from repeats, scores are only known to a
+    share.
     """
 
     examination: Examination
@@ -227,10 +242,11 @@ class _Even:
         """How much better the one may score and still be even with the other."""
         if not self.examination.repeats:
             return max(_EVEN, self.settings.alike_without_repeats * better.gain)
+        left = self.settings.alike * max(self.unexplained(better, worse) - better.gain, 0.0)
+        if _known_to_look_alike(better, worse):
+            return max(_EVEN, 2.0 * left)
         of_data = 1.0 - min(trial.prior_share for trial in (*better.trials, *worse.trials))
-        return max(
-            _EVEN, self.settings.alike * of_data * max(self.unexplained(better, worse) - better.gain, 0.0)
-        )
+        return max(_EVEN, of_data * left)
 
 
 @dataclass(frozen=True)

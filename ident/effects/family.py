@@ -122,6 +122,9 @@ class EffectFamily(Protocol):
     def contains(self) -> tuple[str, ...]: ...
 
     @property
+    def confused_with(self) -> tuple[str, ...]: ...
+
+    @property
     def several(self) -> bool: ...
 
     @property

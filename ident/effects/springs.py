@@ -28,6 +28,9 @@ from robots.description import Robot
 
 Curves = tuple[Callable[[FloatArray], FloatArray], ...]
 
+_ANCHORS = np.arange(-3, 5) / 4.0
+"""Of π: where the search for the angle of two anchors begins."""
+
 _MARGIN = 0.2
 """rad (or m) beyond the joint's limits that the simulation's table reaches."""
 
@@ -58,6 +61,37 @@ def _gravity_spring(
     names = (f"stiffness{number(place)}", f"preload{number(place)}")
     units = (f"{torque}/{angle_unit(robot, place)}", torque)
     return Parameters(names, units, (POSITIVE, ANY)), law, parts
+
+
+def _anchored_spring(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A spring between an anchor on each side of the joint, in line at an angle: k (L − L₀) dL/dq.
+
+    With radii a and b of the fixed and the moving anchor L² = a² + b² − 2ab cos(q − angle); the parameter is
+    k a b, and the lengths are relative to a.
+    """
+    angle, radius, free = shape
+
+    def pull(position: FloatArray) -> FloatArray:
+        turned = position - angle
+        length = np.sqrt(1.0 + radius**2 - 2.0 * radius * np.cos(turned))
+        return np.asarray(np.sin(turned) * (1.0 - free / length))
+
+    law, parts = _over_position(robot, place, (pull,))
+    return Parameters((f"spring{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
+
+
+def _revolute(robot: Robot) -> tuple[Place, ...]:
+    return tuple(place for place in each_joint(robot) if robot.joint[place.joints[0]].kind == "revolute")
+
+
+def _anchor_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (
+        Shape("anchor_angle", "rad", tuple(float(a) for a in np.pi * _ANCHORS), -1.1 * np.pi, 1.1 * np.pi),
+        Shape("moving_radius", "1", (0.4,), 0.05, 0.95),
+        Shape("free_length", "1", (0.5,), 0.0, 1.5),
+    )
 
 
 def _cable_spring(
@@ -106,6 +140,17 @@ def _contact_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     )
 
 
+ANCHORED_SPRING = Family(
+    "gravity_spring",
+    "a spring between an anchor on each side of the joint, as for gravity compensation",
+    "joint",
+    _revolute,
+    _anchored_spring,
+    _anchor_shapes,
+    essential=(0,),
+    contains=("current_offset",),
+    confused_with=("contact", "cable_spring", "base_tilt"),
+)
 GRAVITY_SPRING = Family(
     "gravity_spring",
     "a spring about the joint, as for gravity compensation",
@@ -115,6 +160,7 @@ GRAVITY_SPRING = Family(
     essential=(0,),
     contains=("current_offset",),
     confused_with=("contact", "cable_spring", "base_tilt"),
+    forms=(ANCHORED_SPRING,),
 )
 CABLE_SPRING = Family(
     "cable_spring",

@@ -86,7 +86,8 @@ def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
     """
     family = family_named(name)
     for form in (family, *family.forms):
-        if {shape.name for shape in form.shapes(robot, form.places(robot)[0])} == set(shape_names):
+        places = form.places(robot)
+        if places and {shape.name for shape in form.shapes(robot, places[0])} == set(shape_names):
             return form
     return family
 

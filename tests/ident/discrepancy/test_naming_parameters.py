@@ -110,6 +110,19 @@ def test_a_ripple_of_the_torque_is_compared_with_that() -> None:
     assert pairs == {"ripple_share": [0.03, 0.001, 0.03]}
 
 
+def test_a_spring_between_anchors_is_compared_with_that() -> None:
+    robot = arm()
+    truth = draw_truth(robot, 7)
+    hidden = {"gravity_spring": [{"joint": 3, "stiffness": 50.0, "length": 0.1, "angle": 0.4}]}
+    found = {"spring3": (0.8, 0.01), "anchor_angle": (0.4, 0.01)}
+    pairs = compared(robot, truth, hidden, "gravity_spring", [3], found)
+    assert {name: pair[2] for name, pair in pairs.items()} == pytest.approx(
+        {"spring": 0.8, "anchor_angle": 0.4}
+    )
+    both = {"gravity_spring": [{"joint": 3, "stiffness": 50.0, "torsion": 2.0}]}
+    assert compared(robot, truth, both, "gravity_spring", [3], found) == {}
+
+
 def test_a_tight_spot_is_compared_with_that() -> None:
     robot = arm()
     truth = draw_truth(robot, 7)

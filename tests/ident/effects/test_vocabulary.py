@@ -262,6 +262,24 @@ def test_ripple_turns_with_the_motor() -> None:
     np.testing.assert_allclose(share, on_joints(np.eye(6)[2], *(-torque * waves)), atol=1e-9)
 
 
+def test_a_spring_between_anchors_has_the_torque_of_its_energy() -> None:
+    """By numbers: dU/dq of U = k (L − L₀)²/2 with the anchors as points in the plane."""
+    fixed, moving, free, k, angle = 0.25, 0.1, 0.12, 80.0, 0.3
+    shape = {"anchor_angle": angle, "moving_radius": moving / fixed, "free_length": free / fixed}
+    spring = effect_from(TX40, EffectEntry("gravity_spring", (2,), shape), present("tx40"))
+
+    def energy(q: FloatArray) -> FloatArray:
+        anchor = fixed * np.array([np.cos(angle), np.sin(angle)])
+        end = moving * np.stack([np.cos(q), np.sin(q)], axis=-1)
+        return np.asarray(0.5 * k * (np.linalg.norm(end - anchor, axis=-1) - free) ** 2)
+
+    q, step = MOTION.position[:, 1], 1e-5
+    wanted = (energy(q + step) - energy(q - step)) / (2 * step)
+    got = k * fixed * moving * spring.columns(MOTION)[:, 1, 0]
+    np.testing.assert_allclose(got, wanted, atol=1e-6 * np.abs(wanted).max())
+    assert entry_of(TX40, spring).shape == shape
+
+
 def test_a_tight_spot_is_a_bell_over_the_position() -> None:
     q, v = MOTION.position[:, 1], MOTION.velocity[:, 1]
     entry = EffectEntry("position_dependent_friction", (2,), {"spot_centre": 0.2, "spot_width": 0.1})
