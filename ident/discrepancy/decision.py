@@ -199,7 +199,7 @@ def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
 
 
 def _known_to_look_alike(one: Score, other: Score) -> bool:
-    """Whether they differ only by names at the same joints of which the one is known to pass for the other."""
+    """Whether they differ in names alone, at the same joints, which are known to pass for each other."""
     shared = {trial.key for trial in one.trials} & {trial.key for trial in other.trials}
     mine = [trial for trial in one.trials if trial.key not in shared]
     others = [trial for trial in other.trials if trial.key not in shared]
