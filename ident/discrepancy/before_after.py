@@ -99,7 +99,7 @@ def before_and_after(
         IdentificationError: a recording is too short for its settings.
     """
     robot = diagnosis.base.model.robot
-    plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, cut_in_motion=False)
+    plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, as_identified=True)
     moving, held_out = _scenes(robot, recordings), _scenes(robot, validation)
     series = stages(diagnosis)
     checks = []
@@ -157,11 +157,11 @@ def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:
     return BaseParameters(model, kept, last.relation[: kept.size, : len(model.names)])
 
 
-def _scenes(robot: Robot, recordings: Sequence[Recording], cut_in_motion: bool = True) -> tuple[Scene, ...]:
+def _scenes(robot: Robot, recordings: Sequence[Recording], as_identified: bool = False) -> tuple[Scene, ...]:
     scenes, started = [], 0.0
     for recording in recordings:
         offset = started - float(recording.time[0])
-        scenes.append(make_scene(robot, recording, offset, cut_in_motion=cut_in_motion))
+        scenes.append(make_scene(robot, recording, offset, as_identified=as_identified))
         started += float(recording.time[-1] - recording.time[0])
     return tuple(scenes)
 

@@ -100,8 +100,9 @@ def choose(
     left = excess - best.gain
     if left > threshold:
         pair = _best_pair(library, ranking, rows)
-        more = max(threshold, settings.alike * left, settings.second_share * best.gain)
-        if pair and pair[0].value - best.value > more:
+        if pair and pair[0].value - best.value > max(
+            threshold, settings.alike * left, _share_of_second(pair[0], settings) * best.gain
+        ):
             chosen, rivals = pair[0], pair
     alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], even)
     unexplained = even.unexplained(chosen)
@@ -196,6 +197,12 @@ def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
         if near and rival is not best and _general_form(best, rival):
             return rival
     return best
+
+
+def _share_of_second(pair: Score, settings: SearchSettings) -> float:
+    """What the second effect of a pair takes away at least, as a share of the first one's."""
+    first, second = (set(trial.place.joints) for trial in pair.trials)
+    return settings.form_share if first & second else settings.second_share
 
 
 def _known_to_look_alike(one: Score, other: Score) -> bool:

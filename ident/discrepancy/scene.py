@@ -11,7 +11,15 @@ from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
 from ident.observation import observed_torque
 from ident.recording import Recording
-from ident.signals import DecimationFilter, decimate, decimate_index, decimation_reach, kept_samples, motion
+from ident.signals import (
+    DecimationFilter,
+    decimate,
+    decimate_index,
+    decimation_reach,
+    kept_samples,
+    low_pass,
+    motion,
+)
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 
@@ -81,7 +89,7 @@ class Scene:
 
 
 def make_scene(
-    robot: Robot, recording: Recording, started: float = 0.0, *, cut_in_motion: bool = True
+    robot: Robot, recording: Recording, started: float = 0.0, *, as_identified: bool = False
 ) -> Scene:
     """Filter one recording.
 
@@ -89,19 +97,23 @@ def make_scene(
         robot: the arm and its identification settings.
         recording: one uninterrupted piece.
         started: s from the start of the first recording to the start of this one.
-        cut_in_motion: whether its ends are trimmed as those of a record that is cut in motion have to be.
+        as_identified: with the rows of an identification: ends trimmed by the settings alone, not as those of a
+            record that is cut in motion, and torque without the filter of the positions.
 
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
     """
     settings = robot.identification
-    if cut_in_motion:
+    if not as_identified:
         settings = edges_trimmed(settings, recording.sample_time)
     keep = kept_samples(recording.time.shape[0], settings)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
     everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
     torque = observed_torque(robot, recording, everything)
+    if not as_identified:
+        # Both sides of the model through one filter: what is quicker then passes for nothing that is slower.
+        torque = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
     state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
     period = repeat_length(recording.reference, recording.sample_time)
     measured = _part(state, keep)

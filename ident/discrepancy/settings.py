@@ -32,7 +32,7 @@ class SearchSettings:
         explained: share of the excess that findings together have to explain to be named.
         second_share: a second effect takes away at least this share of what the first does; less is taken
             for the first one's form being a little different.
-        form_share: the same of what is found later on the joints of a finding.
+        form_share: the same on the joints of the first.
         unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
         misfit_in_loop: what a simulation of the right model leaves, as a multiple of the noise's energy.
         strange_in_loop: a simulation that leaves more than this multiple of it is not the arm's.

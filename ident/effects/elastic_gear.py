@@ -33,7 +33,7 @@ nothing."""
 _CONTACT_DAMPING = (0.02, 0.3, 1.5)
 """Its damping, ratio to critical."""
 _FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
-_GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3)
+_GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3)
 _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 

@@ -13,7 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
-    as_positions_show,
+    as_filter_shows,
     drive_row,
     drive_torque,
     each_drive,
@@ -39,7 +39,8 @@ def _make(
     def law(state: State) -> FloatArray:
         still = present.link_torque(state)
         columns = np.stack([_torque(state, still, quarter) for quarter in (0.5 * np.pi, 0.0)], axis=2)
-        return as_positions_show(robot, state, columns)
+        left = as_filter_shows(robot, waves * np.abs(state.velocity @ row) / (2.0 * np.pi))
+        return columns * left[:, np.newaxis, np.newaxis]
 
     def _torque(state: State, still: FloatArray, lead: float) -> FloatArray:
         """Change of joint torque per rad of the error sin(phase + lead)."""

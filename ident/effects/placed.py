@@ -163,6 +163,18 @@ def as_positions_show(robot: Robot, state: State, torque: FloatArray) -> FloatAr
     return smooth.reshape(torque.shape)
 
 
+def as_filter_shows(robot: Robot, frequency: FloatArray) -> FloatArray:
+    """(samples,) share of a wave that is left of it behind the filter of the positions.
+
+    Args:
+        robot: with cut-off and order of the filter, which goes forward and backward.
+        frequency: (samples,) of the wave, Hz. It may be beyond half the sampling rate: such a wave looks slow
+            in the samples, but has moved nothing and no control signal has answered it.
+    """
+    settings = robot.identification
+    return np.asarray(1.0 / (1.0 + (frequency / settings.cutoff_hz) ** (2 * settings.filter_order)))
+
+
 def drive_torque(robot: Robot, joint_torque: FloatArray, drive: int) -> FloatArray:
     """(samples,) torque at a drive's output of joint torques, samples × joints."""
     return np.asarray(joint_torque @ np.linalg.inv(robot.transmission_matrix)[:, drive])

@@ -13,7 +13,7 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
-    as_positions_show,
+    as_filter_shows,
     drive_row,
     drive_torque,
     each_drive,
@@ -37,9 +37,10 @@ def _make(
 
     def law(state: State) -> FloatArray:
         phase = waves * (state.position @ row)
+        left = as_filter_shows(robot, waves * np.abs(state.velocity @ row) / (2.0 * np.pi))
         # What the torque has too much the control signal need not ask for.
-        size = -drive_torque(robot, present.torque(state), drive) if with_torque else np.ones_like(phase)
-        return as_positions_show(robot, state, along(row, size * np.cos(phase), size * np.sin(phase)))
+        size = -left * drive_torque(robot, present.torque(state), drive) if with_torque else left
+        return along(row, size * np.cos(phase), size * np.sin(phase))
 
     def parts(values: FloatArray) -> SimulatedParts:
         reach = float(np.abs(row) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))) + 0.1
