@@ -97,8 +97,8 @@ def make_scene(
         robot: the arm and its identification settings.
         recording: one uninterrupted piece.
         started: s from the start of the first recording to the start of this one.
-        as_identified: with the rows of an identification: ends trimmed by the settings alone, not as those of a
-            record that is cut in motion, and torque without the filter of the positions.
+        as_identified: with the rows of an identification: ends trimmed by the settings alone, not as those
+            of a record that is cut in motion, and torque without the filter of the positions.
 
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
