@@ -111,11 +111,12 @@ def make_scene(
     time = recording.time + started
     everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
     torque = observed_torque(robot, recording, everything)
-    if not as_identified:
+    period = repeat_length(recording.reference, recording.sample_time)
+    if not as_identified and period is not None:
         # Both sides of the model through one filter: what is quicker then passes for nothing that is slower.
+        # Where nothing repeats noise is told by how little it goes on from row to row, so it stays as it is.
         torque = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
     state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
-    period = repeat_length(recording.reference, recording.sample_time)
     measured = _part(state, keep)
     kept_time = time[keep]
     return Scene(
