@@ -38,6 +38,17 @@ class FoundModel:
     found: tuple[EffectEntry, ...]
     values: Mapping[str, float]
 
+    @classmethod
+    def of(
+        cls,
+        source: str,
+        effects: tuple[str, ...],
+        found: tuple[EffectEntry, ...],
+        values: Mapping[str, float],
+    ) -> FoundModel:
+        """Out of the names of all its effects, those that were found last."""
+        return cls(source, effects[: len(effects) - len(found)], found, values)
+
 
 def extended_model(robot: Robot, known: FoundModel) -> RegressorModel:
     """The arm's usual model with the effects that were found.

@@ -15,9 +15,9 @@ def effects_of(model: Model) -> FoundModel | None:
     """The model with its found effects, out of the catalogue alone; None where nothing was found."""
     if not model.found:
         return None
-    usual = model.effects[: len(model.effects) - len(model.found)]
     values = {parameter.name: parameter.value for parameter in model.parameters}
-    return FoundModel(f"model {model.id} of run {model.run_id}", usual, model.found, values)
+    source = f"model {model.id} of run {model.run_id}"
+    return FoundModel.of(source, model.effects, model.found, values)
 
 
 def regressor_of(model: Model, robot: Robot) -> RegressorModel:

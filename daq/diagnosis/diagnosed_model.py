@@ -11,7 +11,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from daq.diagnosis.diagnosis_words import headline
-from daq.files.model_file import ModelFile, ModelFileError, model_parameters, source_sha256, write_model_file
+from daq.files.model_file import (
+    ModelFile,
+    ModelFileError,
+    model_found,
+    model_parameters,
+    source_sha256,
+    write_model_file,
+)
 from daq.files.toml_file import validation_line
 from ident import BaseParameters, Parameter
 from ident.discrepancy import Diagnosis
@@ -70,9 +77,7 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
-        "found": tuple(
-            {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)} for entry in entries
-        ),
+        "found": model_found(entries),
         "parameter": model_parameters(parameters, diagnosis.covariance),
     }
 
@@ -98,9 +103,11 @@ def _torque_noise(diagnosis: Diagnosis) -> tuple[float, ...]:
     An effect with a history repeats from the second period on: without it in the model that would be noise.
     """
     first, scenes = diagnosis.examinations[0], diagnosis.examinations[-1].scenes
+    if not first.repeats:
+        return ()
     if not diagnosis.findings:
-        return tuple(noise_level(first).tolist()) if first.repeats else ()
-    return tuple(torque_floor(diagnosis.base, diagnosis.beta, scenes).tolist()) if first.repeats else ()
+        return tuple(noise_level(first).tolist())
+    return tuple(torque_floor(diagnosis.base, diagnosis.beta, scenes).tolist())
 
 
 def _relative_error(diagnosis: Diagnosis) -> float:

@@ -18,6 +18,7 @@ from daq.files.toml_file import read_toml, validation_line
 from daq.files.toml_text import TomlTextError, toml_text
 from daq.recording.capture import file_sha256
 from ident import Fitted
+from ident.effects.vocabulary import EffectEntry
 from ident.results import Parameter, Verdict
 from robots import Identification, Robot
 from robots.arrays import FloatArray
@@ -169,16 +170,20 @@ def model_of(
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
-        "found": tuple(
-            {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)}
-            for entry in result.found
-        ),
+        "found": model_found(result.found),
         "parameter": model_parameters(estimate.parameters, estimate.covariance),
     }
     try:
         return ModelFile.model_validate(values)
     except ValidationError as error:
         raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
+
+
+def model_found(entries: Sequence[EffectEntry]) -> tuple[dict[str, Any], ...]:
+    """Entries of ``[[found]]``."""
+    return tuple(
+        {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)} for entry in entries
+    )
 
 
 def model_parameters(parameters: Sequence[Parameter], covariance: FloatArray) -> tuple[dict[str, Any], ...]:

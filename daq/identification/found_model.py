@@ -22,21 +22,11 @@ def read_found_model(path: Path, robot: Robot) -> FoundModel:
     Raises:
         ModelFileError: it cannot be read, or is of another arm.
     """
-    return found_model(path, read_model(path), robot)
-
-
-def found_model(path: Path, model: ModelFile, robot: Robot) -> FoundModel:
-    """The same of a file that was read.
-
-    Raises:
-        ModelFileError: it is of another arm.
-    """
+    model = read_model(path)
     if model.robot.name != robot.name:
         raise ModelFileError(f"{path}: robot.name: {model.robot.name}; allowed: a model of {robot.name}")
-    entries = entries_of(model)
-    usual = model.effects[: len(model.effects) - len(entries)]
     values = {parameter.name: parameter.value for parameter in model.parameter}
-    return FoundModel(str(path), usual, entries, values)
+    return FoundModel.of(str(path), model.effects, entries_of(model), values)
 
 
 def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:

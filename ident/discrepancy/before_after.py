@@ -22,7 +22,7 @@ from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.portrait import Portrait, portraits
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.scene import Scene, edges_trimmed, make_scene
+from ident.discrepancy.scene import Scene, edges_trimmed, make_scene, make_scenes
 from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError
 from ident.estimators import stack, weighted_least_squares
@@ -99,8 +99,8 @@ def before_and_after(
         IdentificationError: a recording is too short for its settings.
     """
     robot = diagnosis.base.model.robot
-    plain = _scenes(robot.model_copy(update={"identification": settings}), recordings, as_identified=True)
-    moving, held_out = _scenes(robot, recordings), _scenes(robot, validation)
+    plain = make_scenes(robot.model_copy(update={"identification": settings}), recordings, as_identified=True)
+    moving, held_out = make_scenes(robot, recordings), make_scenes(robot, validation)
     series = stages(diagnosis)
     checks = []
     for stage in series:
@@ -155,15 +155,6 @@ def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:
     model = RegressorModel(last.model.robot, last.model.effects[:effects])
     kept = last.independent[last.independent < len(model.names)]
     return BaseParameters(model, kept, last.relation[: kept.size, : len(model.names)])
-
-
-def _scenes(robot: Robot, recordings: Sequence[Recording], as_identified: bool = False) -> tuple[Scene, ...]:
-    scenes, started = [], 0.0
-    for recording in recordings:
-        offset = started - float(recording.time[0])
-        scenes.append(make_scene(robot, recording, offset, as_identified=as_identified))
-        started += float(recording.time[-1] - recording.time[0])
-    return tuple(scenes)
 
 
 def _rows(scenes: Sequence[Scene], base: BaseParameters) -> Rows:

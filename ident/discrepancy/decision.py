@@ -166,9 +166,9 @@ def _alike(chosen: Score, rivals: Sequence[Score], even: _Even) -> tuple[Score, 
     return tuple(
         rival
         for rival in rivals
-        if chosen.value - rival.value <= even.allowed(chosen, rival)
-        and {trial.key for trial in rival.trials} != keys
+        if {trial.key for trial in rival.trials} != keys
         and not _general_form(rival, chosen)
+        and chosen.value - rival.value <= even.allowed(chosen, rival)
     )
 
 
@@ -193,8 +193,8 @@ def _sits_with(limit: Trial, general: Trial) -> bool:
 def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
     """A limit of the best candidate that explains as much, where there is one."""
     for rival in ranking:
-        near = best.value - rival.value <= even.allowed(best, rival)
-        if near and rival is not best and _general_form(best, rival):
+        simpler = rival is not best and _general_form(best, rival)
+        if simpler and best.value - rival.value <= even.allowed(best, rival):
             return rival
     return best
 

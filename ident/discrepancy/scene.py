@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -133,6 +134,22 @@ def make_scene(
         period=period,
         settings=settings,
     )
+
+
+def make_scenes(
+    robot: Robot, recordings: Sequence[Recording], *, as_identified: bool = False
+) -> tuple[Scene, ...]:
+    """Scenes one after the other, as if recorded without a pause; arguments as of :func:`make_scene`.
+
+    Raises:
+        IdentificationError: as :func:`make_scene`.
+    """
+    scenes, started = [], 0.0
+    for recording in recordings:
+        offset = started - float(recording.time[0])
+        scenes.append(make_scene(robot, recording, offset, as_identified=as_identified))
+        started += float(recording.time[-1] - recording.time[0])
+    return tuple(scenes)
 
 
 def edges_trimmed(settings: Identification, sample_time: float) -> Identification:

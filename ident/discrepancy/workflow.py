@@ -17,7 +17,7 @@ from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.refine import Component, added_values, refine
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
-from ident.discrepancy.scene import Scene, make_scene
+from ident.discrepancy.scene import Scene, make_scenes
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step
@@ -28,9 +28,7 @@ from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import WITHOUT_A_NAME
 from ident.effects.placed import Placed
 from ident.errors import IdentificationError
-from ident.recording import Recording
 from ident.regressor import RegressorModel
-from robots.description import Robot
 
 _log = logging.getLogger(__name__)
 
@@ -61,8 +59,8 @@ def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
     progress("filter", 0.0)
     robot = searching(question.robot, question.fit[0])
     model = question.model or RegressorModel.of(robot)
-    robot = aligned(RegressorModel(robot, model.effects), _scenes(robot, question.fit))
-    scenes = _scenes(robot, question.fit)
+    robot = aligned(RegressorModel(robot, model.effects), make_scenes(robot, question.fit))
+    scenes = make_scenes(robot, question.fit)
     base = base_parameters(RegressorModel(robot, model.effects))
     prior = question.prior(base) if question.prior else None
     search = _Search(question, Step.of(base, scenes, prior), scenes, progress)
@@ -79,7 +77,7 @@ class _Search:
         self.scenes = scenes
         self.progress = progress
         robot = step.base.model.robot
-        self.validation = _scenes(robot, question.validation)
+        self.validation = make_scenes(robot, question.validation)
         self.findings: list[Finding] = []
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
@@ -264,15 +262,6 @@ class _Search:
 
     def _loop_gap(self, step: Step) -> tuple[LoopGap | None, str]:
         return closed_loop_gap(step.base, step.standard_shown, self.validation)
-
-
-def _scenes(robot: Robot, recordings: Sequence[Recording]) -> tuple[Scene, ...]:
-    """Scenes one after the other, as if recorded without a pause."""
-    scenes, started = [], 0.0
-    for recording in recordings:
-        scenes.append(make_scene(robot, recording, started - float(recording.time[0])))
-        started += float(recording.time[-1] - recording.time[0])
-    return tuple(scenes)
 
 
 def _row_time(scene: Scene) -> float:

@@ -109,12 +109,17 @@ def test_an_identification_goes_on_with_what_was_found(
     assert model(tmp_path, "again").read_bytes() == model(tmp_path, "whole").read_bytes()
 
 
+def diagnosed(armhil: Call, captures: Path, pair: tuple[str, str], prior: Path, out: Path) -> dict[str, Any]:
+    """A diagnosis of one capture, shown on another, against a model."""
+    fit, validation = (captures / f"{name}.mcap" for name in pair)
+    words = ("diagnose", fit, "--validate", validation, "--prior", prior)
+    return call(armhil, *words, "--out", out, "--evaluations", 0)
+
+
 def test_what_was_found_before_is_not_found_again(
     armhil: Call, captures: Path, chain: Path, tmp_path: Path
 ) -> None:
-    words = ("diagnose", captures / "later.mcap", "--validate", captures / "validation.mcap")
-    out = ("--out", tmp_path / "then", "--evaluations", 0)
-    then = call(armhil, *words, "--prior", model(chain, "why"), *out)
+    then = diagnosed(armhil, captures, ("later", "validation"), model(chain, "why"), tmp_path / "then")
     assert (then["verdict"], then["findings"]) == ("clean", []), then["description"]
     written = read_model(model(tmp_path, "then"))
     assert [entry.effect for entry in written.found] == ["stribeck_friction"]
@@ -127,9 +132,8 @@ def test_more_of_what_the_model_has_a_parameter_for(
     armhil: Call, captures: Path, chain: Path, tmp_path: Path
 ) -> None:
     """The change of Coulomb friction has a name of its own in the file; a refit takes it up."""
-    words = ("diagnose", captures / "rubbing.mcap", "--validate", captures / "rubbing-too.mcap")
-    out = ("--out", tmp_path / "why", "--evaluations", 0)
-    found = call(armhil, *words, "--prior", model(chain, "accepted"), *out)
+    pair = ("rubbing", "rubbing-too")
+    found = diagnosed(armhil, captures, pair, model(chain, "accepted"), tmp_path / "why")
     assert [finding["effect"] for finding in found["findings"]] == ["coulomb_friction"]
     values = read_found_model(model(tmp_path, "why"), robots.load("emps")).values
     assert list(values)[-1] == "Fc1_2" and values["Fc1_2"] == pytest.approx(0.3 * values["Fc1"], rel=0.1)
@@ -144,9 +148,8 @@ def test_the_noise_is_that_beside_what_was_found(
     armhil: Call, captures: Path, chain: Path, tmp_path: Path
 ) -> None:
     """The first period begins with a relaxed gear: with the effect in the model, that does not repeat."""
-    words = ("diagnose", captures / "lagging.mcap", "--validate", captures / "lagging-too.mcap")
-    out = ("--out", tmp_path / "why", "--evaluations", 0)
-    found = call(armhil, *words, "--prior", model(chain, "accepted"), *out)
+    pair = ("lagging", "lagging-too")
+    found = diagnosed(armhil, captures, pair, model(chain, "accepted"), tmp_path / "why")
     assert [finding["effect"] for finding in found["findings"]] == ["hysteresis"]
     whole = ("--model", model(tmp_path, "why"), "--out", tmp_path / "whole")
     call(armhil, "identify", captures / "lagging.mcap", *whole)
