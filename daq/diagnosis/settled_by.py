@@ -81,6 +81,11 @@ _PAIRS: Mapping[frozenset[str], str] = {
             "lock the joint and step the control signal: a lag rounds the current, a resting rotor does not",
         ),
         (
+            ("time_delay", "rotor_inertia"),
+            "lock the joint and step the control signal: a delay shifts the current, a resting rotor does"
+            " not",
+        ),
+        (
             ("torque_ripple", "gear_ripple"),
             "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone",
         ),

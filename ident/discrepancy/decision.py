@@ -88,11 +88,10 @@ def choose(
     by_noise = max(calibration.threshold, settings.least_score)
     threshold = max(by_noise, share * rows)
     excess = examination.excess
-    best = ranking[0]
-    # Evidence in the prior's rows is not weakened by a misfit of filters and friction: noise is its bound.
-    of_prior = best.trials[0].prior_share
-    needed = by_noise + (1.0 - of_prior) * max(share * rows - by_noise, 0.0)
-    if best.value < needed:
+    passing = [found for found in ranking if found.value >= _needed(found, by_noise, threshold)]
+    best = (passing or ranking)[0]
+    needed = _needed(best, by_noise, threshold)
+    if not passing:
         return Choice(None, (), tuple(ranking), needed, excess, excess, calibration.p_value(best.value))
     even = _Even(examination, library, settings, beside)
     best = _simplest(best, ranking, even)
@@ -106,9 +105,16 @@ def choose(
             chosen, rivals = pair[0], pair
     alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], even)
     unexplained = even.unexplained(chosen)
-    return Choice(
-        chosen, alike, tuple(ranking), needed, excess, unexplained, calibration.p_value(chosen.value)
-    )
+    p_value = calibration.p_value(chosen.value)
+    return Choice(chosen, alike, tuple(ranking), needed, excess, unexplained, p_value)
+
+
+def _needed(found: Score, by_noise: float, threshold: float) -> float:
+    """What a single candidate has to score.
+
+    Evidence in the prior's rows is not weakened by a misfit of filters and friction: noise is its bound.
+    """
+    return by_noise + (1.0 - found.trials[0].prior_share) * (threshold - by_noise)
 
 
 def _polished(examination: Examination, library: Library, present: Present) -> Library:
@@ -177,10 +183,14 @@ def _general_form(rival: Score, chosen: Score) -> bool:
     mine = {trial.key for trial in chosen.trials}
     others = [trial for trial in rival.trials if trial.key not in mine]
     left = [trial for trial in chosen.trials if trial.key not in {t.key for t in rival.trials}]
-    return bool(others) and all(
-        any(_sits_with(limit, other) and limit.family.name in other.family.contains for limit in left)
-        for other in others
-    )
+    return bool(others) and all(any(_is_limit(limit, other) for limit in left) for other in others)
+
+
+def _is_limit(limit: Trial, general: Trial) -> bool:
+    """A limit has no shape that the general one lacks: a spring between anchors is none of a cable."""
+    named = limit.family.name in general.family.contains
+    shapes = set(limit.effect.shape_names) <= set(general.effect.shape_names)
+    return named and shapes and _sits_with(limit, general)
 
 
 def _sits_with(limit: Trial, general: Trial) -> bool:

@@ -146,7 +146,7 @@ ROTOR_INERTIA = Family(
     "drive",
     each_drive,
     _rotor_inertia,
-    confused_with=("payload", "current_loop_lag"),
+    confused_with=("payload", "current_loop_lag", "time_delay"),
 )
 CURRENT_OFFSET = Family(
     "current_offset",

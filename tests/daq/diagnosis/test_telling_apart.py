@@ -111,6 +111,7 @@ def test_the_most_specific_advice_comes_first() -> None:
 NOT_BY_MOTION = (
     ("current_offset", "asymmetric_friction", "an offset stays"),
     ("time_delay", "current_loop_lag", "step the control signal"),
+    ("time_delay", "rotor_inertia", "a delay shifts the current"),
     ("stribeck_friction", "nonlinear_viscous_friction", "creep"),
     ("gravity_spring", "contact", "clear the surroundings"),
     ("drive_gain_error", "drive_gain_error", "known payload"),

@@ -51,7 +51,8 @@ MOTION = motion(TX40)
 UNFILTERED = TX40.model_copy(
     update={"identification": TX40.identification.model_copy(update={"cutoff_hz": 1e6})}
 )
-"""For ripples, whose columns know what the filter of the positions leaves of them; there is none here."""
+"""For columns that know of the filter of the positions: there is none here."""
+KNOWING_THE_FILTER = ("gear_ripple", "torque_ripple", "current_loop_lag", "time_delay")
 
 
 def torques(
@@ -138,7 +139,7 @@ def test_the_simulated_motion_takes_the_torque_of_the_columns(
     index, shape, values, share = case
     place = family.places(TX40)[index]
     middle = tuple(s.grid[len(s.grid) // 2] for s in family.shapes(TX40, place))
-    robot = UNFILTERED if family.name in ("gear_ripple", "torque_ripple") else TX40
+    robot = UNFILTERED if family.name in KNOWING_THE_FILTER else TX40
     effect = family.effect(robot, place, middle if shape is None else shape, Present(MODEL, PRIOR))
     left, said = torques(TX40, effect, np.array(values))
     assert np.abs(said).max() > 0.05  # N·m: there is something to explain

@@ -8,13 +8,14 @@ from scipy.optimize import lsq_linear
 
 import robots
 from ident.discrepancy.bounded import within_bounds
-from ident.discrepancy.decision import _best_pair
+from ident.discrepancy.decision import _best_pair, _is_limit, _needed
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.refine import Component, beside_factor
 from ident.discrepancy.scoring import best_per_place, singles
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT
 from ident.effects.placed import Family
+from ident.effects.springs import ANCHORED_SPRING, CABLE_SPRING, GRAVITY_SPRING
 from ident.effects.vocabulary import family_named
 from robots import Robot
 
@@ -23,12 +24,14 @@ class _Nothing:
     """A present model without torques; no column is asked for here."""
 
 
-def _trial(robot: Robot, family: Family, drive: int, start: int, count: int) -> Trial:
+def _trial(
+    robot: Robot, family: Family, drive: int, start: int, count: int, prior_share: float = 0.0
+) -> Trial:
     place = next(p for p in family.places(robot) if p.joints == (drive,))
     shape = tuple(s.grid[0] for s in family.shapes(robot, place))
     effect = family.effect(robot, place, shape, _Nothing())  # type: ignore[arg-type]
     end = start + count
-    return Trial(family, place, effect, start, end, len(shape), np.eye(count), 0.0)
+    return Trial(family, place, effect, start, end, len(shape), np.eye(count), prior_share)
 
 
 def test_a_form_without_a_name_is_no_half_of_a_pair() -> None:
@@ -46,6 +49,27 @@ def test_a_form_without_a_name_is_no_half_of_a_pair() -> None:
     assert [sorted(trial.family.name for trial in pair.trials) for pair in found] == [
         ["coulomb_friction", "viscous_friction"]
     ]
+
+
+@pytest.mark.parametrize(("spring", "limit"), [(GRAVITY_SPRING, True), (ANCHORED_SPRING, False)])
+def test_a_limit_has_no_shape_that_the_general_form_lacks(spring: Family, limit: bool) -> None:
+    """Both are named gravity_spring; a spring between anchors is bent where no cable is."""
+    robot = robots.load("tx40")
+    assert _is_limit(_trial(robot, spring, 4, 0, 1), _trial(robot, CABLE_SPRING, 4, 1, 2)) is limit
+
+
+def test_evidence_in_the_rows_of_the_prior_needs_to_exceed_noise_only() -> None:
+    robot = robots.load("tx40")
+    trials = tuple(
+        _trial(robot, family_named(name), 0, start, 1, prior_share)
+        for start, (name, prior_share) in enumerate([("rotor_inertia", 0.0), ("coulomb_friction", 0.75)])
+    )
+    products = np.array([11.0, 10.0])
+    library = Library(trials, np.eye(2), products, np.eye(2, dtype=np.float32))
+    by_data, by_prior = singles(library, products, 1000)
+    assert [_needed(found, 40.0, 140.0) for found in (by_data, by_prior)] == [140.0, 65.0]
+    assert by_data.value < 140.0 and by_prior.value > 65.0
+    assert by_data.value > by_prior.value
 
 
 @pytest.mark.parametrize(("name", "wider"), [("joint_elasticity", True), ("hysteresis", False)])

@@ -330,7 +330,7 @@ def test_a_late_control_signal_is_that_of_a_motion_before(drive: int) -> None:
     change = (model.torque(at(TX40, TIME + delay)) - model.torque(MOTION))[inner]
     of_drives = change @ BACK
     wanted = np.outer(of_drives[:, drive], TX40.transmission_matrix[drive])
-    got = delay * placed("time_delay", 1 + drive, delay).columns(MOTION)[inner, :, 0]
+    got = delay * placed("time_delay", 1 + drive, delay, robot=unfiltered(TX40)).columns(MOTION)[inner, :, 0]
     np.testing.assert_allclose(got, wanted, atol=1e-3 * np.abs(wanted).max())
 
 
@@ -340,7 +340,7 @@ def test_a_late_position_is_a_motion_farther_on() -> None:
     inner = slice(10, -10)
     later = at(TX40, TIME + delay)
     wanted = (model.torque(later) - model.torque(MOTION))[inner]
-    got = delay * placed("time_delay", 0, delay).columns(MOTION)[inner, :, 0]
+    got = delay * placed("time_delay", 0, delay, robot=unfiltered(TX40)).columns(MOTION)[inner, :, 0]
     np.testing.assert_allclose(got, wanted, atol=1e-3 * np.abs(wanted).max())
     # One drive alone: joint 6 turns by what drive 6 is late, for drive 5 is not.
     moved = {
@@ -350,8 +350,35 @@ def test_a_late_position_is_a_motion_farther_on() -> None:
         for name in ("position", "velocity", "acceleration")
     }
     wanted = (model.torque(State(**moved)) - model.torque(MOTION))[inner]
-    got = delay * placed("time_delay", 6, delay).columns(MOTION)[inner, :, 0]
+    got = delay * placed("time_delay", 6, delay, robot=unfiltered(TX40)).columns(MOTION)[inner, :, 0]
     np.testing.assert_allclose(got, wanted, atol=1e-3 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "shape", "least"),
+    [("time_delay", 5, (-0.004,), 0.95), ("current_loop_lag", 4, (), 0.95)],
+)
+def test_noise_of_positions_hardly_shrinks_a_late_torque(
+    name: str, place: int, shape: tuple[float, ...], least: float
+) -> None:
+    """Fitted to the true torque, the column of a noisy motion gets its factor: 1 where it is as good as true.
+
+    The noise is that of an encoder through the filter of the positions: at joint 5 its accelerations are as
+    large as those of the motion.
+    """
+    noise = np.random.default_rng(0).normal(0.0, 1e-4, (TIME.size, 1)) * np.eye(6)[4]
+    settings = TX40.identification
+    heard = low_pass(noise, settings.cutoff_hz, STEP, settings.filter_order)
+    speed = np.gradient(heard, STEP, axis=0)
+    noisy = State(
+        MOTION.position + heard,
+        MOTION.velocity + speed,
+        MOTION.acceleration + np.gradient(speed, STEP, axis=0),
+        TIME,
+    )
+    away = np.abs(MOTION.velocity[:, 4]) > 0.3 * np.abs(MOTION.velocity[:, 4]).max()
+    true, seen = (placed(name, place, *shape).columns(state)[away, 4, 0] for state in (MOTION, noisy))
+    assert least < float(true @ seen / (seen @ seen)) < 1.05
 
 
 def test_a_search_may_pass_through_no_delay() -> None:
