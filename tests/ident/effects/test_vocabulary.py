@@ -366,7 +366,7 @@ def test_noise_of_positions_hardly_shrinks_a_late_torque(
     The noise is that of an encoder through the filter of the positions: at joint 5 its accelerations are as
     large as those of the motion.
     """
-    noise = np.random.default_rng(0).normal(0.0, 1e-4, (TIME.size, 1)) * np.eye(6)[4]
+    noise = np.random.default_rng(0).normal(0.0, 5e-5, (TIME.size, 1)) * np.eye(6)[4]
     settings = TX40.identification
     heard = low_pass(noise, settings.cutoff_hz, STEP, settings.filter_order)
     speed = np.gradient(heard, STEP, axis=0)
