@@ -187,10 +187,9 @@ def _general_form(rival: Score, chosen: Score) -> bool:
 
 
 def _is_limit(limit: Trial, general: Trial) -> bool:
-    """A limit has no shape that the general one lacks: a spring between anchors is none of a cable."""
+    """A limit has no more shapes than the general form: a spring between anchors is none of a cable."""
     named = limit.family.name in general.family.contains
-    shapes = set(limit.effect.shape_names) <= set(general.effect.shape_names)
-    return named and shapes and _sits_with(limit, general)
+    return named and limit.shapes <= general.shapes and _sits_with(limit, general)
 
 
 def _sits_with(limit: Trial, general: Trial) -> bool:

@@ -52,7 +52,7 @@ def test_a_form_without_a_name_is_no_half_of_a_pair() -> None:
 
 
 @pytest.mark.parametrize(("spring", "limit"), [(GRAVITY_SPRING, True), (ANCHORED_SPRING, False)])
-def test_a_limit_has_no_shape_that_the_general_form_lacks(spring: Family, limit: bool) -> None:
+def test_a_limit_has_no_more_shapes_than_the_general_form(spring: Family, limit: bool) -> None:
     """Both are named gravity_spring; a spring between anchors is bent where no cable is."""
     robot = robots.load("tx40")
     assert _is_limit(_trial(robot, spring, 4, 0, 1), _trial(robot, CABLE_SPRING, 4, 1, 2)) is limit
