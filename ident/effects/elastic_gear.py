@@ -38,7 +38,7 @@ _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 
 
-def _inertia(robot: Robot, drive: int) -> float:
+def link_inertia(robot: Robot, drive: int) -> float:
     """Inertia of the described links at a drive's output in the home position, kg·m² (or kg)."""
     model = rigid_body_model(robot)
     mass = pinocchio.crba(model, model.createData(), np.array(robot.home, dtype=np.float64))
@@ -75,8 +75,9 @@ def _gear_columns(
             state.acceleration - np.outer(push, back),
             state.time,
         )
-        change = present.link_torque(moved) - rigid
-        return as_positions_show(robot, state, change[:, :, np.newaxis])
+        change = (present.link_torque(moved) - rigid)[:, :, np.newaxis]
+        # What a spring makes of a filtered motion is filtered; impacts are not.
+        return as_positions_show(robot, state, change) if gap > 0.0 else change
 
     return law
 
@@ -85,7 +86,7 @@ def _elasticity(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
     drive, (compliance, damping_ratio) = place.joints[0], shape
-    damping = 2 * damping_ratio * float(np.sqrt(_inertia(robot, drive) / compliance))
+    damping = 2 * damping_ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
     law = _gear_columns(robot, drive, present, 1.0 / compliance, damping, 0.0)
 
     def parts(values: FloatArray) -> SimulatedParts:
@@ -95,7 +96,7 @@ def _elasticity(
 
 
 def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    inertia = _inertia(robot, place.joints[0])
+    inertia = link_inertia(robot, place.joints[0])
     low, *grid, high = (1.0 / (inertia * (2 * np.pi * f) ** 2) for f in (120.0, *_FREQUENCIES[::-1], 3.0))
     unit = f"{angle_unit(robot, place)}/({torque_unit(robot, place)})"
     return (
@@ -108,7 +109,7 @@ def _backlash(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
     drive, (gap, offset_at_link, stiffness, ratio) = place.joints[0], shape
-    damping = 2 * ratio * float(np.sqrt(_inertia(robot, drive) * stiffness))
+    damping = 2 * ratio * float(np.sqrt(link_inertia(robot, drive) * stiffness))
     law = _gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
@@ -119,7 +120,7 @@ def _backlash(
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    inertia, cutoff = _inertia(robot, place.joints[0]), robot.identification.cutoff_hz
+    inertia, cutoff = link_inertia(robot, place.joints[0]), robot.identification.cutoff_hz
     softest, flank, hardest = (inertia * (2 * np.pi * share * cutoff) ** 2 for share in _CONTACT)
     least, ratio, most = _CONTACT_DAMPING
     return (

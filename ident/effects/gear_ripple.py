@@ -1,11 +1,16 @@
-"""Gear ripple: a kinematic error of the gear, periodic in the motor's angle, that moves the link."""
+"""Gear ripple: a kinematic error of the gear, periodic in the motor's angle, that moves the link.
+
+The gear gives way to the torque that this takes (Tuttle and Seering 1996): with the drive held the links
+swing on it at some frequency f₀, and an error of frequency f acts as if it were 1/(1 − (f/f₀)²) as large.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.elastic_gear import link_inertia
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     Family,
@@ -19,7 +24,7 @@ from ident.effects.placed import (
     each_drive,
     number,
 )
-from ident.effects.simulated import GearError, SimulatedParts, Table
+from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
 from ident.effects.torque_ripple import ripple_shapes
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -27,20 +32,43 @@ from robots.description import Robot
 _SMALL = 1e-5
 """rad (or m); a step in which the torque is linear in the error."""
 
+_DAMPING = 0.03
+"""Of the links on the gear, ratio to critical: that of steel and grease."""
+
+_NEAREST = 0.8
+"""Of the resonance: no error is taken for larger than one of this frequency."""
+
+_RESONANCE = Shape("resonance", "Hz", (200.0,), 60.0, 1000.0, True)
+"""Of the links on the gear in the home posture; the gear of the last is rigid to all that a record shows."""
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (*ripple_shapes(robot, place), _RESONANCE)
+
 
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    drive, (periods,) = place.joints[0], shape
+    drive, (periods, resonance) = place.joints[0], shape
     row = drive_row(robot, place)
     back = np.linalg.inv(robot.transmission_matrix)[:, drive]
     waves = periods * robot.drive[drive].gear
+    stiffness = link_inertia(robot, drive) * (2.0 * np.pi * resonance) ** 2
+    damping = 2.0 * _DAMPING * stiffness / (2.0 * np.pi * resonance)
 
     def law(state: State) -> FloatArray:
         still = present.link_torque(state)
         columns = np.stack([_torque(state, still, quarter) for quarter in (0.5 * np.pi, 0.0)], axis=2)
-        left = as_filter_shows(robot, waves * np.abs(state.velocity @ row) / (2.0 * np.pi))
-        return columns * left[:, np.newaxis, np.newaxis]
+        frequency = waves * np.abs(state.velocity @ row) / (2.0 * np.pi)
+        size = as_filter_shows(robot, frequency, state.time) * _given_way(state, frequency)
+        return columns * size[:, np.newaxis, np.newaxis]
+
+    def _given_way(state: State, frequency: FloatArray) -> FloatArray:
+        """(samples,) how much larger the links' motion is than the error."""
+        mass = present.link_mass_matrix(state.position)
+        inertia = np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6)
+        ratio = 2.0 * np.pi * frequency * np.sqrt(inertia / stiffness)
+        return np.asarray(1.0 / (1.0 - np.minimum(ratio, _NEAREST) ** 2))
 
     def _torque(state: State, still: FloatArray, lead: float) -> FloatArray:
         """Change of joint torque per rad of the error sin(phase + lead)."""
@@ -65,7 +93,10 @@ def _make(
         def error(position: FloatArray) -> FloatArray:
             return np.asarray(values[0] * np.cos(waves * position) + values[1] * np.sin(waves * position))
 
-        return SimulatedParts(errors=(GearError(drive, Table.of(error, -reach, reach)),))
+        return SimulatedParts(
+            springs=(GearSpring(drive, 1.0 / stiffness, damping),),
+            errors=(GearError(drive, Table.of(error, -reach, reach)),),
+        )
 
     unit = angle_unit(robot, place)
     names = (f"gear_error_cos{number(place)}", f"gear_error_sin{number(place)}")
@@ -78,7 +109,7 @@ GEAR_RIPPLE = Family(
     "drive",
     each_drive,
     _make,
-    ripple_shapes,
+    _shapes,
     confused_with=("torque_ripple",),
     several=True,
 )

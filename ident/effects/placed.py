@@ -166,16 +166,25 @@ def as_positions_show(robot: Robot, state: State, torque: FloatArray) -> FloatAr
     return smooth.reshape(torque.shape)
 
 
-def as_filter_shows(robot: Robot, frequency: FloatArray) -> FloatArray:
+def as_filter_shows(robot: Robot, frequency: FloatArray, time: FloatArray | None) -> FloatArray:
     """(samples,) share of a wave that is left of it behind the filter of the positions.
 
     Args:
         robot: with cut-off and order of the filter, which goes forward and backward.
         frequency: (samples,) of the wave, Hz. It may be beyond half the sampling rate: such a wave looks slow
             in the samples, but has moved nothing and no control signal has answered it.
+        time: (samples,) s, of the samples: a filter of samples lets more pass below its cut-off than one of
+            the same order that knows the course between them (bilinear transform). None: for the latter.
     """
     settings = robot.identification
-    return np.asarray(1.0 / (1.0 + (frequency / settings.cutoff_hz) ** (2 * settings.filter_order)))
+    over = frequency / settings.cutoff_hz
+    if time is not None and time.shape[0] > 1:
+        angle = np.pi * float(time[1] - time[0])
+        if settings.cutoff_hz * angle < 0.5 * np.pi:
+            known = frequency * angle < 0.5 * np.pi
+            warped = np.tan(np.where(known, frequency * angle, 0.0)) / np.tan(settings.cutoff_hz * angle)
+            over = np.where(known, warped, over)
+    return np.asarray(1.0 / (1.0 + over ** (2 * settings.filter_order)))
 
 
 def calm(robot: Robot, state: State) -> State:

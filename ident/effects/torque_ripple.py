@@ -37,7 +37,7 @@ def _make(
 
     def law(state: State) -> FloatArray:
         phase = waves * (state.position @ row)
-        left = as_filter_shows(robot, waves * np.abs(state.velocity @ row) / (2.0 * np.pi))
+        left = as_filter_shows(robot, waves * np.abs(state.velocity @ row) / (2.0 * np.pi), state.time)
         # What the torque has too much the control signal need not ask for.
         size = -left * drive_torque(robot, present.torque(state), drive) if with_torque else left
         return along(row, size * np.cos(phase), size * np.sin(phase))

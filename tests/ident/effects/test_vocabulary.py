@@ -434,6 +434,10 @@ def test_play_lets_the_carriage_fly_between_the_flanks() -> None:
     assert np.abs(got[pressed]).max() < 0.1 * np.abs(rigid).max()
 
 
+RIGID = 1e6
+"""Hz; a gear that does not give way."""
+
+
 def test_a_kinematic_error_moves_the_load_and_is_a_lever() -> None:
     """q = u + e(u): Lagrange gives the input (1 + e′) m q̈; to first order m ë + e′ m ü."""
     state = at(EMPS, TIME)
@@ -444,8 +448,30 @@ def test_a_kinematic_error_moves_the_load_and_is_a_lever() -> None:
         2 * mass * waves * slope * a + mass * waves**2 * bend * v**2
         for slope, bend in ((-sin, -cos), (cos, -sin))
     ]
-    got = placed("gear_ripple", 0, 1.0, robot=unfiltered(EMPS)).columns(state)[:, 0]
+    got = placed("gear_ripple", 0, 1.0, RIGID, robot=unfiltered(EMPS)).columns(state)[:, 0]
     np.testing.assert_allclose(got, np.array(wanted).T, atol=2e-3 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("inertia", [1.0, 2.0])
+def test_links_on_a_gear_that_gives_way_move_by_more_than_its_error(inertia: float) -> None:
+    """At a constant speed the error has one frequency f; the links swing on the held drive at f₀."""
+    time = np.arange(0.0, 4.0, 0.002)
+    still = np.zeros((time.size, 1))
+    waves, speed, resonance = 400.0, 0.25, 60.0
+    state = State(speed * time[:, np.newaxis], still + speed, still, time)
+    # The resonance is that of the described carriage; a heavier one swings more slowly.
+    model = present("emps")
+    links = model.standard.copy()
+    links[0] *= inertia
+    family, robot = family_named("gear_ripple"), unfiltered(EMPS)
+    heavier = Present(model.model, links)
+    rigid, given = (
+        family.effect(robot, family.places(robot)[0], (1.0, f), heavier).columns(state)[:, 0]
+        for f in (RIGID, resonance)
+    )
+    waves = float(EMPS.drive[0].gear)
+    ratio = waves * speed / (2 * np.pi) / resonance
+    np.testing.assert_allclose(given, rigid / (1.0 - inertia * ratio**2), rtol=1e-6, atol=1e-9)
 
 
 # Loads
