@@ -112,11 +112,23 @@ class Examination:
         q, back = self._projector
         return np.asarray(columns - q @ (back @ columns))
 
+    def taken_up(self, columns: FloatArray) -> FloatArray:
+        """(b, p) parameters of the present model that take up columns (N, p), fitted with its instruments."""
+        q = self._projector[0]
+        return np.asarray(np.linalg.lstsq(q.T @ self.regressor, q.T @ columns, rcond=DEPENDENT)[0])
+
     def left_of(self, columns: FloatArray) -> FloatArray:
         """What the present model, fitted with its instruments, leaves of columns (N, p)."""
-        q = self._projector[0]
-        fit = np.linalg.lstsq(q.T @ self.regressor, q.T @ columns, rcond=DEPENDENT)[0]
-        return np.asarray(columns - self.regressor @ fit)
+        return np.asarray(columns - self.regressor @ self.taken_up(columns))
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
+        left = float(self.residual @ self.residual / max(1, self.residual.size - self.beta.size))
+        scale = np.linalg.norm(self.instruments, axis=0)
+        z = self.instruments / scale
+        inverse = np.linalg.inv(z.T @ z) / np.outer(scale, scale)
+        return np.asarray(max(1.0, left) * inverse)
 
     @cached_property
     def _projector(self) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
-from ident.discrepancy.bounded import within_bounds
+from ident.discrepancy.bounded import DEPENDENT, within_bounds
 from ident.discrepancy.deviations import deviations, instrumented
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Trial, effect_rows, partialled
@@ -22,12 +22,18 @@ _EVALUATIONS = 40
 _SIMULATED = 10
 """Evaluations per shape: of the search, and of its end by simulation of the loop."""
 
+_AGAIN = 20
+"""The same once what the present model had taken up of the effects is given back."""
+
 _FACTOR_OF_ONE = ("joint_elasticity", "backlash")
 """Effects whose size is in their shape, so that their factor is 1 where the shape is right."""
 
 _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
+
+_MODELS = 16
+"""Drawn from what is known of the present model, to see what that makes of a finding."""
 
 _SURE = 5.0
 """Standard deviations by which a parameter differs from zero to be simulated."""
@@ -90,21 +96,54 @@ def refine(
         evaluations: of the search, per shape.
         exact: in closed loop, by simulation of the effects; else about.
     """
-    shapes = [shape for component in components for shape in component.shapes(examination)]
-    best = list(components)
-    if any(not shape.fixed for shape in shapes):
-        search = _ShapeSearch(examination, best, shapes, present)
-        start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
-        in_loop = exact and examination.loop is not None
-        point = search.best(start, 0.5, evaluations, exact=exact and not in_loop)
-        if in_loop:
-            # What a loop answers about finds the region; of that the simulation takes the best point.
-            starts = [*search.other_forms(point), *search.other_forms(start)]
-            losses = [search.loss(one, True) for one in starts]
-            nearest = starts[int(np.argmin(losses))]
-            point = search.best(nearest, 0.25, _SIMULATED, exact=True)
-        best = _at(components, shapes, point)
-    return _with_deviations(examination, best, shapes, present, exact)
+    best = _best_shapes(examination, components, present, 0.5, evaluations, exact)
+    refined = _with_deviations(examination, best, present, exact)
+    if exact and examination.loop is None:
+        beside = _beside(examination, refined, present)
+        best = _best_shapes(examination, best, beside, 0.1, _AGAIN, exact)
+        refined = _with_deviations(examination, best, beside, exact)
+    return refined
+
+
+def _best_shapes(
+    examination: Examination,
+    components: Sequence[Component],
+    present: Present,
+    width: float,
+    evaluations: int,
+    exact: bool,
+) -> list[Component]:
+    """The components at the shapes that take most off the residual."""
+    shapes = _shapes(examination, components)
+    if all(shape.fixed for shape in shapes):
+        return list(components)
+    search = _ShapeSearch(examination, components, shapes, present)
+    start = np.array([_inner(s, v) for s, v in zip(shapes, _values(components), strict=True)])
+    in_loop = exact and examination.loop is not None
+    point = search.best(start, width, evaluations, exact=exact and not in_loop)
+    if in_loop:
+        # What a loop answers about finds the region; of that the simulation takes the best point.
+        starts = [*search.other_forms(point), *search.other_forms(start)]
+        losses = [search.loss(one, True) for one in starts]
+        nearest = starts[int(np.argmin(losses))]
+        point = search.best(nearest, 0.25, _SIMULATED, exact=True)
+    return _at(components, shapes, point)
+
+
+def _beside(examination: Examination, refined: Refined, present: Present) -> Present:
+    """The present model without what its parameters had taken up of the effects.
+
+    They were fitted without them: a ripple of a gear makes the links behind it look lighter, and a column of
+    lighter links finds a larger ripple.
+    """
+    torque = sum(
+        np.concatenate([effect_rows(scene, effect) for scene in examination.scenes]) @ values
+        for effect, values in zip(refined.effects, refined.linear, strict=True)
+    )
+    white = examination.whiten([np.asarray(torque)[:, :, np.newaxis]])
+    beta = examination.beta - examination.taken_up(white)[:, 0]
+    base = examination.base
+    return Present(present.model, base.standard_from(beta, base.model.prior()))
 
 
 @dataclass(frozen=True)
@@ -182,11 +221,11 @@ def _simulated_gain(examination: Examination, components: Sequence[Component], p
 def _with_deviations(
     examination: Examination,
     components: Sequence[Component],
-    shapes: Sequence[Shape],
     present: Present,
     exact: bool,
 ) -> Refined:
     """Standard deviations from the columns and the derivatives over the shapes (Gauss–Newton)."""
+    shapes = _shapes(examination, components)
     solved = _solve(examination, components, present, exact=exact)
     if solved is None:
         raise ArithmeticError("the effects have no columns beyond the present model")
@@ -203,6 +242,8 @@ def _with_deviations(
     residual = examination.residual - change
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
     sigma = deviations(examination, matrix, whole, residual)
+    if exact and examination.loop is None:
+        sigma = np.hypot(sigma, _of_present(examination, components, present, parameters, columns, matrix))
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
         for deviation, shape, value in zip(sigma[parameters.size :], shapes, _values(components), strict=True)
@@ -224,6 +265,41 @@ def _with_deviations(
         left,
         tuple(np.split(np.linalg.norm(columns, axis=0) > 0.0, cuts)),
     )
+
+
+def _of_present(
+    examination: Examination,
+    components: Sequence[Component],
+    present: Present,
+    parameters: FloatArray,
+    columns: FloatArray,
+    matrix: FloatArray,
+) -> FloatArray:
+    """Deviations (k,) that come of what is not known of the present model: the columns are made of it.
+
+    Links that are known to a tenth make the error of a gear that moves them known to a tenth.
+
+    Args:
+        examination, components, present: as in :func:`refine`.
+        parameters: of the columns (p,).
+        columns: (N, p) at the present model.
+        matrix: (N, k) columns and slopes, whose factors deviate.
+    """
+    base, beta = examination.base, examination.beta
+    values, vectors = np.linalg.eigh(examination.covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    known = base.standard_from(beta, base.model.prior())
+    changes = np.zeros((_MODELS, columns.shape[0]))
+    draws = np.random.default_rng(0).standard_normal((_MODELS, beta.size))
+    for change, draw in zip(changes, draws, strict=True):
+        moved = base.standard_from(beta + root @ draw, base.model.prior()) - known
+        other = Present(present.model, present.standard + moved)
+        solved = _solve(examination, components, other, parameters)
+        if solved is not None and solved[2].shape == columns.shape:
+            change[:] = (solved[2] - columns) @ parameters
+    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    shifts = np.linalg.lstsq(matrix / size, changes.T, rcond=np.sqrt(DEPENDENT))[0] / size[:, np.newaxis]
+    return np.asarray(np.sqrt(np.mean(shifts**2, axis=1)))
 
 
 def _at_measured(
@@ -319,6 +395,10 @@ def _solve(
         fixed = within_bounds(columns, residual, bounds)
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
+
+
+def _shapes(examination: Examination, components: Sequence[Component]) -> list[Shape]:
+    return [shape for component in components for shape in component.shapes(examination)]
 
 
 def _values(components: Sequence[Component]) -> list[float]:

@@ -44,7 +44,7 @@ class SearchSettings:
     smallest_share: float = 0.02
     smallest_share_in_loop: float = 0.005
     smallest_share_without_repeats: float = 0.1
-    least_score: float = 40.0
+    least_score: float = 30.0
     false_alarm: float = 0.01
     alike: float = 0.5
     alike_without_repeats: float = 0.03
@@ -79,6 +79,7 @@ def searching(robot: Robot, recording: Recording) -> Robot:
     rate = 1.0 / recording.sample_time
     changed = {
         "decimation": max(1, int(rate / ROW_RATE + 1e-6)),
+        "derivative_accuracy": max(robot.identification.derivative_accuracy, 8),
         "decimation_filter": "fir",  # a Chebyshev filter rings for long after a reversal
         "minimum_speed": max(robot.identification.minimum_speed, MINIMUM_SPEED),
         "standstill_margin": STANDSTILL_MARGIN,

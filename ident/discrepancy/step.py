@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from ident.base import BaseParameters
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.clone import with_clone
@@ -99,14 +97,3 @@ class Step:
     def standard_shown(self) -> FloatArray:
         """Standard vector (p,) of :attr:`shown`, nearest to the description's."""
         return self.base.standard_from(self.shown, self.base.model.prior())
-
-    @cached_property
-    def covariance(self) -> FloatArray:
-        """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained."""
-        examination = self.examination
-        residual = examination.residual
-        left = float(residual @ residual / max(1, residual.size - examination.beta.size))
-        scale = np.linalg.norm(examination.instruments, axis=0)
-        z = examination.instruments / scale
-        inverse = np.linalg.inv(z.T @ z) / np.outer(scale, scale)
-        return np.asarray(max(1.0, left) * inverse)

@@ -171,10 +171,13 @@ class _Search:
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what the data show is not its name.
 
-        What rests on the prior is no part of that: a changed parameter shows in the prior's rows.
+        What rests on the prior is no part of that, unless the data show plenty: a changed parameter shows in
+        the prior's rows.
         """
         assert choice.chosen is not None
-        of_data = 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
+        of_prior = min(trial.prior_share for trial in choice.chosen.trials)
+        shown = float(self.step.examination.excess_of_joints.sum())
+        of_data = 1.0 if shown > self._worth_a_word() else 1.0 - of_prior
         return bool(choice.chosen.gain >= self.question.settings.explained * of_data * choice.unexplained)
 
     def _form_of_found(self, chosen: Score) -> bool:
@@ -221,7 +224,7 @@ class _Search:
             loop=loop,
             base=self.step.base,
             beta=examination.beta,
-            covariance=self.step.covariance,
+            covariance=examination.covariance,
             examinations=(self.first.examination, examination),
         )
 
@@ -236,9 +239,13 @@ class _Search:
 
     def _more_than_clean(self) -> bool:
         """Whether the present model leaves what is worth a word, though it has no name."""
+        return bool(self.step.examination.excess > self._worth_a_word())
+
+    def _worth_a_word(self) -> float:
+        """Residual sum of squares beyond noise from which on a model is not clean."""
         settings, examination = self.question.settings, self.step.examination
-        named = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
-        return bool(examination.excess > named * examination.torque.shape[0])
+        share = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
+        return float(share * examination.torque.shape[0])
 
     def _habitats(self) -> tuple[Habitat, ...]:
         beta = self.step.examination.beta

@@ -35,6 +35,7 @@ def test_the_simulation_has_the_last_word_on_a_shape(
     monkeypatch.setattr(module, "_solve", solve)
     monkeypatch.setattr(module, "_simulated_gain", lambda *given: solve(*given)[1])
     monkeypatch.setattr(module, "_with_deviations", lambda examination, components, *rest: components[0])
+    monkeypatch.setattr(module, "_beside", lambda *given: None)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
         base=SimpleNamespace(model=SimpleNamespace(robot=robot)), loop=object() if in_loop else None
