@@ -8,7 +8,9 @@ import numpy as np
 import pinocchio
 
 from ident.closed_loop.chain import chain_frames
+from ident.discrepancy.lately import Lately
 from ident.effects import CurrentOffset, RigidBody, State
+from ident.effects.calm_motion import calm_motion
 from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 
@@ -23,9 +25,28 @@ class Present:
     model: RegressorModel
     standard: FloatArray
     _kept: dict[str, tuple[object, FloatArray]] = field(default_factory=dict, repr=False, compare=False)
+    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _link_torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _masses: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _calm: Lately[State] = field(default_factory=Lately, repr=False, compare=False)
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        if state.torque is None:
+            return self._torque(state)
+        return self._torques.of(state, lambda: self._torque(state))  # recorded: many effects ask for it
+
+    def calm(self, state: State) -> State:
+        """The motion through a filter with a lower cut-off."""
+        return self._calm.of(state, lambda: calm_motion(self.model.robot, state))
+
+    def link_torque(self, state: State) -> FloatArray:
+        """Torque of the links alone, samples × joints."""
+        if state.torque is None:
+            return self._link_torque(state)
+        return self._link_torques.of(state, lambda: self._link_torque(state))
+
+    def _torque(self, state: State) -> FloatArray:
         total = self.link_torque(state)
         start = 0
         for effect in self.model.effects:
@@ -34,16 +55,6 @@ class Present:
                 total = total + effect.columns(state) @ self.standard[start:end]
             start = end
         return total
-
-    def link_torque(self, state: State) -> FloatArray:
-        """Torque of the links alone, samples × joints; that of the motion asked for last is kept."""
-        kept = self._kept.get("torque")
-        if kept is not None and kept[0] is state:
-            return kept[1]
-        torque = self._link_torque(state)
-        if state.torque is not None:  # a recorded motion, which many effects ask for
-            self._kept["torque"] = (state, torque)
-        return torque
 
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain()
@@ -58,13 +69,8 @@ class Present:
         return torque
 
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:
-        """Mass matrix of the links alone, samples × joints × joints; the last one is kept."""
-        kept = self._kept.get("mass")
-        if kept is not None and kept[0] is position:
-            return kept[1]
-        mass = self._mass_matrix(position)
-        self._kept["mass"] = (position, mass)
-        return mass
+        """Mass matrix of the links alone, samples × joints × joints."""
+        return self._masses.of(position, lambda: self._mass_matrix(position))
 
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
         chain = self._chain()

@@ -22,7 +22,7 @@ _EVALUATIONS = 40
 _SIMULATED = 10
 """Evaluations per shape: of the search, and of its end by simulation of the loop."""
 
-_AGAIN = 20
+_AGAIN = 8
 """The same once what the present model had taken up of the effects is given back."""
 
 _FACTOR_OF_ONE = ("joint_elasticity", "backlash")
@@ -32,7 +32,7 @@ _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
 
-_MODELS = 16
+_MODELS = 8
 """Drawn from what is known of the present model, to see what that makes of a finding."""
 
 _SURE = 5.0
@@ -297,6 +297,8 @@ def _of_present(
         solved = _solve(examination, components, other, parameters)
         if solved is not None and solved[2].shape == columns.shape:
             change[:] = (solved[2] - columns) @ parameters
+        if not change.any():
+            break  # a body that was added is the same on any arm
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     shifts = np.linalg.lstsq(matrix / size, changes.T, rcond=np.sqrt(DEPENDENT))[0] / size[:, np.newaxis]
     return np.asarray(np.sqrt(np.mean(shifts**2, axis=1)))

@@ -7,7 +7,7 @@ import pinocchio
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
-from ident.effects.gear_state import lag_of_link
+from ident.effects.gear_state import FEWEST_SAMPLES, lag_of_link
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -60,7 +60,7 @@ def _gear_columns(
     back = np.linalg.inv(robot.transmission_matrix)[:, drive]
 
     def law(state: State) -> FloatArray:
-        if state.time is None or state.time.shape[0] < 2:
+        if state.time is None or state.time.shape[0] < FEWEST_SAMPLES:
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
         mass = present.link_mass_matrix(state.position)

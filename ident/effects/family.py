@@ -51,6 +51,10 @@ class PresentModel(Protocol):
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
         ...
 
+    def calm(self, state: State) -> State:
+        """The motion for rates of torques, in which noise of positions is soon larger than the motion."""
+        ...
+
     def link_torque(self, state: State) -> FloatArray:
         """Torque through the gears: the links alone, without rotors, friction and offsets."""
         ...

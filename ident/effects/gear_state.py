@@ -15,14 +15,16 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline
 
 from robots.arrays import FloatArray
 
 _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 """s; of the integration."""
-_PARTS, _DEGREE = 4, 5
-"""Of a sample, in which the load goes on straight; of the spline between samples."""
+FEWEST_SAMPLES = 4
+"""That a course between samples can be told from."""
+_PARTS = 4
+"""Of a sample, in which the load goes on straight."""
 _PHASE = 0.1
 """rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
 
@@ -39,7 +41,7 @@ def lag_of_link(
 
     Args:
         inertia: (samples,) of the links that the drive moves, at its output, kg·m² (or kg).
-        load: (samples,) torque that rigid links would take, N·m (or N).
+        load: (samples,) torque that rigid links would take, N·m (or N); at least :data:`FEWEST_SAMPLES`.
         sample_time: s.
         stiffness: N·m/rad (or N/m).
         damping: N·m·s/rad (or N·s/m), acts where the spring does.
@@ -47,25 +49,22 @@ def lag_of_link(
     """
     frequency = float(np.sqrt(stiffness / np.median(inertia)))
     step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
-    parts, (inertia, load) = _finer(np.stack([inertia, load], axis=1))
+    inertia, load = _finer(np.stack([inertia, load], axis=1))
     lag, rate, push = (np.empty_like(load) for _ in range(3))
-    substeps = max(1, int(np.ceil(sample_time / (parts * step))))
+    substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
     start = load[0] / stiffness + 0.5 * gap * np.sign(load[0])
-    h = sample_time / (parts * substeps)
+    h = sample_time / (_PARTS * substeps)
     _kernel()(inertia, load, h, substeps, stiffness, damping, 0.5 * gap, start, lag, rate, push)
-    return lag[::parts], rate[::parts], push[::parts]
+    return lag[::_PARTS], rate[::_PARTS], push[::_PARTS]
 
 
-def _finer(series: FloatArray) -> tuple[int, FloatArray]:
-    """Parts of a sample, and series (samples, k) by a spline at their ends: (k, finer samples).
+def _finer(series: FloatArray) -> FloatArray:
+    """Series (samples, k) with points between the samples: (k, finer samples).
 
     A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
     """
-    samples = series.shape[0]
-    if samples <= _DEGREE:
-        return 1, series.T.copy()
-    fine = np.arange(_PARTS * (samples - 1) + 1) / _PARTS
-    return _PARTS, make_interp_spline(np.arange(samples), series, k=_DEGREE)(fine).T.copy()
+    fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
+    return np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
 
 
 @cache

@@ -17,9 +17,6 @@ from robots.description import Robot
 OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
 """Whether the model's offset is a load that passes through the gear (1) or an error of measurement (0)."""
 
-_CALM = 0.6
-"""Of the cut-off of the positions' filter: what is left to motion of which a rate of torque is made."""
-
 ANY = (-np.inf, np.inf)
 POSITIVE = (0.0, np.inf)
 
@@ -185,26 +182,6 @@ def as_filter_shows(robot: Robot, frequency: FloatArray, time: FloatArray | None
             warped = np.tan(np.where(known, frequency * angle, 0.0)) / np.tan(settings.cutoff_hz * angle)
             over = np.where(known, warped, over)
     return np.asarray(1.0 / (1.0 + over ** (2 * settings.filter_order)))
-
-
-def calm(robot: Robot, state: State) -> State:
-    """The motion through a filter with a lower cut-off than that of the positions.
-
-    A torque's rate has the rate of accelerations in it, and in that noise of positions is larger than the
-    motion long before the cut-off: a column of noise is given too small a factor, and loses against another
-    that has less of it. Where the samples are too few or too far apart the motion stays as it is.
-    """
-    settings, time = robot.identification, state.time
-    if time is None or time.shape[0] <= 3 * settings.filter_order:
-        return state
-    step, cutoff = float(time[1] - time[0]), _CALM * settings.cutoff_hz
-    if cutoff * step >= 0.5:
-        return state
-    position, velocity, acceleration = (
-        low_pass(part, cutoff, step, settings.filter_order)
-        for part in (state.position, state.velocity, state.acceleration)
-    )
-    return State(position, velocity, acceleration, time, state.torque)
 
 
 def drive_torque(robot: Robot, joint_torque: FloatArray, drive: int) -> FloatArray:

@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
-from ident.effects.placed import Family, Law, Parameters, Parts, calm, each_drive
+from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -48,7 +48,7 @@ def _make(
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
-        time, state = state.time, calm(robot, state)
+        time, state = state.time, present.calm(state)
         moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
         shifted = motion @ moving.T

@@ -140,7 +140,8 @@ def test_the_simulated_motion_takes_the_torque_of_the_columns(
     place = family.places(TX40)[index]
     middle = tuple(s.grid[len(s.grid) // 2] for s in family.shapes(TX40, place))
     robot = UNFILTERED if family.name in KNOWING_THE_FILTER else TX40
-    effect = family.effect(robot, place, middle if shape is None else shape, Present(MODEL, PRIOR))
+    present = Present(replace(MODEL, robot=robot), PRIOR)
+    effect = family.effect(robot, place, middle if shape is None else shape, present)
     left, said = torques(TX40, effect, np.array(values))
     assert np.abs(said).max() > 0.05  # N·m: there is something to explain
     missed = np.sqrt(np.mean((left - said) ** 2, axis=0))

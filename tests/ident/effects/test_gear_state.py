@@ -69,7 +69,7 @@ def test_a_load_of_a_sixth_of_the_sampling_rate_is_wholly_felt() -> None:
     speed = 2j * np.pi * 40.0
     answer = speed**2 / (INERTIA * speed**2 + damping * speed + stiffness)
     wave = 2.0 * np.mean(push * np.exp(-speed * time[500:]) * 1j)
-    assert abs(wave - answer) < 0.03 * abs(answer)
+    assert abs(wave - answer) < 0.04 * abs(answer)
 
 
 @pytest.mark.parametrize("gap", [1e-3, 5e-3])

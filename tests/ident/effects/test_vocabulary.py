@@ -63,8 +63,9 @@ MOTION = at(TX40, TIME)
 
 
 def placed(name: str, place: int, *shape: float, robot: Robot = TX40) -> Placed:
-    family = family_named(name)
-    return family.effect(robot, family.places(robot)[place], shape, present(robot.name))
+    family, known = family_named(name), present(robot.name)
+    model = Present(replace(known.model, robot=robot), known.standard)
+    return family.effect(robot, family.places(robot)[place], shape, model)
 
 
 def unfiltered(robot: Robot) -> Robot:

@@ -1,0 +1,22 @@
+"""Answers that are kept for a while."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.discrepancy.lately import Lately
+
+
+def test_what_was_asked_lately_is_not_made_again_and_the_oldest_is_forgotten() -> None:
+    lately: Lately[int] = Lately(2)
+    made: list[int] = []
+
+    def make(value: int) -> int:
+        made.append(value)
+        return value
+
+    first, second, third = (np.zeros(3) for _ in range(3))
+    for value, asked in ((1, first), (2, second), (9, first), (3, third), (4, first)):
+        lately.of(asked, lambda value=value: make(value))  # type: ignore[misc]
+    assert made == [1, 2, 3, 4]  # equal arrays are not the same; the first was forgotten for the third
+    assert lately.of(first, lambda: make(5)) == 4
