@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.present import Present
-from ident.discrepancy.refine import Component, refine
+from ident.discrepancy.refine import refine
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
 from ident.effects.gain_drift import WITHOUT_A_NAME

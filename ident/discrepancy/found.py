@@ -10,7 +10,7 @@ from ident.discrepancy.decision import Choice
 from ident.discrepancy.gap import Gap, torque_floor, torque_gap, torque_residual
 from ident.discrepancy.loop_examination import loop_gap
 from ident.discrepancy.portrait import Portrait, portrait
-from ident.discrepancy.refine import Refined
+from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Candidate, Finding, FoundParameter
 from ident.discrepancy.scene import Scene
 from ident.discrepancy.scoring import Score

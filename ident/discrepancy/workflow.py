@@ -9,13 +9,14 @@ import numpy as np
 
 from ident.base import base_parameters
 from ident.discrepancy.align import TAKEN_BY_ALIGNMENT, aligned, lag_is_known
+from ident.discrepancy.component import Component
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.extension import extended, extended_prior
 from ident.discrepancy.found import findings_of, portrait_of, shown_gap
 from ident.discrepancy.gap import Gap, LoopGap, LoopTrace, closed_loop_gap, position_floor, torque_residual
 from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.refine import Component, added_values, refine
+from ident.discrepancy.refine import added_values, refine
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.scene import Scene, make_scenes
 from ident.discrepancy.scoring import Score

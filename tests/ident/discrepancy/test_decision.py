@@ -8,9 +8,10 @@ from scipy.optimize import lsq_linear
 
 import robots
 from ident.discrepancy.bounded import within_bounds
+from ident.discrepancy.component import Component
 from ident.discrepancy.decision import _best_pair, _is_limit, _needed
 from ident.discrepancy.library import Library, Trial
-from ident.discrepancy.refine import Component, beside_factor
+from ident.discrepancy.refined import beside_factor
 from ident.discrepancy.scoring import best_per_place, singles
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT

@@ -11,7 +11,9 @@ import pytest
 
 import robots
 from ident.discrepancy import refine as module
-from ident.discrepancy.refine import Component, added_values, refine
+from ident.discrepancy import shape_search
+from ident.discrepancy.component import Component
+from ident.discrepancy.refine import added_values, refine
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 
@@ -32,9 +34,9 @@ def test_the_simulation_has_the_last_word_on_a_shape(
         wrong = 0.5 * (exponent != best[1])
         return np.ones(1), float(100.0 - np.log(speed / best[0]) ** 2 - wrong), np.ones((3, 1)), [1]
 
-    monkeypatch.setattr(module, "_solve", solve)
-    monkeypatch.setattr(module, "_simulated_gain", lambda *given: solve(*given)[1])
-    monkeypatch.setattr(module, "_with_deviations", lambda examination, components, *rest: components[0])
+    monkeypatch.setattr(shape_search, "solve", solve)
+    monkeypatch.setattr(shape_search, "simulated_gain", lambda *given: solve(*given)[1])
+    monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
     monkeypatch.setattr(module, "_beside", lambda *given: None)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(

@@ -1,0 +1,70 @@
+"""The search for the shapes of effects that take most off the residual."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ident.discrepancy.component import Component, at_point, grid_step, inner
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.present import Present
+from ident.discrepancy.solved import simulated_gain, solve
+from ident.effects.family import Shape
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class ShapeSearch:
+    """Points are the shapes' inner values (s,); those of fixed shapes stay where a search starts."""
+
+    examination: Examination
+    components: Sequence[Component]
+    shapes: Sequence[Shape]
+    present: Present
+
+    def loss(self, point: FloatArray, exact: bool) -> float:
+        """Minus the gain; in closed loop, where exact, that of a simulation with all that was found."""
+        placed = at_point(self.components, self.shapes, point)
+        if exact and self.examination.loop is not None:
+            return -simulated_gain(self.examination, placed, self.present)
+        solved = solve(self.examination, placed, self.present, exact=exact)
+        return 0.0 if solved is None else -solved[1]
+
+    def best(self, start: FloatArray, width: float, evaluations: int, exact: bool) -> FloatArray:
+        """The point that a simplex of so many steps of the grid finds (Nelder and Mead 1965)."""
+        free = np.array([not shape.fixed for shape in self.shapes], dtype=np.bool_)
+        limits = np.array([(inner(s, s.lower), inner(s, s.upper)) for s in self.shapes])[free]
+        steps = width * np.array([grid_step(shape) for shape in self.shapes])[free]
+
+        def whole(point: FloatArray) -> FloatArray:
+            moved = start.copy()
+            moved[free] = np.clip(point, *limits.T)
+            return moved
+
+        def loss(point: FloatArray) -> float:
+            return self.loss(whole(point), exact)
+
+        found = minimize(
+            loss,
+            start[free],
+            method="Nelder-Mead",
+            bounds=[(float(low), float(high)) for low, high in limits],
+            options={
+                "maxfev": evaluations * int(free.sum()),
+                "initial_simplex": np.vstack([start[free], start[free] + np.diag(steps)]),
+                "xatol": 1e-3,
+            },
+        )
+        return whole(np.asarray(found.x)) if found.fun <= self.loss(start, exact) else start
+
+    def other_forms(self, point: FloatArray) -> list[FloatArray]:
+        """The point with every combination of the values that fixed shapes can take."""
+        choices = [
+            [inner(shape, value) for value in shape.grid] if shape.fixed else [float(x)]
+            for shape, x in zip(self.shapes, point, strict=True)
+        ]
+        return [np.array(one) for one in product(*choices)]
