@@ -132,9 +132,12 @@ def _of_present(
             change[:] = (solved[2] - columns) @ parameters
         if not change.any():
             break  # a body that was added is the same on any arm
-    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    shifts = np.linalg.lstsq(matrix / size, changes.T, rcond=np.sqrt(DEPENDENT))[0] / size[:, np.newaxis]
-    return np.asarray(np.sqrt(np.mean(shifts**2, axis=1)))
+    size = np.linalg.norm(matrix, axis=0)
+    seen = size > 0.0  # not a shape that is tried, but not fitted
+    sigma = np.zeros(size.size)
+    shifts = np.linalg.lstsq(matrix[:, seen] / size[seen], changes.T, rcond=np.sqrt(DEPENDENT))[0]
+    sigma[seen] = np.sqrt(np.mean(shifts**2, axis=1)) / size[seen]
+    return sigma
 
 
 def _at_measured(

@@ -50,3 +50,4 @@ def test_a_ripple_of_a_gear_whose_links_are_known_to_a_tenth() -> None:
     sigma = float(np.hypot(cos[0] * cos[1], sin[0] * sin[1])) / amplitude
     assert abs(amplitude - AMPLITUDE) < 3.0 * sigma
     assert 0.05 < sigma / AMPLITUDE < 0.15
+    assert values["periods_per_turn"] == (2.0, 0.0)  # tried, not fitted
