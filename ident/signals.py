@@ -77,6 +77,22 @@ def low_pass(values: FloatArray, cutoff_hz: float, sample_time: float, order: in
     return np.asarray(filtfilt(numerator, denominator, values, axis=0, padlen=padding))
 
 
+def low_pass_where_sampled(
+    values: FloatArray, time: FloatArray | None, cutoff_hz: float, order: int
+) -> FloatArray:
+    """:func:`low_pass` of samples × channels; as they are where samples are too few or far apart for it.
+
+    Args:
+        values: samples × channels.
+        time: (samples,) s, uniform; None where it is not known.
+        cutoff_hz, order: as of :func:`low_pass`.
+    """
+    if time is None or time.shape[0] <= 3 * order:
+        return values
+    step = float(time[1] - time[0])
+    return values if cutoff_hz * step >= 0.5 else low_pass(values, cutoff_hz, step, order)
+
+
 def differentiate(values: FloatArray, sample_time: float, accuracy: int) -> FloatArray:
     """Central differences of a given order of accuracy; one-sided of first order at the very edges.
 

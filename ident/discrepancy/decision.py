@@ -11,9 +11,9 @@ from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.present import Present
-from ident.discrepancy.refine import refine
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
+from ident.discrepancy.shape_search import best_shapes
 from ident.effects.gain_drift import WITHOUT_A_NAME
 from robots.arrays import FloatArray
 
@@ -129,8 +129,8 @@ def _polished(examination: Examination, library: Library, present: Present) -> L
     better = []
     for trial in leaders:
         if any(not shape.fixed for shape in trial.family.shapes(robot, trial.place)):
-            refined = refine(examination, [Component.of(trial)], present, _FEW, exact=False)
-            better.append((trial.family, refined.effects[0]))
+            (best,) = best_shapes(examination, [Component.of(trial)], present, 0.5, _FEW, exact=False)
+            better.append((trial.family, best.effect(examination, present)))
     return library.with_effects(examination, better) if better else library
 
 

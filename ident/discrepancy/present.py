@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import pinocchio
@@ -24,7 +25,6 @@ class Present:
 
     model: RegressorModel
     standard: FloatArray
-    _kept: dict[str, tuple[object, FloatArray]] = field(default_factory=dict, repr=False, compare=False)
     _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
     _link_torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
     _masses: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
@@ -57,7 +57,7 @@ class Present:
         return total
 
     def _link_torque(self, state: State) -> FloatArray:
-        chain = self._chain()
+        chain = self._chain
         if chain is not None:
             return self._along(chain, state.position, state.velocity, state.acceleration)[0]
         model = self._links()
@@ -73,7 +73,7 @@ class Present:
         return self._masses.of(position, lambda: self._mass_matrix(position))
 
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
-        chain = self._chain()
+        chain = self._chain
         if chain is not None:
             still = np.zeros_like(position)
             return self._along(chain, position, still, still)[1]
@@ -114,14 +114,18 @@ class Present:
             torque[k] = pinocchio.computeGeneralizedGravity(model, data, position[k])
         return torque
 
+    @cached_property
     def _chain(self) -> FloatArray | None:
         """Constants of the joints for machine code; None where the links branch."""
-        if "chain" not in self._kept:
-            links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
-            frames = chain_frames(links.model)
-            self._kept["chain"] = (frames, np.array(links.model.gravity.linear, dtype=np.float64))
-        found = self._kept["chain"][0]
-        return found if isinstance(found, np.ndarray) else None
+        return chain_frames(self._rigid_body.model)
+
+    @property
+    def _gravity(self) -> FloatArray:
+        return np.array(self._rigid_body.model.gravity.linear, dtype=np.float64)
+
+    @property
+    def _rigid_body(self) -> RigidBody:
+        return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
 
     def _along(
         self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
@@ -135,7 +139,7 @@ class Present:
             tuple(range(n)),
             frames,
             self._link_parameters(),
-            self._kept["chain"][1],
+            self._gravity,
             np.ascontiguousarray(position),
             np.ascontiguousarray(velocity),
             np.ascontiguousarray(acceleration),
@@ -145,12 +149,12 @@ class Present:
         return torque, masses
 
     def _link_parameters(self) -> FloatArray:
-        links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+        links = self._rigid_body
         start = self.model.names.index(links.parameter_names[0])
         return np.ascontiguousarray(self.standard[start : start + len(links.parameter_names)].reshape(-1, 10))
 
     def _links(self) -> pinocchio.Model:
-        links = next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+        links = self._rigid_body
         start = self.model.names.index(links.parameter_names[0])
         values = self.standard[start : start + len(links.parameter_names)].reshape(-1, 10)
         loaded = links.model.copy()

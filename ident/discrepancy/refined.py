@@ -9,9 +9,9 @@ import numpy as np
 
 from ident.discrepancy.bounded import DEPENDENT
 from ident.discrepancy.component import Component, at_point, inner, shapes_of, values_of
-from ident.discrepancy.deviations import deviations, instrumented
+from ident.discrepancy.deviations import deviations
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import effect_rows
+from ident.discrepancy.fitted import Fit, at_measured, fitted
 from ident.discrepancy.present import Present
 from ident.discrepancy.solved import solve
 from ident.effects.family import PlacedEffect, Shape
@@ -49,54 +49,41 @@ class Refined:
     """Per effect, which of its parameters the data show."""
 
 
-def with_deviations(
-    examination: Examination,
-    components: Sequence[Component],
-    present: Present,
-    exact: bool,
-) -> Refined:
+def with_deviations(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
     """Standard deviations from the columns and the derivatives over the shapes (Gauss–Newton)."""
-    shapes = shapes_of(examination, components)
-    solved = solve(examination, components, present, exact=exact)
-    if solved is None:
-        raise ArithmeticError("the effects have no columns beyond the present model")
-    parameters, gain, columns, counts = solved
-    own = _at_measured(examination, components, present)
-    if own is not None:
-        bounds = np.array([b for c in components for b in c.effect(examination, present).bounds])
-        better = instrumented(columns, own, examination.residual, bounds)
-        own, parameters = (None, parameters) if better is None else (own, better)
-    slopes, own_slopes = _slopes(examination, components, shapes, present, parameters, columns, own, exact)
-    matrix = np.concatenate([columns, slopes], axis=1)
+    fit, shapes = fitted(examination, components, present), shapes_of(examination, components)
+    parameters, own = fit.parameters, fit.own
+    slopes, own_slopes = _slopes(examination, components, shapes, present, fit)
+    matrix = np.concatenate([fit.columns, slopes], axis=1)
     whole = matrix if own is None else np.concatenate([own, own_slopes], axis=1)
-    change = (columns if own is None else examination.left_of(own)) @ parameters
+    change = (fit.columns if own is None else examination.left_of(own)) @ parameters
     residual = examination.residual - change
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
     sigma = deviations(examination, matrix, whole, residual)
-    if exact and examination.loop is None:
-        sigma = np.hypot(sigma, _of_present(examination, components, present, parameters, columns, matrix))
+    if examination.loop is None:
+        sigma = np.hypot(sigma, _of_present(examination, components, present, fit, matrix))
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
         for deviation, shape, value in zip(
             sigma[parameters.size :], shapes, values_of(components), strict=True
         )
     ]
-    cuts = np.cumsum(counts)[:-1]
     starts = np.cumsum([len(component.shape) for component in components])[:-1]
-    noise = np.split(np.array(physical), starts)
-    factors = np.split(parameters, cuts)
+    factors = fit.of_effects(parameters)
     per_shape = [
         beside_factor(component, of_noise, factor)
-        for component, of_noise, factor in zip(components, noise, factors, strict=True)
+        for component, of_noise, factor in zip(
+            components, np.split(np.array(physical), starts), factors, strict=True
+        )
     ]
     return Refined(
         tuple(component.effect(examination, present) for component in components),
-        tuple(factors),
-        tuple(np.split(sigma[: parameters.size], cuts)),
+        factors,
+        fit.of_effects(sigma),
         tuple(per_shape),
-        gain,
+        fit.gain,
         left,
-        tuple(np.split(np.linalg.norm(columns, axis=0) > 0.0, cuts)),
+        tuple(factor > 0.0 for factor in fit.of_effects(np.linalg.norm(fit.columns, axis=0))),
     )
 
 
@@ -104,8 +91,7 @@ def _of_present(
     examination: Examination,
     components: Sequence[Component],
     present: Present,
-    parameters: FloatArray,
-    columns: FloatArray,
+    fit: Fit,
     matrix: FloatArray,
 ) -> FloatArray:
     """Deviations (k,) that come of what is not known of the present model: the columns are made of it.
@@ -113,23 +99,22 @@ def _of_present(
     Links that are known to a tenth make the error of a gear that moves them known to a tenth.
 
     Args:
-        examination, components, present: as in :func:`refine`.
-        parameters: of the columns (p,).
-        columns: (N, p) at the present model.
+        examination, components, present: as in :func:`ident.discrepancy.refine.refine`.
+        fit: at the present model.
         matrix: (N, k) columns and slopes, whose factors deviate.
     """
     base, beta = examination.base, examination.beta
     values, vectors = np.linalg.eigh(examination.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     known = base.standard_from(beta, base.model.prior())
-    changes = np.zeros((_MODELS, columns.shape[0]))
+    changes = np.zeros((_MODELS, fit.columns.shape[0]))
     draws = np.random.default_rng(0).standard_normal((_MODELS, beta.size))
     for change, draw in zip(changes, draws, strict=True):
         moved = base.standard_from(beta + root @ draw, base.model.prior()) - known
         other = Present(present.model, present.standard + moved)
-        solved = solve(examination, components, other, parameters)
-        if solved is not None and solved[2].shape == columns.shape:
-            change[:] = (solved[2] - columns) @ parameters
+        solved = solve(examination, components, other, fit.parameters)
+        if solved is not None:
+            change[:] = (solved[2] - fit.columns) @ fit.parameters
         if not change.any():
             break  # a body that was added is the same on any arm
     size = np.linalg.norm(matrix, axis=0)
@@ -140,35 +125,16 @@ def _of_present(
     return sigma
 
 
-def _at_measured(
-    examination: Examination, components: Sequence[Component], present: Present
-) -> FloatArray | None:
-    """Whitened columns (N, p) at the measured motion; None where it is its own instrument, or simulated."""
-    if examination.loop is not None or all(scene.period is None for scene in examination.scenes):
-        return None
-    effects = [component.effect(examination, present) for component in components]
-    return np.concatenate(
-        [
-            examination.whiten([effect_rows(scene, effect, measured=True) for scene in examination.scenes])
-            for effect in effects
-        ],
-        axis=1,
-    )
-
-
 def _slopes(
     examination: Examination,
     components: Sequence[Component],
     shapes: Sequence[Shape],
     present: Present,
-    parameters: FloatArray,
-    columns: FloatArray,
-    own: FloatArray | None,
-    exact: bool,
+    fit: Fit,
 ) -> tuple[FloatArray, FloatArray]:
     """(N, s) derivatives over the shapes of what the effects make, at the instruments and as measured."""
     point = np.array([inner(s, v) for s, v in zip(shapes, values_of(components), strict=True)])
-    slopes = np.zeros((2, columns.shape[0], len(shapes)))
+    slopes = np.zeros((2, fit.columns.shape[0], len(shapes)))
     for k, shape in enumerate(shapes):
         if shape.fixed:
             continue
@@ -178,12 +144,12 @@ def _slopes(
         moved = point.copy()
         moved[k] += step
         there = at_point(components, shapes, moved)
-        other = solve(examination, there, present, parameters, exact)
+        other = solve(examination, there, present, fit.parameters)
         if other is not None:
-            slopes[0, :, k] = (other[2] - columns) @ parameters / step
-        beside = None if own is None else _at_measured(examination, there, present)
-        if own is not None and beside is not None:
-            slopes[1, :, k] = (beside - own) @ parameters / step
+            slopes[0, :, k] = (other[2] - fit.columns) @ fit.parameters / step
+        beside = None if fit.own is None else at_measured(examination, there, present)
+        if fit.own is not None and beside is not None:
+            slopes[1, :, k] = (beside - fit.own) @ fit.parameters / step
     return slopes[0], slopes[1]
 
 

@@ -9,12 +9,49 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
-from ident.discrepancy.component import Component, at_point, grid_step, inner
+from ident.discrepancy.component import Component, at_point, grid_step, inner, shapes_of, values_of
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.present import Present
 from ident.discrepancy.solved import simulated_gain, solve
 from ident.effects.family import Shape
 from robots.arrays import FloatArray
+
+_SIMULATED = 10
+"""Evaluations per shape by simulation of the loop, at the end of a search."""
+
+
+def best_shapes(
+    examination: Examination,
+    components: Sequence[Component],
+    present: Present,
+    width: float,
+    evaluations: int,
+    exact: bool = True,
+) -> list[Component]:
+    """The components at the shapes that take most off the residual.
+
+    Args:
+        examination: the present model on the recordings.
+        components: effects with the shapes that the search begins with.
+        present: the present model, for effects that ask it for torques.
+        width: of its first steps, in steps of the grid.
+        evaluations: of the search, per shape.
+        exact: in closed loop, by simulation of the effects; else about.
+    """
+    shapes = shapes_of(examination, components)
+    if all(shape.fixed for shape in shapes):
+        return list(components)
+    search = ShapeSearch(examination, components, shapes, present)
+    start = np.array([inner(s, v) for s, v in zip(shapes, values_of(components), strict=True)])
+    in_loop = exact and examination.loop is not None
+    point = search.best(start, width, evaluations, exact=exact and not in_loop)
+    if in_loop:
+        # What a loop answers about finds the region; of that the simulation takes the best point.
+        starts = [*search.other_forms(point), *search.other_forms(start)]
+        losses = [search.loss(one, True) for one in starts]
+        nearest = starts[int(np.argmin(losses))]
+        point = search.best(nearest, 0.25, _SIMULATED, exact=True)
+    return at_point(components, shapes, point)
 
 
 @dataclass(frozen=True)

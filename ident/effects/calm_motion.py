@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ident.effects.effect import State
-from ident.signals import low_pass
+from ident.signals import low_pass_where_sampled
 from robots.description import Robot
 
 _CALM = 0.6
@@ -17,14 +17,9 @@ def calm_motion(robot: Robot, state: State) -> State:
     motion long before the cut-off: a column of noise is given too small a factor, and loses against another
     that has less of it. Where the samples are too few or too far apart the motion stays as it is.
     """
-    settings, time = robot.identification, state.time
-    if time is None or time.shape[0] <= 3 * settings.filter_order:
-        return state
-    step, cutoff = float(time[1] - time[0]), _CALM * settings.cutoff_hz
-    if cutoff * step >= 0.5:
-        return state
+    settings = robot.identification
     position, velocity, acceleration = (
-        low_pass(part, cutoff, step, settings.filter_order)
+        low_pass_where_sampled(part, state.time, _CALM * settings.cutoff_hz, settings.filter_order)
         for part in (state.position, state.velocity, state.acceleration)
     )
-    return State(position, velocity, acceleration, time, state.torque)
+    return State(position, velocity, acceleration, state.time, state.torque)

@@ -7,7 +7,7 @@ import pinocchio
 
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
-from ident.effects.gear_state import FEWEST_SAMPLES, lag_of_link
+from ident.effects.gear_state import lag_of_link
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -38,6 +38,11 @@ _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 
 
+def inertia_along(mass: FloatArray, back: FloatArray) -> FloatArray:
+    """(samples,) inertia of mass matrices (samples, n, n) for a joint motion (n,), kg·m² (or kg)."""
+    return np.asarray(np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6))
+
+
 def link_inertia(robot: Robot, drive: int) -> float:
     """Inertia of the described links at a drive's output in the home position, kg·m² (or kg)."""
     model = rigid_body_model(robot)
@@ -57,14 +62,14 @@ def _gear_columns(
     offset_at_link: float = 1.0,
 ) -> Law:
     """Torque of links that follow through the gear less that of links that follow rigidly."""
-    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+    back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
 
     def law(state: State) -> FloatArray:
-        if state.time is None or state.time.shape[0] < FEWEST_SAMPLES:
+        if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
         mass = present.link_mass_matrix(state.position)
-        inertia = np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6)
+        inertia = inertia_along(mass, back)
         load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.

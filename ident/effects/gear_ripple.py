@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.effect import State
-from ident.effects.elastic_gear import link_inertia
+from ident.effects.elastic_gear import inertia_along, link_inertia
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
@@ -51,7 +51,7 @@ def _make(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (periods, resonance) = place.joints[0], shape
     row = drive_row(robot, place)
-    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+    back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
     waves = periods * robot.drive[drive].gear
     stiffness = link_inertia(robot, drive) * (2.0 * np.pi * resonance) ** 2
     damping = 2.0 * _DAMPING * stiffness / (2.0 * np.pi * resonance)
@@ -65,8 +65,7 @@ def _make(
 
     def _given_way(state: State, frequency: FloatArray) -> FloatArray:
         """(samples,) how much larger the links' motion is than the error."""
-        mass = present.link_mass_matrix(state.position)
-        inertia = np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6)
+        inertia = inertia_along(present.link_mass_matrix(state.position), back)
         ratio = 2.0 * np.pi * frequency * np.sqrt(inertia / stiffness)
         return np.asarray(1.0 / (1.0 - np.minimum(ratio, _NEAREST) ** 2))
 

@@ -21,8 +21,6 @@ from robots.arrays import FloatArray
 
 _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 """s; of the integration."""
-FEWEST_SAMPLES = 4
-"""That a course between samples can be told from."""
 _PARTS = 4
 """Of a sample, in which the load goes on straight."""
 _PHASE = 0.1
@@ -41,7 +39,7 @@ def lag_of_link(
 
     Args:
         inertia: (samples,) of the links that the drive moves, at its output, kg·m² (or kg).
-        load: (samples,) torque that rigid links would take, N·m (or N); at least :data:`FEWEST_SAMPLES`.
+        load: (samples,) torque that rigid links would take, N·m (or N).
         sample_time: s.
         stiffness: N·m/rad (or N/m).
         damping: N·m·s/rad (or N·s/m), acts where the spring does.

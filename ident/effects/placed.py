@@ -10,7 +10,7 @@ import numpy as np
 from ident.effects.effect import State
 from ident.effects.family import Evidence, Place, PresentModel, Scope, Shape
 from ident.effects.simulated import SimulatedParts
-from ident.signals import low_pass
+from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -150,16 +150,13 @@ def as_positions_show(robot: Robot, state: State, torque: FloatArray) -> FloatAr
     filter takes as much as it would of the torque: the model's two sides differ by the torque, filtered.
     Where the samples are too far apart for that filter there was none.
     """
-    settings, time = robot.identification, state.time
-    if time is None or time.shape[0] <= 3 * settings.filter_order:
-        return torque
-    step = float(time[1] - time[0])
-    if settings.cutoff_hz * step >= 0.5:
-        return torque
+    settings = robot.identification
     flat = torque.reshape(torque.shape[0], -1)
     alive = np.flatnonzero(flat.any(axis=0))
     smooth = np.zeros_like(flat)
-    smooth[:, alive] = low_pass(flat[:, alive], settings.cutoff_hz, step, settings.filter_order)
+    smooth[:, alive] = low_pass_where_sampled(
+        flat[:, alive], state.time, settings.cutoff_hz, settings.filter_order
+    )
     return smooth.reshape(torque.shape)
 
 

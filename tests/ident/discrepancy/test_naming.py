@@ -11,14 +11,12 @@ import numpy as np
 import pytest
 
 import robots
-from drivers.simulated import draw_truth
-from drivers.simulated.drawing import exercise
-from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording, identify
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, diagnose
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
+from tests.ident.discrepancy import blind_search
 
 ARM_SEED = 41
 
@@ -29,10 +27,7 @@ def arm() -> Robot:
 
 
 def recorded(scenario: Scenario, motion: int, seed: int) -> Recording:
-    truth = draw_truth(arm(), ARM_SEED)
-    path = exercise(arm(), duration=8.0, seed=motion)
-    run = simulate_offline(arm(), truth, path, scenario=scenario, periods=2, seed=seed)
-    return Recording("blind", run.time, run.reference, run.position, run.control_signal)
+    return blind_search.recorded(arm(), ARM_SEED, scenario, motion, seed, 8.0)
 
 
 @cache
@@ -43,7 +38,7 @@ def accepted() -> tuple[np.ndarray, np.ndarray]:
 
 
 def search(scenario: dict[str, object]) -> Diagnosis:
-    hidden = Scenario.from_dict({"format": 1, **scenario})
+    hidden = blind_search.hidden(scenario)
 
     def prior(base: BaseParameters) -> Prior:
         return accepted_prior(base, *accepted())

@@ -4,36 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-import robots
-from drivers.simulated import draw_truth
-from drivers.simulated.drawing import exercise
-from drivers.simulated.offline import simulate_offline
-from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
-from ident.effects.vocabulary import VOCABULARY
+from ident.discrepancy import Diagnosis
+from tests.ident.discrepancy import blind_search
 
 TRUTH = 501
 
 
 def search(scenario: dict[str, object]) -> Diagnosis:
-    robot = robots.load("emps")
-    truth = draw_truth(robot, TRUTH)
-
-    def recorded(hidden: Scenario, motion: int, seed: int) -> Recording:
-        path = exercise(robot, duration=5.0, seed=motion)
-        run = simulate_offline(robot, truth, path, scenario=hidden, periods=2, seed=seed)
-        return Recording("blind", run.time, run.reference, run.position, run.control_signal)
-
-    accepted = recorded(Scenario(), 0, 1)
-    estimate = identify(robot, (accepted,)).result.recommended
-
-    def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
-
-    hidden = Scenario.from_dict({"format": 1, **scenario})
-    return diagnose(Question(robot, (recorded(hidden, 0, 2),), (recorded(hidden, 1, 3),), VOCABULARY, prior))
+    return blind_search.search("emps", TRUTH, scenario, duration=5.0)
 
 
 def test_nothing_hidden_is_clean() -> None:
