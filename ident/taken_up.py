@@ -99,9 +99,7 @@ def _told(effect: Found, basis: FloatArray, columns: FloatArray) -> tuple[np.nda
 
 
 def _sentence(effect: Found, names: Sequence[str], own: np.ndarray, *, seen: bool) -> str:
-    joints = " and ".join(str(joint + 1) for joint in effect.place.joints)
-    where = f"joint {joints}" if joints else f"the {effect.place.scope}"
-    what = f"{effect.name.replace('_', ' ')} ({where})"
+    what = f"{effect.name.replace('_', ' ')} ({effect.place.words})"
     if not seen:
         return f"{what} does not show in these recordings; the model that is identified is without it"
     if own.any():

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.files.model_file import ModelFile, ModelFileError, read_model
+from ident.effects.family import joint_words
 from ident.effects.vocabulary import EffectEntry
 from ident.found_effects import FoundModel
 from robots import Robot
@@ -36,11 +37,7 @@ def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:
 
 def found_words(entries: Sequence[EffectEntry]) -> str:
     """Found effects and where they sit."""
-    named = []
-    for entry in entries:
-        joints = " and ".join(map(str, entry.joints))
-        named.append(f"{entry.name.replace('_', ' ')} ({'joint ' + joints if joints else 'the arm'})")
-    return "; ".join(named)
+    return "; ".join(f"{entry.name.replace('_', ' ')} ({joint_words(entry.joints)})" for entry in entries)
 
 
 def entry_json(entry: EffectEntry) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from ident.discrepancy.gap import Gap, LoopTrace
 from ident.discrepancy.portrait import Portrait
 from ident.discrepancy.unrepeated import Unrepeated
 from ident.discrepancy.where import Habitat
-from ident.effects.family import PlacedEffect, Scope
+from ident.effects.family import PlacedEffect, Scope, joint_words
 from robots.arrays import FloatArray
 
 DiagnosisVerdict = Literal["clean", "named", "ambiguous", "unnamed"]
@@ -44,9 +44,8 @@ class Candidate:
     """The effects with their shapes, as they were scored."""
 
     def words(self) -> str:
-        return " and ".join(
-            f"{effect} ({_joints(joints)})" for effect, joints in zip(self.effects, self.joints, strict=True)
-        )
+        places = map(joint_words, self.joints)
+        return " and ".join(f"{effect} ({place})" for effect, place in zip(self.effects, places, strict=True))
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class Finding:
         """The finding as a sentence."""
         seen = [p for p in self.parameters if p.value != 0.0 or p.sigma != 0.0]
         values = ", ".join(_parameter_words(parameter) for parameter in seen)
-        place = _joints(self.joints)
+        place = joint_words(self.joints)
         verb = "have" if len(self.joints) > 1 else "has"
         return f"{place} {verb} {self.effect.replace('_', ' ')} ({values})"
 
@@ -112,12 +111,6 @@ class Diagnosis:
     beta: FloatArray
     covariance: FloatArray
     examinations: tuple[Examination, ...] = field(repr=False, default=())
-
-
-def _joints(joints: tuple[int, ...]) -> str:
-    if not joints:
-        return "the arm"
-    return ("joint " if len(joints) == 1 else "joints ") + " and ".join(str(joint) for joint in joints)
 
 
 def _parameter_words(parameter: FoundParameter) -> str:

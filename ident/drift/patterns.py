@@ -112,13 +112,11 @@ def _found(geometry: Geometry) -> list[Pattern]:
         # Usual friction that a baseline was made without, and found, is a usual effect here.
         if not isinstance(effect, Found) or any(map(_is_usual, effect.parameter_names)):
             continue
-        joints = " and ".join(str(joint + 1) for joint in effect.place.joints)
-        where = f"joint {joints}" if joints else "the arm"
         patterns.append(
             Pattern(
                 effect.name,
                 effect.place.joints[0] + 1 if effect.place.joints else None,
-                f"{effect.name.replace('_', ' ')} of {where}",
+                f"{effect.name.replace('_', ' ')} of {effect.place.words}",
                 np.eye(len(base.independent))[:, own],
                 tuple(base.units[k] for k in own),
                 float(geometry.beta[own[0]]) if len(own) == 1 else None,

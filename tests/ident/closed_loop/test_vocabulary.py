@@ -100,7 +100,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "backlash": [(2, None, (1.0,), 0.4)],
     "hysteresis": [(2, None, (1.0,), 0.01), (5, None, (0.5,), 0.01)],
     "wrist_coupling": [(0, None, (0.005, 0.2, 0.3), 0.01)],
-    "gear_ripple": [(2, (1.0, 200.0), (2e-4, 1e-4), 0.06)],
+    "gear_ripple": [(2, (1.0, 200.0), (2e-4, 1e-4), 0.06), (2, (1.0, 1000.0), (2e-4, 1e-4), 0.035)],
     "drive_gain_error": [(2, None, (0.05,), 0.01), (4, None, (-0.05,), 0.01)],
     "current_offset": [(2, None, (1.0,), 1e-6), (5, None, (0.5,), 1e-6)],
     "torque_ripple": [
