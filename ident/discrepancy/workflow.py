@@ -18,6 +18,7 @@ from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.refine import added_values, refine
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
+from ident.discrepancy.reversals import AT_REVERSALS, forms_of_found, joints_not_told
 from ident.discrepancy.scene import Scene, make_scenes
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
@@ -32,15 +33,6 @@ from ident.errors import IdentificationError
 from ident.regressor import RegressorModel
 
 _log = logging.getLogger(__name__)
-
-AT_REVERSALS = (
-    "static_friction",
-    "stribeck_friction",
-    "hysteresis",
-    "backlash",
-    "joint_elasticity",
-)
-"""Effects that may show at reversals alone, which are looked at in closed loop."""
 
 _FORMS = tuple(family.name for family in WITHOUT_A_NAME)
 
@@ -82,6 +74,8 @@ class _Search:
         self.findings: list[Finding] = []
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
+        self.forms: set[tuple[str, tuple[int, ...]]] = set()
+        """Effects and joints that are no further effect beside what was found there."""
         self.form = ""
         """What the residual is, where it has a form without a name."""
 
@@ -91,6 +85,7 @@ class _Search:
         in_loop = self.step.in_loop() if self._at_reversals() else None
         if in_loop is not None and self._is_the_arm(in_loop):
             moving = self.step
+            self._leave_to_motion(moving)
             self.step = in_loop
             reversing = [family for family in self.question.families if family.name in AT_REVERSALS]
             self._search(reversing, len(self.findings) + 1)
@@ -100,13 +95,21 @@ class _Search:
         return self._answer(choice)
 
     def _at_reversals(self) -> bool:
-        """Whether to look there: where the moving arm shows nothing more that has no name."""
+        """Whether to look there: not where it is something else, without a name or without repeats."""
         if not self.question.at_reversals or self.form or len(self.findings) >= self.question.settings.most:
-            return False
-        if self.findings and self._more_than_clean():
             return False
         strange = unrepeated(self.step.examination, _row_time(self.scenes[0]))
         return all(item.kind == "shocks" for item in strange)
+
+    def _leave_to_motion(self, moving: Step) -> None:
+        """What findings do at reversals, and joints on which motion leaves more than has a name."""
+        if not self.findings:
+            return
+        self.forms = forms_of_found(self.findings, self.question.families)
+        self.settled |= joints_not_told(self.findings)
+        rows = np.bincount(moving.examination.joint_of_rows)
+        left = moving.examination.excess_of_joints
+        self.settled |= set(np.flatnonzero(left > self._worth_a_word_of_a_row() * rows).tolist())
 
     def _is_the_arm(self, in_loop: Step) -> bool:
         """Whether the simulated loop does about what the arm does; a small error of a delay can spoil it."""
@@ -144,7 +147,7 @@ class _Search:
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
         placed = [effect for effect in self.step.base.model.effects if isinstance(effect, Placed)]
-        found = {(effect.name, effect.place.joints) for effect in placed}
+        found = {(effect.name, effect.place.joints) for effect in placed} | self.forms
         return build_library(self.step.examination, families, self.step.present, found, self.settled)
 
     def _measure_noise(self, library: Library) -> None:
@@ -244,9 +247,13 @@ class _Search:
 
     def _worth_a_word(self) -> float:
         """Residual sum of squares beyond noise from which on a model is not clean."""
-        settings, examination = self.question.settings, self.step.examination
-        share = settings.unnamed_share + settings.misfit_of(examination) - settings.smallest_share
-        return float(share * examination.torque.shape[0])
+        return float(self._worth_a_word_of_a_row() * self.step.examination.torque.shape[0])
+
+    def _worth_a_word_of_a_row(self) -> float:
+        """The same, per row."""
+        settings = self.question.settings
+        misfit = settings.misfit_of(self.step.examination)
+        return float(settings.unnamed_share + misfit - settings.smallest_share)
 
     def _habitats(self) -> tuple[Habitat, ...]:
         beta = self.step.examination.beta

@@ -10,7 +10,7 @@ import numpy as np
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
-    ANY,
+    POSITIVE,
     Family,
     Law,
     Parameters,
@@ -72,7 +72,7 @@ def _make(
             friction=(FrictionTorque(row, values[0] * row, Bristle(length, "exponential")),)
         )
 
-    return Parameters((f"hysteresis{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+    return Parameters((f"hysteresis{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

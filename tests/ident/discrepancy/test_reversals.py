@@ -1,0 +1,53 @@
+"""What is no further effect at a reversal beside what the moving arm has shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ident.discrepancy.results import Candidate
+from ident.discrepancy.reversals import forms_of_found, joints_not_told
+from ident.effects.family import Place
+from ident.effects.vocabulary import VOCABULARY
+
+
+@dataclass(frozen=True)
+class Placed:
+    place: Place
+
+
+@dataclass(frozen=True)
+class Found:
+    """As much of a finding as is asked for."""
+
+    effect: str
+    joints: tuple[int, ...]
+    indistinguishable_from: tuple[Candidate, ...] = ()
+
+    @property
+    def placed(self) -> Placed:
+        return Placed(Place("drive", tuple(joint - 1 for joint in self.joints)))
+
+
+def test_friction_that_lets_go_is_a_part_of_friction_that_falls_with_speed() -> None:
+    forms = forms_of_found([Found("stribeck_friction", (2,))], VOCABULARY)  # type: ignore[list-item]
+    assert ("static_friction", (1,)) in forms
+    assert ("hysteresis", (1,)) not in forms
+    assert ("static_friction", (2,)) not in forms, "another drive may stick as well"
+
+
+def test_it_does_not_matter_which_of_the_two_names_the_other() -> None:
+    families = [
+        family for family in VOCABULARY if family.name in {"backlash", "current_loop_lag", "time_delay"}
+    ]
+    forms = forms_of_found([Found("time_delay", (6,))], families)  # type: ignore[list-item]
+    assert forms == {("current_loop_lag", (5,))}
+
+
+def test_what_sits_nowhere_leaves_everything_to_be_found() -> None:
+    assert not any(joints for _, joints in forms_of_found([Found("base_tilt", ())], VOCABULARY))  # type: ignore[list-item]
+
+
+def test_joints_of_every_name_in_a_set_are_not_told() -> None:
+    rival = Candidate(("time_delay", "hysteresis"), ((6,), (3,)), 1000.0, 0.9)
+    found = [Found("current_loop_lag", (6,), (rival,)), Found("payload", ())]
+    assert joints_not_told(found) == {2, 5}  # type: ignore[arg-type]
