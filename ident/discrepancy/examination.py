@@ -98,6 +98,11 @@ class Examination:
         return np.asarray(squares)
 
     @cached_property
+    def rows_of_joints(self) -> IntArray:
+        """(n,) how many rows are of each joint."""
+        return np.asarray(np.bincount(self.joint_of_rows, minlength=self.used.shape[1]))
+
+    @cached_property
     def joint_of_rows(self) -> IntArray:
         """(data rows,) which joint a whitened row is of."""
         return self.whitening.joint_of_rows(self.segment, self.used)

@@ -8,6 +8,7 @@ from ident.discrepancy.results import Candidate
 from ident.discrepancy.reversals import forms_of_found, joints_not_told
 from ident.effects.family import Place
 from ident.effects.vocabulary import VOCABULARY
+from tests.ident.discrepancy.blind_search import search
 
 
 @dataclass(frozen=True)
@@ -51,3 +52,23 @@ def test_joints_of_every_name_in_a_set_are_not_told() -> None:
     rival = Candidate(("time_delay", "hysteresis"), ((6,), (3,)), 1000.0, 0.9)
     found = [Found("current_loop_lag", (6,), (rival,)), Found("payload", ())]
     assert joints_not_told(found) == {2, 5}  # type: ignore[arg-type]
+
+
+def test_friction_that_falls_with_speed_is_alone_on_its_drive() -> None:
+    names = {"stribeck_friction", "static_friction", "hysteresis"}
+    only = [family for family in VOCABULARY if family.name in names]
+    rising = {"drive": 1, "rise": 0.52, "speed": 0.144}
+    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=only)
+    assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (1,))]
+
+
+def test_friction_that_no_moving_row_shows_is_not_called_clean() -> None:
+    names = {"stribeck_friction", "static_friction", "hysteresis"}
+    only = [family for family in VOCABULARY if family.name in names]
+    rising = {"drive": 2, "rise": 1.76, "speed": 0.04}
+    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=only)
+    assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (2,))]
+    without = [family for family in VOCABULARY if family.name == "base_tilt"]
+    unnamed = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=without)
+    assert unnamed.verdict == "unnamed"
+    assert "at its reversals, least of all at joint 2" in unnamed.description
