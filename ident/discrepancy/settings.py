@@ -38,6 +38,7 @@ class SearchSettings:
         form_share: the same on the joints of the first.
         unnamed_share: what is left without a name is worth a word from this multiple of the noise's energy.
         misfit_in_loop: what a simulation of the right model leaves, as a multiple of the noise's energy.
+        unnamed_in_loop: the same, from which on an arm in which nothing was found is not clean.
         strange_in_loop: a simulation that leaves more than this multiple of it is not the arm's.
         most: how many effects may be found one after the other.
         draws: residuals of noise alone that the threshold is taken from.
@@ -56,6 +57,7 @@ class SearchSettings:
     form_share: float = 0.03
     unnamed_share: float = 0.08
     misfit_in_loop: float = 0.07
+    unnamed_in_loop: float = 0.5
     strange_in_loop: float = 10.0
     most: int = 3
     draws: int = 400

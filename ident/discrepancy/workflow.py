@@ -96,7 +96,7 @@ class _Search:
         return all(item.kind == "shocks" for item in strange)
 
     def _search_at_reversals(self) -> None:
-        """At most one more finding; a simulated loop that is another arm's without a reason is told."""
+        """At most one more finding; a simulated loop that does otherwise, for no known reason, is told."""
         moving, in_loop = self.step, self.step.in_loop()
         if in_loop is None:
             return
@@ -107,8 +107,9 @@ class _Search:
             self._search(reversing, len(self.findings) + 1)
             if self.step is in_loop:
                 self.step = moving
-        strange = in_loop.examination.excess > self._strange(in_loop.examination)
-        if strange and not self.findings and not self._more_than_clean():
+        per_row = in_loop.examination.excess / in_loop.examination.torque.shape[0]
+        otherwise = per_row > self.question.settings.unnamed_in_loop
+        if otherwise and not self.findings and not self._more_than_clean():
             self.form = _strange_loop(in_loop.examination)
 
     def _leave_to_motion(self, moving: Step) -> None:
@@ -126,17 +127,14 @@ class _Search:
         Where nothing was found in motion, single joints may do otherwise: that is what is looked for.
         """
         examination = in_loop.examination
-        alike = examination.excess <= self._strange(examination)
+        strange = self.question.settings.strange_in_loop
+        alike = examination.excess <= strange * examination.torque.shape[0]
         if not self.findings:
             of_joints = examination.excess_of_joints / np.maximum(examination.rows_of_joints, 1)
-            alike = alike or float(np.median(of_joints)) <= self.question.settings.strange_in_loop
+            alike = alike or float(np.median(of_joints)) <= strange
         if not alike:
             _log.info("no look at reversals: the simulated loop does not do what the arm does")
         return bool(alike)
-
-    def _strange(self, in_loop: Examination) -> float:
-        """Residual sum of squares beyond noise from which on a simulated loop is not the arm's."""
-        return float(self.question.settings.strange_in_loop * in_loop.torque.shape[0])
 
     def _search(self, families: Sequence[EffectFamily], most: int) -> Choice | None:
         """Until nothing more passes."""
