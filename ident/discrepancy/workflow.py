@@ -100,7 +100,7 @@ class _Search:
         if in_loop is None:
             return
         if self._is_the_arm(in_loop):
-            self._leave_to_motion(moving)
+            self._leave_to_motion()
             self.step = in_loop
             reversing = [family for family in self.question.families if family.name in AT_REVERSALS]
             self._search(reversing, len(self.findings) + 1)
@@ -113,13 +113,13 @@ class _Search:
                 f" joint {strange + 1}, though the model fits the moving arm"
             )
 
-    def _leave_to_motion(self, moving: Step) -> None:
+    def _leave_to_motion(self) -> None:
         """What findings do at reversals, and joints on which motion leaves more than has a name."""
         if not self.findings:
             return
         self.forms = forms_of_found(self.findings, self.question.families)
         self.settled |= joints_not_told(self.findings)
-        left, rows = moving.examination.excess_of_joints, moving.examination.rows_of_joints
+        left, rows = self.step.examination.excess_of_joints, self.step.examination.rows_of_joints
         self.settled |= set(np.flatnonzero(left > self._worth_a_word_of_a_row() * rows).tolist())
 
     def _is_the_arm(self, in_loop: Step) -> bool:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from ident.discrepancy.results import Candidate
 from ident.discrepancy.reversals import forms_of_found, joints_not_told
 from ident.effects.family import Place
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.vocabulary import VOCABULARY, family_named
 from tests.ident.discrepancy.blind_search import search
+
+FRICTION = [family_named(name) for name in ("stribeck_friction", "static_friction", "hysteresis")]
 
 
 @dataclass(frozen=True)
@@ -37,9 +39,7 @@ def test_friction_that_lets_go_is_a_part_of_friction_that_falls_with_speed() -> 
 
 
 def test_it_does_not_matter_which_of_the_two_names_the_other() -> None:
-    families = [
-        family for family in VOCABULARY if family.name in {"backlash", "current_loop_lag", "time_delay"}
-    ]
+    families = [family_named(name) for name in ("backlash", "current_loop_lag", "time_delay")]
     forms = forms_of_found([Found("time_delay", (6,))], families)  # type: ignore[list-item]
     assert forms == {("current_loop_lag", (5,))}
 
@@ -55,20 +55,16 @@ def test_joints_of_every_name_in_a_set_are_not_told() -> None:
 
 
 def test_friction_that_falls_with_speed_is_alone_on_its_drive() -> None:
-    names = {"stribeck_friction", "static_friction", "hysteresis"}
-    only = [family for family in VOCABULARY if family.name in names]
     rising = {"drive": 1, "rise": 0.52, "speed": 0.144}
-    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=only)
+    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)
     assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (1,))]
 
 
 def test_friction_that_no_moving_row_shows_is_not_called_clean() -> None:
-    names = {"stribeck_friction", "static_friction", "hysteresis"}
-    only = [family for family in VOCABULARY if family.name in names]
     rising = {"drive": 2, "rise": 1.76, "speed": 0.04}
-    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=only)
+    found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)
     assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (2,))]
-    without = [family for family in VOCABULARY if family.name == "base_tilt"]
+    without = [family_named("base_tilt")]
     unnamed = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=without)
     assert unnamed.verdict == "unnamed"
     assert "at its reversals, least of all at joint 2" in unnamed.description
