@@ -22,8 +22,8 @@ from ident import Recording, RegressorModel
 from ident.closed_loop import simulate, simulate_many
 from ident.closed_loop.simulate import leading_of, run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
-from ident.discrepancy.present import Present
 from ident.effects.vocabulary import VOCABULARY
+from ident.parameters.present import Present
 
 _PLAIN_SECONDS = 0.5
 

@@ -25,7 +25,7 @@ import robots
 from drivers.bus.ports import Frame
 from drivers.cyclic import realtime
 from drivers.cyclic.cycle import Cycle
-from drivers.cyclic.layout import SYNC_COB_ID
+from drivers.frames.layout import SYNC_COB_ID
 from drivers.simulated import draw_truth
 from drivers.simulated.in_process import InProcessBus, stream_in_process
 from robots import Robot

@@ -29,7 +29,7 @@ from machine_stalls import SHORTEST, Stall, covered, stolen_seconds, witness
 import robots
 from drivers import ArmSession, Channel, Samples, StreamResult, open_bus
 from drivers.cyclic import realtime
-from drivers.cyclic.layout import rpdo_cob_id, tpdo_cob_id
+from drivers.frames.layout import rpdo_cob_id, tpdo_cob_id
 from drivers.simulated import SimulatedArm
 from robots import Robot
 

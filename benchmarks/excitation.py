@@ -38,10 +38,10 @@ from robots.description import Robot
 from robots.loading import load, robot_from_text
 from trajectories.constraints.checks import Check
 from trajectories.constraints.collision import CollisionCheck
-from trajectories.constraints.limits import Limits
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.torque import TorqueCheck
 from trajectories.information.matrix import Criterion, Information, Objective
+from trajectories.limits import Limits
 from trajectories.motions.motion import Extremes, Motion, MotionState
 from trajectories.motions.segments import Waypoint
 from trajectories.search.fourier_search import FourierSearch

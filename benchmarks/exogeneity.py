@@ -33,9 +33,9 @@ from ident.exogeneity import GateSettings, TestedRows, WhiteRows, augmented_wald
 from ident.exogeneity.instruments import instruments_gate
 from ident.exogeneity.rank import rank_gate
 from ident.exogeneity.revised import exogeneity_gate
-from ident.observation import observed_columns
+from ident.preparation.observation import observed_columns
 from ident.results import Verdict
-from ident.whitening import autoregressive_whitening
+from ident.statistics.whitening import autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 LEVEL = 0.05

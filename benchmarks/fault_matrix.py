@@ -19,11 +19,12 @@ from pathlib import Path
 import numpy as np
 
 import robots
-from daq.identification.run_facts import outcome_facts
 from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
+from daq.recording.run_facts import outcome_facts
 from drivers import ArmSession, Channel, DriveError, Samples, open_bus
+from drivers.frames.units import Units
 from drivers.simulated import Faults, draw_truth
 from drivers.simulated.fault_matrix import KINDS, FaultCase, run_case
 from drivers.simulated.faults import WrongIdentity
@@ -31,7 +32,6 @@ from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.process import serve
 from drivers.simulated.set_points import AxisMode
-from drivers.units import Units
 from robots import Robot
 from robots.description import Identity
 

@@ -57,7 +57,7 @@ class KillPoint:
 
 
 _BEGIN = (
-    KillPoint("begin", "daq.check.recorded:free_dead_leases", "before", "nothing"),
+    KillPoint("begin", "daq.catalogue.runs:settle_abandoned", "before", "nothing"),
     KillPoint("simulated drives: started", f"{_DRIVES}.__enter__", "after", "nothing", "first"),
     KillPoint("configure: bus about to be taken", f"{_CONNECTION}.open", "before", "nothing"),
     KillPoint("configure: drives set up", f"{_CONNECTION}.open", "after", "nothing"),
@@ -88,8 +88,8 @@ _MOTION = (
 )
 _JUDGEMENT = (
     KillPoint("identify: begins", "daq.check.analysis:identify", "before", "unjudged"),
-    KillPoint("identify: rows made", "ident.identification:all_fits", "before", "unjudged"),
-    KillPoint("test: begins", "ident.identification:_test", "before", "unjudged"),
+    KillPoint("identify: rows made", "ident.identification.identify:all_fits", "before", "unjudged"),
+    KillPoint("test: begins", "ident.identification.identify:_test", "before", "unjudged"),
     KillPoint("test: done", "daq.check.analysis:identify", "after", "unjudged"),
     KillPoint("report: written", "daq.check.judged:write_results", "after", "unjudged"),
     KillPoint("model: about to be kept", "daq.catalogue.models:add", "inside", "unjudged"),

@@ -27,10 +27,10 @@ from machine_stalls import witness
 
 import robots
 from daq.catalogue.database import Catalogue
-from daq.progress import Silent
 from daq.session.bench import ArmOrder, opened
 from daq.session.recorded_runs import Recording, unconducted
 from daq.session.states import Conduct
+from daq.text.progress import Silent
 from drivers import Channel, Samples, StreamResult
 from trajectories import Trajectory, plan
 
@@ -107,7 +107,7 @@ def measure(motion: Trajectory, folder: Path, clients: int) -> None:
         witness() as stalls,
         Catalogue(str(folder / "catalogue.db")) as catalogue,
         service(folder / "catalogue.db") as (port, pid),
-        opened(order, catalogue, Silent()) as arm,
+        opened(order, catalogue, Silent(), "drive") as arm,
     ):
         before = processor_seconds(pid)
         recording = Recording(arm, order, catalogue, watching, unconducted)

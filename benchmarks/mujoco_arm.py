@@ -18,7 +18,7 @@ import pinocchio
 from drivers.simulated import PlantTruth
 from drivers.simulated.control_loop import ControlLoop
 from ident import Recording
-from ident.closed_loop.set_points import set_points
+from ident.preparation.set_points import set_points
 from robots import Robot
 from robots.arrays import FloatArray
 

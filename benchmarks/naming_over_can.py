@@ -21,24 +21,28 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import robots
-from daq.diagnosis.bench import stream_and_record
+from daq.diagnosis.bench import LiveArm
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
 from daq.diagnosis.live import LiveRequest, run_live
 from daq.files.toml_text import toml_text
-from daq.files.trajectory_file import read_motion, write_trajectory
 from daq.identification.identify import IdentifyRequest, run_identify
-from daq.progress import Silent
+from daq.recording.trajectory_file import read_motion, write_trajectory
+from daq.session.bench import ArmOrder, opened
+from daq.session.cell import Cell
+from daq.session.recorded_runs import unconducted
+from daq.session.watching import Nobody
+from daq.text.progress import Silent
 from drivers import Channel
-from drivers.simulated import SimulatedArm
 from drivers.simulated.drawing import draw_scenario, exercise
 from drivers.simulated.seal import open_seal, truth_of, was_opened
-from trajectories import Conditions, Trajectory, plan
+from trajectories import Trajectory, plan
 
 ARM = "tx40"
 ROOT = Path(__file__).resolve().parents[1]
@@ -146,13 +150,8 @@ def live(folder: Path, channel: Channel, seed: int, duration: float) -> None:
     first = DiagnoseRequest((), robot=ARM, evaluations=300)
     request = LiveRequest(first, robot, folder / "live", duration=duration, evaluations=100)
     request.folder.mkdir()
-    with SimulatedArm(ARM, channel, seed, **_hidden(folder)):
-        found = run_live(
-            request,
-            lambda motion, path: stream_and_record(robot, channel, motion, Conditions(), path, Silent()),
-            lambda question: True,
-            Silent(),
-        )
+    with _opened(ArmOrder(robot, ARM, channel, simulated=True, seed=seed, **_hidden(folder))) as arm:
+        found = run_live(request, arm.drive, Silent())
     rounds = [
         {
             "verdict": result.diagnosis.verdict,
@@ -192,10 +191,15 @@ def record(folder: Path, channel: Channel, seed: int, refit: bool = False) -> No
     """Captures over the bus: with nothing hidden unless ``refit``, then twice with what the scenario says."""
     robot = robots.load(ARM)
     for names, hidden in ((CAPTURES[:1], {}), (CAPTURES[1:], _hidden(folder)))[1 if refit else 0 :]:
-        with SimulatedArm(ARM, channel, seed, **hidden):
+        with _opened(ArmOrder(robot, ARM, channel, simulated=True, seed=seed, **hidden)) as arm:
             for name in names:
-                path = folder / f"{name}.mcap"
-                stream_and_record(robot, channel, _motion(folder, name), Conditions(), path, Silent())
+                arm.drive(_motion(folder, name), folder / f"{name}.mcap", name)
+
+
+@contextmanager
+def _opened(order: ArmOrder) -> Iterator[LiveArm]:
+    with opened(order, None, Silent(), "drive") as arm:
+        yield LiveArm(arm, order, None, Cell(), lambda question: True, Nobody(), unconducted)
 
 
 def _hidden(folder: Path) -> dict[str, Any]:

@@ -228,6 +228,10 @@ _TRUE: dict[str, Callable[[Hidden], dict[str, float]]] = {
     "stribeck_friction": _stribeck,
     "nonlinear_viscous_friction": _power,
     "load_dependent_friction": lambda h: {"mu": h.entry["coefficient"]},
+    "directional_efficiency": lambda h: {
+        "mu_mean": 0.5 * (h.entry["driving"] + h.entry["driven"]),
+        "dmu": 0.5 * (h.entry["driving"] - h.entry["driven"]),
+    },
     # The plant's friction goes exponentially with temperature, the effect's in proportion: the time alone.
     "drifting_friction": lambda h: {"settling_time": h.entry["time_constant"]},
     "position_dependent_friction": _position_dependent,

@@ -23,9 +23,9 @@ from typing import Any
 import robots
 from daq.files.model_file import SUFFIX
 from daq.identification.identify import IdentifyRequest, run_identify
-from daq.identification.run_facts import run_facts
-from daq.progress import Silent
 from daq.recording.recorder import Recorder
+from daq.recording.run_facts import run_facts
+from daq.text.progress import Silent
 from drivers import Samples
 from drivers.simulated import draw_truth
 from drivers.simulated.drawing import draw_scenario

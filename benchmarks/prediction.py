@@ -30,7 +30,7 @@ import numpy as np
 from drivers.simulated import PlantTruth, draw_truth, simulate_offline
 from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
 from ident.estimators import stack, weighted_least_squares
-from ident.observation import observe
+from ident.preparation.observation import observe
 from robots import Robot, load
 from robots.arrays import FloatArray
 from trajectories import Conditions, ExpectedValues, TorqueNoise, Trajectory, plan, predicted

@@ -37,7 +37,7 @@ from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from daq.recording.recovery import recover
 from drivers import ArmSession, Channel, DriveError, Samples
-from drivers.motion.jog import jog_path
+from drivers.session.jog import jog_path
 from drivers.simulated import SimulatedArm
 from tests.daq.captures import BATCH, PERIOD, FailingFile, facts, outcome, samples, traffic
 

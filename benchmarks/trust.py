@@ -33,14 +33,14 @@ from scipy.signal import lfilter
 import robots
 from benchmarks.closed_loop_runs import motion, noisy_truth, record
 from benchmarks.trust_pictures import draw
-from daq.demo import true_base_parameters
+from daq.cli.demonstration import true_base_parameters
 from ident import IdentificationError, Recording, RegressorModel, SimulationError, base_parameters, identify
 from ident.closed_loop import simulate
 from ident.effects import CoulombFriction, Effect, ViscousFriction
 from ident.estimators import instrumental_variables, stack, weighted_least_squares
 from ident.estimators.fit import stack_columns
 from ident.exogeneity import GateSettings, TestedRows, revised_test, simulation_agreement
-from ident.observation import observe, observed_columns
+from ident.preparation.observation import observe, observed_columns
 from ident.results import Gate
 from robots import Identification, Robot
 from robots.arrays import FloatArray

@@ -26,10 +26,10 @@ from benchmarks.year_nights import hall, recorded_night
 from daq.check.residual import ENOUGH, GROWN, GROWN_OF_FEW
 from drivers.simulated import draw_truth
 from ident import Recording, RegressorModel, base_parameters
-from ident.base import BaseParameters
 from ident.drift import DriftSettings
 from ident.estimators import stack, weighted_least_squares
-from ident.observation import observe
+from ident.parameters.base import BaseParameters
+from ident.preparation.observation import observe
 from robots.arrays import FloatArray
 from trajectories import plan
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from robots.errors import UserError
 
-class BusError(Exception):
+
+class BusError(UserError):
     """A bus cannot be opened or is in use; the message names the channel and the reason."""
 
 
-class DriveError(Exception):
+class BusOccupied(BusError):
+    """Somebody else uses the bus."""
+
+
+class DriveError(UserError):
     """A drive or a reference is refused; the message names the drive or joint and the reason."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ident.base import BaseParameters, base_parameters
 from ident.errors import IdentificationError, MassMatrixError, SimulationDivergedError, SimulationError
-from ident.identification import Fitted, identify
-from ident.options import Options
+from ident.identification.identify import Fitted, identify
+from ident.identification.options import Options
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.regressor import RegressorModel, drive_parameters
 from ident.recording import Recording
-from ident.regressor import RegressorModel, drive_parameters
 from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
 
 __all__ = [

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from robots.errors import UserError
 
-class IdentificationError(ValueError):
+
+class IdentificationError(UserError, ValueError):
     """The recordings cannot be identified; the message is one line that says what and why."""
 
 

@@ -13,6 +13,10 @@ JITTER_ALLOWED = 0.01
 """Largest departure of a sampling interval from the median that counts as uniform."""
 
 
+LARGEST = {"position": 1e6, "reference": 1e6, "control signal": 1e12}
+"""rad (or m), control-signal units: no arm is there; squares of much more overflow."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """One uninterrupted record of an arm, from our own capture or an imported log.
@@ -25,7 +29,8 @@ class Recording:
         control_signal: samples × drives v_τ in control-signal units.
 
     Raises:
-        IdentificationError: shapes differ, values are not finite, or the sampling is not uniform.
+        IdentificationError: shapes differ, values are not finite or beyond ``LARGEST``, or the sampling is
+            not uniform.
     """
 
     name: str
@@ -51,6 +56,13 @@ class Recording:
                 raise IdentificationError(
                     f"{self.name}: {label} of joint {joint + 1} is not a number at sample {sample}"
                     f" ({int(bad.sum())} such values); allowed: finite values without gaps"
+                )
+            beyond = np.argwhere(np.abs(values) > LARGEST[label])
+            if beyond.size:
+                sample, joint = beyond[0]
+                raise IdentificationError(
+                    f"{self.name}: {label} of joint {joint + 1} is {values[sample, joint]:g} at sample"
+                    f" {sample}; allowed: up to {LARGEST[label]:g}"
                 )
         self._check_sampling()
 

@@ -6,7 +6,8 @@ Arrays over time are samples × joints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -15,9 +16,10 @@ from ident.effects.vocabulary import EffectEntry
 from robots.arrays import FloatArray
 
 Verdict = Literal["exogenous", "endogenous", "instruments_invalid", "not_testable"]
-Estimator = Literal["ls", "iv", "robust", "consistent"]
-Method = Literal["auto", "ls", "iv", "robust", "consistent"]
-"""``auto`` computes least squares and IV and lets the revised test choose."""
+Estimator = str
+"""A key of ``ident.estimators.ESTIMATORS``."""
+Method = str
+"""The same, or ``auto``: least squares and IV are computed and the revised test chooses."""
 GateName = Literal["instruments", "rank", "exogeneity"]
 
 
@@ -256,8 +258,8 @@ class Identification:
 
     robot: str
     rows: int
-    least_squares: Estimate
-    instrumental: Estimate | None
+    by_estimator: Mapping[str, Estimate]
+    """Every estimate that was computed; least squares always."""
     instrumental_reason: str
     """Why there is no IV estimate; empty where there is one."""
     test: RevisedTest
@@ -265,8 +267,6 @@ class Identification:
     trace: TorqueTrace
     warnings: tuple[str, ...] = ()
     method: Method = "auto"
-    robust: Estimate | None = None
-    consistent: Estimate | None = None
     consistency: Consistency | None = None
     rank: Rank | None = None
     signals: Signals | None = None
@@ -278,10 +278,21 @@ class Identification:
     @property
     def estimates(self) -> tuple[Estimate, ...]:
         """All that were computed, least squares first."""
-        return tuple(e for e in self._all() if e is not None)
+        return tuple(self.by_estimator.values())
 
-    def _all(self) -> tuple[Estimate | None, ...]:
-        return self.least_squares, self.instrumental, self.robust, self.consistent
+    @property
+    def least_squares(self) -> Estimate:
+        """IDIM-LS (eq. 7)."""
+        return self.by_estimator["ls"]
+
+    @property
+    def instrumental(self) -> Estimate | None:
+        """IDIM-IV; None where there are no instruments."""
+        return self.by_estimator.get("iv")
+
+    def with_estimates(self, *estimates: Estimate) -> Identification:
+        """The same with further estimates, or others in the place of those of their kind."""
+        return replace(self, by_estimator={**self.by_estimator, **{e.method: e for e in estimates}})
 
     @property
     def recommended(self) -> Estimate:
@@ -289,10 +300,7 @@ class Identification:
 
         With ``auto`` that of the verdict; least squares where it tells to use none.
         """
-        for estimate in self.estimates:
-            if estimate.method == self.method:
-                return estimate
-        return self.of_verdict
+        return self.by_estimator.get(self.method, self.of_verdict)
 
     @property
     def of_verdict(self) -> Estimate:

@@ -89,7 +89,7 @@ def _range(constraints: list[Any]) -> str:
     lowest = [c.ge for c in constraints if isinstance(c, Ge)]
     highest = [c.le for c in constraints if isinstance(c, Le)]
     if lowest and highest:
-        return f" from {lowest[0]} to {highest[0]}"
+        return f" from {lowest[0]:.12g} to {highest[0]:.12g}"
     limits = [f"at least {value}" for value in lowest] + [f"at most {value}" for value in highest]
     limits += [f"greater than {c.gt}" for c in constraints if isinstance(c, Gt)]
     limits += [f"less than {c.lt}" for c in constraints if isinstance(c, Lt)]

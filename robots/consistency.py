@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 INT32_MAX = 2**31 - 1
 INT16_MAX = 2**15 - 1
 TORQUE_ACTUAL_VALUE = 0x6077
+LEAST_COUNTS = 1000
+"""At the joint limits; with fewer a drive does not know where its joint is."""
 MAX_CONDITION = 1e8
 """Of the transmission: far above any gear train, far below where its inverse loses its digits."""
 
@@ -82,11 +84,12 @@ def _objects_hold_the_values(robot: Robot) -> None:
         farthest = np.abs(robot.transmission_matrix) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))
         counts = farthest * np.abs(robot.counts_per_output_unit)
     for i, drive in enumerate(robot.drive):
-        if not 1 <= counts[i] <= INT32_MAX:
+        if not LEAST_COUNTS <= counts[i] <= INT32_MAX:
+            key = "encoder_counts" if drive.counts_per_output_turn is None else "counts_per_output_turn"
             raise ValueNotAllowed(
-                ("drive", i, "encoder_counts"),
+                ("drive", i, key),
                 f"makes {counts[i]:.3g} counts at the joint limits",
-                f"1 to {INT32_MAX} counts there, what a 32-bit position holds",
+                f"{LEAST_COUNTS} to {INT32_MAX} counts there, what a 32-bit position holds",
             )
         signal = drive.control_signal
         reach = INT16_MAX * signal.per_count

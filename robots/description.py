@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from robots.arrays import FloatArray
 from robots.consistency import check_consistency
+from robots.controller_description import Controller
 from robots.drive_description import (
     Brake,
     ControlSignal,
@@ -25,7 +26,7 @@ from robots.drive_description import (
     VelocityObject,
 )
 from robots.errors import ValueNotAllowed
-from robots.fields import Finite, Frozen, NonNegative, Positive, whole_number
+from robots.fields import Frozen, whole_number
 
 __all__ = [
     "Brake",
@@ -44,6 +45,11 @@ __all__ = [
 ]
 
 Coupling = Annotated[float, Field(ge=-1000, le=1000)]
+Place = Annotated[float, Field(ge=-100, le=100)]
+"""rad or m; beyond sixteen turns or a hundred metres it is in degrees or millimetres."""
+Acceleration = Annotated[float, Field(ge=-20, le=20)]
+"""m/s²."""
+Rows = Annotated[int, Field(ge=0, le=10_000_000)]
 
 
 class Joint(Frozen):
@@ -51,13 +57,16 @@ class Joint(Frozen):
 
     name: str = Field(min_length=1, description="joint name in the URDF")
     kind: Literal["revolute", "prismatic"] = "revolute"
-    position: tuple[Finite, Finite] = Field(description="lower and upper limit, rad or m")
-    velocity: Positive = Field(description="rad/s or m/s")
-    acceleration: Positive = Field(description="rad/s² or m/s²")
-    jerk: Positive = Field(description="rad/s³ or m/s³")
-    torque: Positive = Field(description="N·m or N, at the joint")
-    torque_noise: Positive | None = Field(
-        default=None, description="N·m or N; standard deviation of the torque error of one row"
+    position: tuple[Place, Place] = Field(description="lower and upper limit, rad or m")
+    velocity: float = Field(ge=1e-3, le=50, description="rad/s or m/s")
+    acceleration: float = Field(ge=1e-3, le=2000, description="rad/s² or m/s²")
+    jerk: float = Field(ge=1e-3, le=1e6, description="rad/s³ or m/s³")
+    torque: float = Field(ge=1e-3, le=1e5, description="N·m or N, at the joint")
+    torque_noise: float | None = Field(
+        default=None,
+        ge=1e-9,
+        le=1e4,
+        description="N·m or N; standard deviation of the torque error of one row",
     )
 
     @model_validator(mode="after")
@@ -68,72 +77,28 @@ class Joint(Frozen):
         return self
 
 
-class Controller(Frozen):
-    """The position loop inside the drives (eq. 4 of the paper); gains have one entry per drive.
-
-    ``cascade_p_pi``: v = velocity_gain · (position_gain·e + feed_forward·q̇_r − q̇) + its integral,
-    ``pd``:           v = position_gain·e + velocity_gain·(feed_forward·q̇_r − q̇),
-    ``pid``:          the same with integral_gain · ∫e.
-    e is reference minus position at the drive output; v is the control signal v_τ. To each of them comes
-    friction_feed_forward · q̇_r + acceleration_feed_forward · q̈_r, before the limit.
-    """
-
-    type: Literal["cascade_p_pi", "pd", "pid"]
-    sample_time: Positive = Field(description="s")
-    position_gain: tuple[Positive, ...]
-    velocity_gain: tuple[Positive, ...]
-    integral_gain: tuple[NonNegative, ...] = Field(
-        description="1/s on the velocity error for cascade_p_pi; v_τ per (rad·s) for pid; 0 for pd"
-    )
-    velocity_feed_forward: tuple[NonNegative, ...]
-    friction_feed_forward: tuple[NonNegative, ...] | None = Field(
-        default=None, description="v_τ per rad/s of the set-point's velocity, added to the output"
-    )
-    acceleration_feed_forward: tuple[NonNegative, ...] | None = Field(
-        default=None, description="v_τ per rad/s² of the set-point's acceleration, added to the output"
-    )
-    velocity_difference_samples: int = Field(
-        default=1,
-        ge=1,
-        le=64,
-        description="q̇ is (q[k] − q[k−N]) / (N · sample_time); 2 is the two-point mean's difference",
-    )
-    velocity_cutoff_hz: Positive | None = Field(
-        default=None, description="first-order low-pass on that velocity; none where absent"
-    )
-    delay_samples: int = Field(default=0, ge=0, le=64, description="samples from reading to output")
-    saturation: tuple[Positive, ...] = Field(description="|v_τ| limit")
-    interpolation: Literal["linear", "spline", "hold"] = Field(
-        default="linear",
-        description="how the drive fills the time between two SYNCs; hold jumps to the target",
-    )
-
-    @model_validator(mode="after")
-    def _pd_has_no_integral(self) -> Self:
-        if self.type == "pd" and any(self.integral_gain):
-            raise ValueNotAllowed(("integral_gain",), 'does not go with type "pd"', "0 for each drive")
-        return self
-
-
 class Bus(Frozen):
     """How the drives are reached when the command line does not say otherwise."""
 
     interface: str = "udp_multicast"
     channel: str = "239.74.163.40"
     bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000, description="bit/s")
-    cycle_time: Positive = Field(default=0.004, description="SYNC period, s")
-    load_limit: Positive = Field(
-        default=0.7, le=1.0, description="largest worst-case load of the bus, as a share of the bit rate"
+    cycle_time: float = Field(default=0.004, ge=1e-4, le=0.1, description="SYNC period, s")
+    load_limit: float = Field(
+        default=0.7,
+        ge=0.01,
+        le=1.0,
+        description="largest worst-case load of the bus, as a share of the bit rate",
     )
     master_node_id: int = Field(default=127, ge=1, le=127, description="node id in the master's heartbeat")
 
 
 class Identification(Frozen):
-    """How samples become rows: the settings of METHOD section 2, per arm."""
+    """How samples become rows: the settings of method.md 2, per arm."""
 
-    cutoff_hz: Positive = Field(description="zero-phase Butterworth cut-off for q")
+    cutoff_hz: float = Field(ge=1e-3, le=1e6, description="zero-phase Butterworth cut-off for q")
     filter_order: int = Field(default=4, ge=1, le=8)
-    decimation: int = Field(default=1, ge=1, description="keep one row in so many")
+    decimation: int = Field(default=1, ge=1, le=10_000, description="keep one row in so many")
     decimation_filter: Literal["chebyshev", "fir"] = Field(
         default="chebyshev",
         description="chebyshev is MATLAB's decimate; fir reaches only four rows far",
@@ -141,15 +106,22 @@ class Identification(Frozen):
     derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(whole_number)] = Field(
         default=2, description="order of the central differences; 2 is the paper's"
     )
-    trim_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = Field(
+    trim_samples: tuple[Rows, Rows] = Field(
         default=(50, 50), description="dropped at the start and at the end after filtering"
     )
-    control_signal_lag: NonNegative = Field(
+    control_signal_lag: float = Field(
         default=0.0,
+        ge=0,
+        le=1,
         description="s from the reading of v_τ to its torque; half a controller sample for a held output",
     )
     alignment: Literal["given", "estimate"] = Field(
         default="given", description="estimate: the lag is found in the data, starting from the given one"
+    )
+    torque_filter: Literal["positions", "none"] = Field(
+        default="positions",
+        description="low-pass of the torque: that of the positions, so that both sides of the model see one"
+        " filter; or none, as some published figures were made",
     )
     control_signal_reading: Literal["averaged", "sampled"] = Field(
         default="averaged",
@@ -159,15 +131,19 @@ class Identification(Frozen):
         default="symmetric", description="one Fv and Fc per joint, or one of each per direction"
     )
     friction_sign: Literal["sign", "tanh"] = "tanh"
-    friction_width: NonNegative = Field(
-        default=0.02, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
+    friction_width: float = Field(
+        default=0.02, ge=0, le=10, description="rad/s or m/s; the speed at which tanh(q̇/width) saturates"
     )
-    minimum_speed: NonNegative = Field(
+    minimum_speed: float = Field(
         default=0.0,
+        ge=0,
+        le=1,
         description="share of a joint's velocity limit; rows in which it moves slower are left out",
     )
-    standstill_margin: NonNegative = Field(
+    standstill_margin: float = Field(
         default=0.0,
+        ge=0,
+        le=100,
         description="s; rows this near in time to one below minimum_speed are left out too",
     )
     offset: bool = Field(default=True, description="one torque offset per joint")
@@ -179,15 +155,19 @@ class Identification(Frozen):
         default="unbiased",
         description="σ_j of a residual: over rows less parameters, or the sample deviation (rows less one)",
     )
-    instrument_margin: Positive = Field(
-        default=0.05, description="equivalence margin of gate 1, as a share of a column's norm"
+    instrument_margin: float = Field(
+        default=0.05, ge=1e-6, le=1, description="equivalence margin of gate 1, as a share of a column's norm"
     )
-    torque_margin: Positive = Field(
+    torque_margin: float = Field(
         default=0.05,
+        ge=1e-6,
+        le=1,
         description="share of a joint's torque that the simulation may lack as a function of motion",
     )
-    following_error_margin: Positive = Field(
+    following_error_margin: float = Field(
         default=0.005,
+        ge=1e-6,
+        le=1,
         description="share of a drive's following error that the simulation may lack as a function of motion",
     )
 
@@ -209,8 +189,8 @@ class Robot(Frozen):
     name: str = Field(pattern=r"^[a-z][a-z0-9_-]*$")
     description: str
     urdf: str = Field(description="path of the URDF, relative to robot.toml")
-    gravity: tuple[Finite, Finite, Finite] = (0.0, 0.0, -9.81)
-    home: tuple[Finite, ...] = Field(description="posture where motions start and end, rad or m")
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
+    home: tuple[Place, ...] = Field(description="posture where motions start and end, rad or m")
     joint: tuple[Joint, ...] = Field(min_length=1)
     drive: tuple[Drive, ...] = Field(min_length=1)
     transmission: tuple[tuple[Coupling, ...], ...] = Field(
@@ -222,6 +202,10 @@ class Robot(Frozen):
     # Where the description came from; set by the loader, not by the file.
     folder: Path = Field(default=Path(), exclude=True)
     source_text: str = Field(default="", exclude=True, repr=False)
+    known_meshes: dict[str, str] | None = Field(default=None, exclude=True, repr=False)
+    """Checksums of meshes that are not at hand, of a description out of a capture; None where they are."""
+    parts: dict[str, str] = Field(default_factory=dict, exclude=True, repr=False)
+    """What the files said when they were read, part by part: ``robots.identity``."""
 
     @model_validator(mode="after")
     def _tables_fit_together(self) -> Self:
@@ -275,9 +259,9 @@ class Robot(Frozen):
 
     @property
     def counts_per_output_unit(self) -> FloatArray:
-        """Encoder counts per rad (or m) of drive output, signed, (n,): one number for both directions."""
+        """Position units per rad (or m) of drive output, signed, (n,): one number for both directions."""
         per_revolution = np.array([2 * np.pi if joint.kind == "revolute" else 1.0 for joint in self.joint])
-        counts = np.array([d.sign * d.encoder_counts * d.gear for d in self.drive])
+        counts = np.array([d.sign * d.output_counts for d in self.drive])
         return np.asarray(counts / per_revolution)
 
     def joint_torque(self, control_signal: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from robots.consistency import INT32_MAX
 from robots.errors import ValueNotAllowed
-from robots.fields import Finite, Frozen, NonNegative, Positive, whole_number
+from robots.fields import Frozen, whole_number
 
 LARGEST_HOMING_SPEED = 0.05
 """Largest share of a joint's velocity and acceleration limits in a search for home."""
@@ -19,7 +19,7 @@ class ControlSignal(Frozen):
 
     index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
-    per_count: Positive = Field(description="control-signal units per count of the object")
+    per_count: float = Field(ge=1e-9, le=1e6, description="control-signal units per count of the object")
 
 
 class DriveDynamics(Frozen):
@@ -28,9 +28,9 @@ class DriveDynamics(Frozen):
     It is a *prior*: planning checks torques with it and the identification compares with it.
     """
 
-    inertia: NonNegative = Field(description="rotor and gear inertia Ia, kg·m² or kg")
-    viscous: NonNegative = Field(description="Fv, N·m·s/rad or N·s/m")
-    coulomb: NonNegative = Field(description="Fc, N·m or N")
+    inertia: float = Field(ge=0, le=1e5, description="rotor and gear inertia Ia, kg·m² or kg")
+    viscous: float = Field(ge=0, le=1e6, description="Fv, N·m·s/rad or N·s/m")
+    coulomb: float = Field(ge=0, le=1e5, description="Fc, N·m or N")
 
 
 UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -48,8 +48,8 @@ class Identity(Frozen):
 class Brake(Frozen):
     """How long the holding brake takes, so that nothing moves against it or falls before it holds."""
 
-    release: NonNegative = Field(default=0.0, le=10.0, description="s from torque on to an open brake")
-    engage: NonNegative = Field(default=0.0, le=10.0, description="s from the command to a brake that holds")
+    release: float = Field(default=0.0, ge=0, le=10, description="s from torque on to an open brake")
+    engage: float = Field(default=0.0, ge=0, le=10, description="s from the command to a brake that holds")
 
 
 class TemperatureObject(Frozen):
@@ -57,7 +57,7 @@ class TemperatureObject(Frozen):
 
     index: int = Field(ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
-    per_count: Positive = Field(default=1.0, description="°C per count of the object")
+    per_count: float = Field(default=1.0, ge=1e-6, le=1e3, description="°C per count of the object")
 
 
 class VelocityObject(Frozen):
@@ -65,8 +65,11 @@ class VelocityObject(Frozen):
 
     index: int = Field(default=0x606C, ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
-    counts_per_second: Positive = Field(
-        default=1.0, description="encoder counts per second in one unit of the object"
+    counts_per_second: float = Field(
+        default=1.0,
+        ge=1e-6,
+        le=1e9,
+        description="position units (6064h) per second in one unit of the object",
     )
 
 
@@ -74,14 +77,17 @@ class HomingSearch(Frozen):
     """How the drive searches its home by itself, in homing mode; `armhil home` has it do so."""
 
     method: int = Field(ge=-128, le=37, description="6098h; the drive's manual says which ones it has; not 0")
-    position: Finite = Field(description="what the drive output reads at home, rad or m")
-    travel: Positive = Field(description="how far the drive output may move until home is found, rad or m")
-    speed: Positive = Field(
+    position: float = Field(ge=-100, le=100, description="what the drive output reads at home, rad or m")
+    travel: float = Field(
+        ge=1e-6, le=200, description="how far the drive output may move until home is found, rad or m"
+    )
+    speed: float = Field(
         default=LARGEST_HOMING_SPEED,
+        ge=1e-4,
         le=LARGEST_HOMING_SPEED,
         description="share of the joint's velocity and acceleration limits",
     )
-    seconds: Positive = Field(default=60.0, description="how long the search may take")
+    seconds: float = Field(default=60.0, ge=0.1, le=3600, description="how long the search may take")
 
     @model_validator(mode="after")
     def _a_method_is_a_number_of_one(self) -> Self:
@@ -94,20 +100,34 @@ class Drive(Frozen):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
     node_id: int = Field(ge=1, le=127)
-    encoder_counts: int = Field(
-        ge=1, le=INT32_MAX, description="counts per motor revolution, after quadrature"
+    encoder_counts: int | None = Field(
+        default=None,
+        ge=1,
+        le=INT32_MAX,
+        description="counts of the encoder per motor revolution, after quadrature (608F)",
     )
-    gear: Positive = Field(description="motor revolutions per output revolution (or per metre)")
+    gear: float = Field(ge=1e-3, le=1e5, description="motor revolutions per output revolution (or per metre)")
     sign: Annotated[Literal[-1, 1], BeforeValidator(whole_number)] = Field(
         default=1, description="-1 where the motor turns against the drive output"
     )
     control_signal: ControlSignal
-    gain: Positive = Field(description="drive gain g_τ: N·m (or N) at the output per unit of v_τ")
-    gain_relative_uncertainty: NonNegative = Field(description="standard uncertainty of g_τ / g_τ")
+    gain: float = Field(
+        ge=1e-6, le=1e6, description="drive gain g_τ: N·m (or N) at the output per unit of v_τ"
+    )
+    gain_relative_uncertainty: float = Field(ge=0, le=1, description="standard uncertainty of g_τ / g_τ")
     dynamics: DriveDynamics
+    counts_per_output_turn: float | None = Field(
+        default=None,
+        ge=1e-3,
+        le=INT32_MAX,
+        description="units of the position objects (6064h, 607Ah) per turn of the drive output, or per metre",
+    )
     identity: Identity = Identity()
     eds: str | None = Field(
         default=None, min_length=1, description="EDS or DCF of the drive, relative to robot.toml"
+    )
+    profile: str | None = Field(
+        default=None, min_length=1, description="kind of drive; by its identity (1018) where absent"
     )
     position_reference: Literal["absolute", "homing"] = Field(
         default="absolute", description="homing: the position is lost with the supply and must be attested"
@@ -122,3 +142,22 @@ class Drive(Frozen):
     velocity: VelocityObject | None = Field(
         default=None, description="where the drive has its velocity; not recorded where absent"
     )
+
+    @model_validator(mode="after")
+    def _has_a_unit_of_position(self) -> Self:
+        if self.encoder_counts is None and self.counts_per_output_turn is None:
+            raise ValueNotAllowed(
+                ("encoder_counts",), "is missing", "encoder_counts, or counts_per_output_turn, or both"
+            )
+        return self
+
+    @property
+    def output_counts(self) -> float:
+        """Units of the position objects per turn (or metre) of the drive output, without sign.
+
+        ``counts_per_output_turn`` where the description has it; else the drive counts its encoder.
+        """
+        if self.counts_per_output_turn is not None:
+            return self.counts_per_output_turn
+        assert self.encoder_counts is not None
+        return self.encoder_counts * self.gear

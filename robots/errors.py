@@ -1,4 +1,4 @@
-"""The one error that a robot description can cause: one line that says where, what and what is allowed."""
+"""The base of all errors that a user can cause, and the one that a robot description can."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ from pathlib import Path
 MAX_VALUE_LENGTH = 60
 
 
-class RobotFileError(Exception):
+class UserError(Exception):
+    """Something that a user can cause and mend; ``str()`` says in one line what is wrong and what is allowed.
+
+    Every exception that the five packages raise for their user stands on this one, so the command line and
+    the nightly check catch it alone. Anything else that reaches them is a mistake of armhil's own.
+    """
+
+
+class RobotFileError(UserError):
     """A robot cannot be loaded. ``str()`` is one line: ``file:line: key: value …; allowed: …``."""
 
     def __init__(

@@ -72,6 +72,15 @@ def unknown_key(path: Path, value: object, lines: TomlLines, file: FilePath) -> 
     )
 
 
+def not_allowed(
+    problem: ValueNotAllowed, data: dict[str, Any], lines: TomlLines, file: FilePath
+) -> RobotFileError:
+    """The error for a value that does not go with the others."""
+    path = problem.path
+    text = f"{shown(_value_at(data, path))} {problem.problem}"
+    return RobotFileError(file, text, line=lines.line_of(path), key=key_text(path), allowed=problem.allowed)
+
+
 def _finding(entry: Any, data: dict[str, Any], lines: TomlLines) -> _Finding:
     path: Path = tuple(entry["loc"])
     kind = entry["type"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from pathlib import Path
@@ -12,38 +11,35 @@ from pydantic import ValidationError
 
 from robots.allowed import keys_of
 from robots.description import Robot
-from robots.errors import RobotFileError
-from robots.field_errors import first_error, unknown_key
+from robots.errors import RobotFileError, ValueNotAllowed
+from robots.field_errors import first_error, not_allowed, unknown_key
+from robots.finding import find
+from robots.identity import description_parts
+from robots.plausibility import check_plausible
 from robots.toml_lines import TomlLines
 from robots.urdf_check import check_urdf
 
-FILE_NAME = "robot.toml"
 MAX_BYTES = 1_000_000
 """No description comes near this size; a capture or a core dump given by mistake does."""
 
 _PLACE = re.compile(r"(?s)(.*) \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
-def shipped() -> tuple[str, ...]:
-    """The names of the arms that come with the package, sorted."""
-    here = Path(__file__).parent
-    return tuple(sorted(folder.parent.name for folder in here.glob(f"*/{FILE_NAME}")))
-
-
-def load(name_or_path: str | Path) -> Robot:
+def load(name_or_path: str | Path, *, known_meshes: dict[str, str] | None = None) -> Robot:
     """Read and check one arm.
 
     Args:
         name_or_path: a shipped name (``tx40``), the path of a robot.toml, or the folder that holds it.
+        known_meshes: where the URDF's meshes are not at hand, as in a capture: name → checksum.
 
     Raises:
         RobotFileError: one line with file, line, key, value and what is allowed.
     """
-    file = _find(name_or_path)
-    return robot_from_text(_read(file), file)
+    file = find(name_or_path)
+    return robot_from_text(_read(file), file, known_meshes=known_meshes)
 
 
-def robot_from_text(text: str, file: Path) -> Robot:
+def robot_from_text(text: str, file: Path, *, known_meshes: dict[str, str] | None = None) -> Robot:
     """The arm that the text of a robot.toml describes; ``file`` places its URDF and names it in errors.
 
     Raises:
@@ -54,35 +50,17 @@ def robot_from_text(text: str, file: Path) -> Robot:
         # Fields of the model, but for the loader alone to set.
         raise unknown_key((key,), data[key], lines, file)
     try:
-        robot = Robot.model_validate(given | {"folder": file.parent, "source_text": text})
+        robot = Robot.model_validate(
+            given | {"folder": file.parent, "source_text": text, "known_meshes": known_meshes}
+        )
     except ValidationError as error:
         raise first_error(error, data, lines, file) from None
     check_urdf(robot, file, lines)
-    return robot
-
-
-def _find(name_or_path: str | Path) -> Path:
-    names = shipped()
-    text = str(name_or_path)
-    if text in names:
-        return Path(__file__).parent / text / FILE_NAME
-    path = Path(name_or_path)
-    allowed = f"{', '.join(names)}, the path of a {FILE_NAME} or of its folder"
     try:
-        if path.is_dir():
-            if (path / FILE_NAME).is_file():
-                return path / FILE_NAME
-            raise RobotFileError(path, f"a folder without {FILE_NAME}", allowed=allowed)
-        if path.is_file():
-            return path
-        there = path.exists()
-    except OSError as error:
-        raise RobotFileError(path, f"cannot be read: {error.strerror}", allowed=allowed) from None
-    if there:
-        raise RobotFileError(path, "not a file", allowed=allowed)
-    close = difflib.get_close_matches(text, names, n=1)
-    hint = f' (did you mean "{close[0]}"?)' if close else ""
-    raise RobotFileError(path, f"no robot of this name, no such file{hint}", allowed=allowed)
+        check_plausible(robot)
+    except ValueNotAllowed as problem:
+        raise not_allowed(problem, data, lines, file) from None
+    return robot.model_copy(update={"parts": description_parts(robot)})
 
 
 def _read(file: Path) -> str:

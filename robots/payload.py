@@ -9,11 +9,12 @@ import pinocchio
 
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.errors import UserError
 from robots.pseudo_inertia import LINK_SIZE, impossible_links
 from robots.rigid_body import rigid_body_model
 
 
-class PayloadError(ValueError):
+class PayloadError(UserError, ValueError):
     """A payload that does not fit the arm; the text is one line for the user."""
 
 

@@ -1,163 +1,240 @@
-"""The kinematic skeleton of a URDF with the line of every element, read with the standard library.
+"""A URDF as values: links with inertia and collision bodies, joints with limits, each with its line.
 
-Pinocchio builds the model; this reader exists to say *where* a URDF is wrong before Pinocchio meets it.
+This is the one reading of the file. Pinocchio and coal are given what was read here (``robots.urdf_text``),
+so nothing that they would read otherwise, or leave out with a warning, can come between.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from xml.parsers import expat
 
 from robots.errors import RobotFileError, shown
+from robots.urdf_elements import MAX_BYTES, Element, parse_elements
+from robots.urdf_rules import check_elements, numbers
 
 FIXED = "fixed"
 MOVING = ("revolute", "prismatic")
+LIMITS = ("lower", "upper", "velocity", "effort")
 
-_NUMBERS = {
-    ("origin", "xyz"): 3,
-    ("origin", "rpy"): 3,
-    ("axis", "xyz"): 3,
-    ("mass", "value"): 1,
-    **{("inertia", name): 1 for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")},
-    **{("limit", name): 1 for name in ("lower", "upper", "velocity", "effort")},
-}
+Three = tuple[float, float, float]
+_NOWHERE: Three = (0.0, 0.0, 0.0)
 
 
-@dataclass
-class Element:
-    """One XML element and the line where it begins."""
+@dataclass(frozen=True)
+class Pose:
+    """``<origin>``: m, and roll, pitch, yaw about the fixed axes, rad."""
 
-    tag: str
-    attributes: dict[str, str]
+    xyz: Three = _NOWHERE
+    rpy: Three = _NOWHERE
+
+
+@dataclass(frozen=True)
+class UrdfInertial:
+    """Mass, kg, and ixx ixy ixz iyy iyz izz, kg·m², about the centre of mass in the axes of ``pose``."""
+
+    pose: Pose
+    mass: float
+    tensor: tuple[float, ...]
     line: int
-    children: list[Element] = field(default_factory=list)
 
-    def child(self, tag: str) -> Element | None:
-        return next((child for child in self.children if child.tag == tag), None)
+
+@dataclass(frozen=True)
+class UrdfBody:
+    """One collision body: ``shape`` is box, cylinder, sphere or mesh.
+
+    ``size`` is the edges of a box, radius and length of a cylinder, radius of a sphere, scale of a mesh;
+    ``mesh`` the file's name as the URDF gives it.
+    """
+
+    shape: str
+    size: tuple[float, ...]
+    mesh: str
+    pose: Pose
+    line: int
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """One link."""
+
+    name: str
+    inertial: UrdfInertial | None
+    bodies: tuple[UrdfBody, ...]
+    line: int
 
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """One joint; ``limits`` holds what the file states of lower, upper, velocity and effort."""
+    """One joint; ``limits`` holds lower, upper, velocity and effort of one that moves."""
 
     name: str
     kind: str
     parent: str
     child: str
+    pose: Pose
+    axis: Three
     limits: dict[str, float]
     line: int
 
 
-def read_urdf_joints(file: Path) -> tuple[UrdfJoint, ...]:
-    """All joints of a URDF in file order, their attributes checked.
+@dataclass(frozen=True, eq=False)
+class Urdf:
+    """A whole file, in its order; ``content`` is what was read. Read once, it is one object."""
+
+    file: Path
+    content: bytes
+    name: str
+    links: tuple[UrdfLink, ...]
+    joints: tuple[UrdfJoint, ...]
+
+
+def read_urdf(file: Path) -> Urdf:
+    """Read a URDF strictly.
 
     Raises:
-        RobotFileError: not XML, not a URDF, or a joint without what a joint needs; with file and line.
+        RobotFileError: not XML, no URDF, an element or value that is not as it may be; with file and line.
     """
-    root = _parse(file)
-    if root.tag != "robot":
-        raise RobotFileError(
-            file, f"<{root.tag}> is not a URDF", line=root.line, allowed="<robot> at the top"
-        )
-    _check_numbers(root, file)
-    links = [_attribute(link, "name", file) for link in root.children if link.tag == "link"]
-    joints = tuple(_joint(element, file) for element in root.children if element.tag == "joint")
-    _check_tree(links, joints, file)
-    return joints
+    return _read(_content(file), file)
 
 
-def _parse(file: Path) -> Element:
-    top = Element("", {}, 0)
-    stack = [top]
-    parser = expat.ParserCreate()
+def read_urdf_joints(file: Path) -> tuple[UrdfJoint, ...]:
+    """All joints of a URDF in file order; raises as :func:`read_urdf`."""
+    return read_urdf(file).joints
 
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag, attributes, parser.CurrentLineNumber)
-        stack[-1].children.append(element)
-        stack.append(element)
 
-    def end(_tag: str) -> None:
-        stack.pop()
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
+def _content(file: Path) -> bytes:
     try:
-        parser.Parse(file.read_bytes(), True)
+        with file.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
     except OSError as error:
         raise RobotFileError(file, f"cannot be read: {error.strerror}") from None
-    except expat.ExpatError as error:
-        problem = f"not XML: {expat.ErrorString(error.code)} at column {error.offset + 1}"
-        raise RobotFileError(file, problem, line=error.lineno, allowed="a URDF file") from None
-    return top.children[0]
+    if len(content) > MAX_BYTES:
+        raise RobotFileError(file, f"larger than {MAX_BYTES} bytes", allowed="a URDF file")
+    return content
 
 
-def _check_numbers(root: Element, file: Path) -> None:
-    pending = [root]
-    while pending:
-        element = pending.pop()
-        pending += reversed(element.children)
-        for name, text in element.attributes.items():
-            count = _NUMBERS.get((element.tag, name))
-            if count is not None and not _are_numbers(text, count):
-                allowed = "a number" if count == 1 else f"{count} numbers"
-                key = f"<{element.tag} {name}>"
-                raise RobotFileError(
-                    file, f"{shown(text)} is not {allowed}", line=element.line, key=key, allowed=allowed
-                )
+@lru_cache(maxsize=32)
+def _read(content: bytes, file: Path) -> Urdf:
+    root = parse_elements(content, file)
+    check_elements(root, file)
+    links = tuple(_link(element) for element in root.of("link"))
+    joints = tuple(_joint(element, file) for element in root.of("joint"))
+    _names_differ(links, file)
+    _check_tree({link.name: link.line for link in links}, joints, file)
+    return Urdf(file, content, root.attributes["name"], links, joints)
 
 
-def _are_numbers(text: str, count: int) -> bool:
-    try:
-        values = [float(part) for part in text.split()]
-    except ValueError:
-        return False
-    return len(values) == count and all(math.isfinite(value) for value in values)
+def _link(element: Element) -> UrdfLink:
+    inertial = element.child("inertial")
+    bodies = tuple(_body(collision) for collision in element.of("collision"))
+    name = element.attributes["name"]
+    return UrdfLink(name, None if inertial is None else _inertial(inertial), bodies, element.line)
+
+
+def _inertial(element: Element) -> UrdfInertial:
+    mass, inertia = element.child("mass"), element.child("inertia")
+    assert mass is not None  # the rules have seen it
+    assert inertia is not None
+    tensor = tuple(numbers(inertia, name)[0] for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    return UrdfInertial(_pose(element), numbers(mass, "value")[0], tensor, element.line)
+
+
+def _body(element: Element) -> UrdfBody:
+    geometry = element.child("geometry")
+    assert geometry is not None
+    (shape,) = geometry.children
+    size: tuple[float, ...]
+    if shape.tag == "mesh":
+        size = numbers(shape, "scale") if "scale" in shape.attributes else (1.0, 1.0, 1.0)
+    elif shape.tag == "cylinder":
+        size = (*numbers(shape, "radius"), *numbers(shape, "length"))
+    else:
+        size = numbers(shape, "size" if shape.tag == "box" else "radius")
+    return UrdfBody(shape.tag, size, shape.attributes.get("filename", ""), _pose(element), element.line)
+
+
+def _pose(element: Element) -> Pose:
+    origin = element.child("origin")
+    if origin is None:
+        return Pose()
+    return Pose(*(_three(origin, name) if name in origin.attributes else _NOWHERE for name in ("xyz", "rpy")))
+
+
+def _three(element: Element, name: str) -> Three:
+    x, y, z = numbers(element, name)
+    return x, y, z
 
 
 def _joint(element: Element, file: Path) -> UrdfJoint:
-    name = _attribute(element, "name", file)
-    kind = _attribute(element, "type", file)
+    name, kind = element.attributes["name"], element.attributes["type"]
+    key = f'joint "{name}"'
     if kind not in (*MOVING, FIXED):
-        raise RobotFileError(
-            file,
-            f"{shown(kind)} is not a type that can be identified",
-            line=element.line,
-            key=f'joint "{name}"',
-            allowed=f"{', '.join(MOVING)} or {FIXED}",
-        )
-    limits = {}
-    limit = element.child("limit")
-    if kind in MOVING and limit is None:
-        raise RobotFileError(file, "has no <limit>", line=element.line, key=f'joint "{name}"')
-    if limit is not None:
-        limits = {key: float(value) for key, value in limit.attributes.items() if ("limit", key) in _NUMBERS}
+        allowed = f"{', '.join(MOVING)} or {FIXED}"
+        problem = f"{shown(kind)} is not a type that can be identified"
+        raise RobotFileError(file, problem, line=element.line, key=key, allowed=allowed)
+    parent, child, limit = element.child("parent"), element.child("child"), element.child("limit")
+    assert parent is not None
+    assert child is not None
+    moves = kind in MOVING
     return UrdfJoint(
         name=name,
         kind=kind,
-        parent=_link_of(element, "parent", name, file),
-        child=_link_of(element, "child", name, file),
-        limits=limits,
+        parent=parent.attributes["link"],
+        child=child.attributes["link"],
+        pose=_pose(element),
+        axis=_axis(element, key, file) if moves else (1.0, 0.0, 0.0),
+        limits=_limits(element, key, file) if moves else {},
         line=element.line if limit is None else limit.line,
     )
 
 
-def _link_of(element: Element, role: str, joint: str, file: Path) -> str:
-    child = element.child(role)
-    if child is None:
-        raise RobotFileError(file, f"has no <{role}>", line=element.line, key=f'joint "{joint}"')
-    return _attribute(child, "link", file)
+def _axis(element: Element, key: str, file: Path) -> Three:
+    axis = element.child("axis")
+    if axis is None:
+        problem, line = "has no <axis>", element.line
+    else:
+        xyz = _three(axis, "xyz")
+        length = sum(value * value for value in xyz) ** 0.5
+        if abs(length - 1.0) <= 1e-3:
+            return (xyz[0] / length, xyz[1] / length, xyz[2] / length)
+        problem, line = f"{shown(axis.attributes['xyz'])} is not of length 1", axis.line
+    raise RobotFileError(file, problem, line=line, key=f"{key} <axis>", allowed='xyz="…" of length 1')
 
 
-def _attribute(element: Element, name: str, file: Path) -> str:
-    value = element.attributes.get(name)
-    if not value:
-        raise RobotFileError(file, f'<{element.tag}> has no {name}="…"', line=element.line)
-    return value
+def _limits(element: Element, key: str, file: Path) -> dict[str, float]:
+    limit = element.child("limit")
+    if limit is None:
+        raise RobotFileError(
+            file, "has no <limit>", line=element.line, key=key, allowed=f"all of {_each(LIMITS)}"
+        )
+    missing = [name for name in LIMITS if name not in limit.attributes]
+    if missing:
+        problem = f"<limit> has no {_each(missing)}"
+        raise RobotFileError(file, problem, line=limit.line, key=key, allowed=f"all of {_each(LIMITS)}")
+    found = {name: numbers(limit, name)[0] for name in LIMITS}
+    if found["lower"] >= found["upper"]:
+        problem = f"lower={found['lower']:g} is not below upper={found['upper']:g}"
+        raise RobotFileError(file, problem, line=limit.line, key=f"{key} <limit>", allowed="lower < upper")
+    return found
 
 
-def _check_tree(links: list[str], joints: tuple[UrdfJoint, ...], file: Path) -> None:
+def _each(names: tuple[str, ...] | list[str]) -> str:
+    return ", ".join(f'{name}="…"' for name in names)
+
+
+def _names_differ(links: tuple[UrdfLink, ...], file: Path) -> None:
+    seen: dict[str, int] = {}
+    for link in links:
+        if link.name in seen:
+            problem = f"appears twice, first in line {seen[link.name]}"
+            key = f'link "{link.name}"'
+            raise RobotFileError(file, problem, line=link.line, key=key, allowed="a name of its own")
+        seen[link.name] = link.line
+
+
+def _check_tree(links: dict[str, int], joints: tuple[UrdfJoint, ...], file: Path) -> None:
     """Every joint joins two links of the file, and the links make one tree."""
     child_links: set[str] = set()
     names: set[str] = set()
@@ -183,9 +260,10 @@ def _check_tree(links: list[str], joints: tuple[UrdfJoint, ...], file: Path) -> 
     while grown := {joint.child for joint in joints if joint.parent in connected} - connected:
         connected |= grown
     if len(roots) != 1 or len(connected) != len(links):
-        loose = ", ".join(roots[1:] or sorted(set(links) - connected)) or "no link"
+        loose = roots[1:] or sorted(set(links) - connected)
         raise RobotFileError(
             file,
-            f"not one tree: {loose} apart from it",
+            f"not one tree: {', '.join(loose) or 'no link'} apart from it",
+            line=links[loose[0]] if loose else 1,
             allowed="links that hang on one base, each named once",
         )

@@ -6,22 +6,26 @@ from pathlib import Path
 
 from robots.description import Joint, Robot
 from robots.errors import RobotFileError, shown
+from robots.meshes import mesh_file
+from robots.rigid_body import check_model
 from robots.toml_lines import Path as KeyPath
 from robots.toml_lines import TomlLines, key_text
-from robots.urdf import MOVING, UrdfJoint, read_urdf_joints
+from robots.urdf import MOVING, UrdfJoint, read_urdf
+from robots.urdf_bodies import bodies_of
 
 LIMIT_TOLERANCE = 1e-9
 """Relative: a limit copied from one file to the other may lose its last digits."""
 
 
 def check_urdf(robot: Robot, file: Path, lines: TomlLines) -> None:
-    """Raise RobotFileError, with file and line, where robot.toml and its URDF do not fit together."""
+    """Raise RobotFileError, with file and line, where a URDF is wrong or does not fit its robot.toml."""
     urdf = robot.urdf_path
     if not urdf.is_file():
         raise _toml_error(
             file, lines, ("urdf",), f"{shown(robot.urdf)} is not a file in {file.parent}", "a URDF file"
         )
-    joints = read_urdf_joints(urdf)
+    content = read_urdf(urdf)
+    joints = content.joints
     moving = {joint.name: joint for joint in joints if joint.kind in MOVING}
     for i, joint in enumerate(robot.joint):
         if joint.name not in moving:
@@ -38,6 +42,10 @@ def check_urdf(robot: Robot, file: Path, lines: TomlLines) -> None:
     _check_order(names, joints, file, lines)
     for i, joint in enumerate(robot.joint):
         _check_joint(i, joint, moving[joint.name], file, lines, urdf)
+    check_model(content)
+    for _, _, body in bodies_of(content) if robot.known_meshes is None else ():
+        if body.mesh:
+            mesh_file(content, body)
 
 
 def _check_order(names: list[str], joints: tuple[UrdfJoint, ...], file: Path, lines: TomlLines) -> None:

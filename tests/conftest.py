@@ -62,6 +62,14 @@ def own_catalogue(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.Temp
     return path
 
 
+@pytest.fixture(autouse=True)
+def own_state(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Nor does it find locks and lock-outs of the machine; it has a state folder of its own."""
+    path = tmp_path_factory.mktemp("state")
+    monkeypatch.setenv("ARMHIL_STATE", str(path))
+    return path
+
+
 _CHANNELS = count()
 
 

@@ -221,3 +221,18 @@ def test_no_tracked_file_names_a_package_index_or_a_path_of_some_machine() -> No
         if FORBIDDEN.search(line)
     ]
     assert not found, "\n".join(found)
+
+
+def test_every_section_that_code_cites_is_there() -> None:
+    page = (ROOT / "docs" / "explanation" / "method.md").read_text(encoding="utf-8")
+    sections = set(re.findall(r"^#{2,3} (\d(?:\.\d)?)\b", page, re.MULTILINE))
+    cited = {
+        (path.relative_to(ROOT).as_posix(), number)
+        for package in ("robots", "drivers", "trajectories", "ident", "daq")
+        for path in (ROOT / package).rglob("*.py")
+        for numbers in re.findall(r"method\.md ((?:\d(?:\.\d)?(?:, )?)+)", path.read_text(encoding="utf-8"))
+        for number in numbers.split(", ")
+        if number
+    }
+    assert len(cited) > 10
+    assert not {(path, number) for path, number in cited if number not in sections}

@@ -1,9 +1,11 @@
 """The motion that makes parameters visible: exciting trajectories and plain moves."""
 
+from trajectories.approach import approach
 from trajectories.constraints.collision import CollisionCheck, Nearest
-from trajectories.constraints.limits import Limits, Margins, Use
 from trajectories.constraints.surroundings import Obstacle, Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
+from trajectories.constraints.use import Use
+from trajectories.discriminate import Discrimination, discriminate
 from trajectories.errors import PlanError, TrajectoryError
 from trajectories.information.expected import ExpectedValues
 from trajectories.information.matrix import Information, Objective
@@ -12,11 +14,10 @@ from trajectories.information.prediction import Prediction, predict
 from trajectories.information.separation import Separation
 from trajectories.information.wanted import objective_for
 from trajectories.judgement import Judge, Judgement, predicted
-from trajectories.motions.approach import approach
+from trajectories.limits import Limits, Margins
 from trajectories.motions.motion import Extremes, Motion, MotionSequence, MotionState, StretchedMotion
-from trajectories.motions.trajectory import Detail, Repeat, Trajectory
 from trajectories.plan import Conditions, plan
-from trajectories.search.discriminate import Discrimination, discriminate
+from trajectories.trajectory import Detail, Repeat, Trajectory
 
 __all__ = [
     "CollisionCheck",

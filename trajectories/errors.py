@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from robots.errors import UserError
 
-class TrajectoryError(ValueError):
+
+class TrajectoryError(UserError, ValueError):
     """A motion breaks a constraint, or a request for one cannot be met.
 
     The text is ``joint: what is broken at t = … s; allowed: …``.

@@ -6,19 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters
+from ident.parameters.base import BaseParameters
 from robots.description import Robot
 from trajectories.constraints.collision import CollisionCheck, Nearest
-from trajectories.constraints.limits import Limits, Margins, Use, broken, kinematic_use
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
 from trajectories.constraints.torque import TorqueCheck
+from trajectories.constraints.use import Use, broken, kinematic_use
 from trajectories.errors import TrajectoryError
 from trajectories.information.expected import ExpectedValues
 from trajectories.information.noise import TorqueNoise
 from trajectories.information.prediction import Prediction, predict
+from trajectories.limits import Limits, Margins
 from trajectories.motions.motion import Motion
-from trajectories.motions.trajectory import sample_times
+from trajectories.trajectory import sample_times
 
 STANDSTILL = 1e-3
 """Share of a joint's velocity limit below which it is at rest."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ident.base import BaseParameters, base_parameters
-from ident.regressor import RegressorModel
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.constraints.limits import Limits, Margins, require_posture
+from trajectories.approach import approach
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.tool_speed import Tool
 from trajectories.constraints.torque import TorqueCheck
@@ -23,10 +23,14 @@ from trajectories.information.matrix import NONE, Objective
 from trajectories.information.noise import TorqueNoise
 from trajectories.information.regressors import BaseRegressor
 from trajectories.judgement import Judge, predicted
-from trajectories.motions.approach import approach
+from trajectories.limits import Limits, Margins, require_posture
 from trajectories.motions.motion import Motion, MotionSequence
 from trajectories.motions.segments import Waypoint, hold
-from trajectories.motions.trajectory import (
+from trajectories.search.fourier_search import FourierSearch
+from trajectories.search.multi_start import Progress, Search, best_of
+from trajectories.search.optimise import WaypointSearch
+from trajectories.search.problem import ExcitationProblem
+from trajectories.trajectory import (
     Detail,
     ExcitingFamily,
     Repeat,
@@ -35,10 +39,6 @@ from trajectories.motions.trajectory import (
     sample_times,
     stretched,
 )
-from trajectories.search.fourier_search import FourierSearch
-from trajectories.search.multi_start import Progress, Search, best_of
-from trajectories.search.optimise import WaypointSearch
-from trajectories.search.problem import ExcitationProblem
 
 SEARCH_TORQUE_SHARE = 0.97
 """The search samples torque more coarsely than the last check, so it keeps a little more away."""

@@ -10,9 +10,10 @@ from typing import Any
 from sqlalchemy import Connection, Row, insert, select, update
 
 from daq.catalogue.database import Catalogue
+from daq.catalogue.descriptions import Description, difference, keep_in
 from daq.catalogue.schema import arms
 from daq.catalogue.values import Arm, ArmIdentity, ArmMismatch, CatalogueError
-from daq.catalogue.who import now
+from daq.recording.who import now
 
 
 def register(catalogue: Catalogue, identity: ArmIdentity) -> Arm:
@@ -26,6 +27,7 @@ def register(catalogue: Catalogue, identity: ArmIdentity) -> Arm:
 
 def register_in(connection: Connection, identity: ArmIdentity) -> Arm:
     """As :func:`register`, inside a transaction."""
+    keep_in(connection, Description(identity.description_sha256, identity.parts))
     found = _matching(connection, identity)
     if found is None:
         return _added(connection, identity)
@@ -108,22 +110,26 @@ def require_same_drives(arm: Arm, serials: Sequence[int | None], source: str) ->
             )
 
 
-def require_same_description(arm: Arm, known_sha256: str, description_sha256: str, source: str) -> None:
+def require_same_description(
+    catalogue: Catalogue, arm: Arm, known_sha256: str, now: Description, source: str
+) -> None:
     """Is a description the one that something in the catalogue was made with?
 
     Args:
+        catalogue: where the parts of descriptions are kept.
         arm: whose.
         known_sha256: of the description that it was made with.
-        description_sha256: of the one that is used now.
+        now: the one that is used now.
         source: what was made with it, for the message.
 
     Raises:
-        ArmMismatch: one line with both checksums.
+        ArmMismatch: one line that says what of it differs.
     """
-    if known_sha256 != description_sha256:
+    differs = difference(catalogue, known_sha256, now)
+    if differs:
         raise ArmMismatch(
-            f"{source}: was made with description {known_sha256[:12]}… of arm {arm.label};"
-            f" its robot.toml is {description_sha256[:12]}… now"
+            f"{source}: was made with description {known_sha256[:12]}… of arm {arm.label}, it is"
+            f" {now.sha256[:12]}… now: {differs}"
         )
 
 

@@ -11,7 +11,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms, baseline_events, baselines, runs
 from daq.catalogue.schema import models as models_table
 from daq.catalogue.values import Baseline, BaselineEvent, BaselineState, CatalogueError
-from daq.catalogue.who import now
+from daq.recording.who import now
 
 
 def accept(

@@ -11,7 +11,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import checks
 from daq.catalogue.values import Baseline, CheckRecord
-from daq.catalogue.who import now
+from daq.recording.who import now
 
 TOLD = "told"
 """Key of the details of a check: when everybody had been told of it."""
@@ -48,7 +48,7 @@ def add(
             "run_id": run_id,
             "model_id": model_id,
             "baseline_id": baseline_id,
-            "created": now(),
+            "created": runs.time_of(catalogue, run),
             "verdict": verdict,
             "sentence": sentence,
             "details": dict(details),

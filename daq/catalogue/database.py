@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from json import JSONDecodeError
 from pathlib import Path
+from traceback import walk_tb
 from types import TracebackType
 from typing import Any, Self
 
@@ -16,6 +18,7 @@ from daq.catalogue.location import catalogue_url
 from daq.catalogue.migrations import bring_up_to_date, found_version
 from daq.catalogue.schema import VERSION
 from daq.catalogue.values import CatalogueError
+from robots.errors import UserError, one_line
 
 BUSY_SECONDS = 30.0
 """How long a writer waits for the others. A transaction here takes milliseconds."""
@@ -84,6 +87,14 @@ class Catalogue:
                 reason = " ".join(str(error.orig).split())
                 raise CatalogueError(f"{self}: {reason}") from error
             raise
+        except ValueError as error:
+            if isinstance(error, UserError) or not _is_of_a_row(error):
+                raise
+            reason = one_line(str(error))[:120]
+            raise CatalogueError(
+                f"{self}: holds a value that no armhil wrote ({reason}): the file is damaged; put a backup"
+                " in its place"
+            ) from error
 
     def close(self) -> None:
         """Give back the connections."""
@@ -96,6 +107,14 @@ class Catalogue:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _is_of_a_row(error: ValueError) -> bool:
+    """Did reading a row raise it: text that is no JSON, no UTF-8, no time?"""
+    if isinstance(error, JSONDecodeError | UnicodeDecodeError):
+        return True
+    frames = [frame.f_globals.get("__name__", "") for frame, _ in walk_tb(error.__traceback__)]
+    return bool(frames) and frames[-1].startswith("sqlalchemy.")
 
 
 def _is_access(error: DBAPIError) -> bool:

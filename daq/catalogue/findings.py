@@ -11,7 +11,6 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import findings
 from daq.catalogue.values import CatalogueFinding, NewFinding
-from daq.catalogue.who import now
 
 
 def add(
@@ -35,7 +34,7 @@ def add(
                 "arm_id": run.arm_id,
                 "run_id": run_id,
                 "model_id": model_id,
-                "created": now(),
+                "created": runs.time_of(catalogue, run),
                 "joints": list(finding.joints),
                 "parameters": [dict(parameter) for parameter in finding.parameters],
             }

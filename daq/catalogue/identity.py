@@ -6,10 +6,13 @@ import json
 from collections.abc import Sequence
 from hashlib import sha256
 
+from daq.catalogue.descriptions import Description
 from daq.catalogue.values import ArmIdentity
-from daq.recording.capture import Capture
+from daq.recording.capture import Capture, CaptureError
+from daq.recording.described_arm import parts_of_capture
 from drivers import DriveReport
 from robots import Robot
+from robots.identity import description_sha256
 
 SIMULATED = "simulated"
 """``kind`` in the records of a run on simulated drives."""
@@ -25,25 +28,44 @@ def identity_of_arm(
         drives: what the set-up found, in the order of the axes; none where there is no bus.
         simulated: whether they are simulated ones.
     """
+    parts = robot.parts
     return ArmIdentity(
         name=robot.name,
         serials=tuple(drive.serial for drive in drives),
-        description_sha256=sha256_of(robot.source_text),
+        description_sha256=description_sha256(parts),
         simulated=simulated,
+        parts=parts,
     )
 
 
 def identity_of_capture(capture: Capture) -> ArmIdentity:
     """Of the arm that a recording is of."""
-    drives = json.loads(capture.run.get("drives", "[]"))
+    parts = parts_of_capture(capture)
     return ArmIdentity(
         name=capture.robot_name,
-        serials=tuple(drive.get("serial") for drive in drives),
-        description_sha256=sha256_of(capture.robot_text),
+        serials=_serials(capture),
+        description_sha256=description_sha256(parts) if parts else sha256_of(capture.robot_text),
         simulated=capture.run.get("kind") == SIMULATED,
+        parts=parts,
     )
 
 
+def _serials(capture: Capture) -> tuple[int | None, ...]:
+    """Serial numbers of the drives as a recording says."""
+    try:
+        found = [drive.get("serial") for drive in json.loads(capture.run.get("drives", "[]"))]
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        found = ["?"]
+    if not all(serial is None or type(serial) is int for serial in found):
+        raise CaptureError(f"{capture.path}: its record of the drives is none; allowed: a list of identities")
+    return tuple(found)
+
+
+def description_of(robot: Robot) -> Description:
+    """A description in use, with its parts."""
+    return Description(description_sha256(robot.parts), robot.parts)
+
+
 def sha256_of(text: str) -> str:
-    """Checksum of a description's text, by which a file knows the arm that it was made for."""
+    """Checksum of a text, by which a file is known."""
     return sha256(text.encode()).hexdigest()

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity, CatalogueError, RunKind, RunOutcome
-from daq.recording.capture import file_sha256
+from daq.files.checksum import file_sha256
 from drivers import StreamResult
 from trajectories import Trajectory
 
@@ -37,6 +37,7 @@ class KeptRun:
             "missed_cycles": result.missed_cycles,
             "late_cycles": result.late_cycles,
             "incomplete_cycles": result.incomplete_cycles,
+            **({"doubtful": list(result.doubtful)} if result.doubtful else {}),
             "ending": result.ending,
         }
 

@@ -12,10 +12,11 @@ from typing import Any
 from sqlalchemy import Row, delete, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
+from daq.catalogue.arms import every as every_arm
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms, leases
 from daq.catalogue.values import CatalogueError, Lease, LeaseHeld
-from daq.catalogue.who import now, this_process
+from daq.recording.who import is_gone, now, this_process
 
 log = logging.getLogger(__name__)
 
@@ -91,6 +92,20 @@ def holder_of(catalogue: Catalogue, arm_id: int, *, at: datetime | None = None) 
         row = connection.execute(select(leases).where(leases.c.arm_id == arm_id)).one_or_none()
     held = None if row is None else _lease_of(row)
     return held if held is not None and held.expires > (at or now()) else None
+
+
+def free_dead(catalogue: Catalogue, name: str) -> tuple[str, ...]:
+    """Give back the leases of arms of a name whose holder on this host is gone; labels of those arms.
+
+    The lease of a holder on another host runs out by itself.
+    """
+    freed = []
+    for arm in every_arm(catalogue, name=name):
+        lease = holder_of(catalogue, arm.id)
+        if lease is not None and is_gone(lease.holder) and release(catalogue, lease):
+            log.warning("arm %s: the process that held it is gone; its lease was given back", arm.label)
+            freed.append(arm.label)
+    return tuple(freed)
 
 
 @contextmanager

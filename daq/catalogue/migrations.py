@@ -47,7 +47,28 @@ def _found_effects(connection: Connection) -> None:
         connection.execute(update(models).where(mine).values(found=found, effects=kept))
 
 
-MIGRATIONS: Mapping[int, Migration] = {2: _whole_covariance_kinds, 3: _found_effects}
+def _parts_of_descriptions(connection: Connection) -> None:
+    """A description is robot.toml, URDF and meshes; until now it was known by robot.toml's text alone.
+
+    What was kept of it says so from now on: nobody can tell from it whether the URDF was the same.
+    """
+    columns = "sha256 VARCHAR(64) NOT NULL PRIMARY KEY, parts JSON NOT NULL"
+    connection.execute(text(f"CREATE TABLE IF NOT EXISTS descriptions ({columns})"))
+    kept = table("descriptions", column("sha256"), column("parts", JSON))
+    known: set[str] = set()
+    for name in ("arms", "runs", "models", "baselines"):
+        rows = table(name, column("description_sha256"))
+        known |= set(connection.execute(select(rows.c.description_sha256).distinct()).scalars())
+    known -= set(connection.execute(select(kept.c.sha256)).scalars())
+    for sha256 in sorted(known):
+        connection.execute(insert(kept).values(sha256=sha256, parts={"text of robot.toml": sha256}))
+
+
+MIGRATIONS: Mapping[int, Migration] = {
+    2: _whole_covariance_kinds,
+    3: _found_effects,
+    4: _parts_of_descriptions,
+}
 """Version → the step that makes it out of the version before; version 1 is where the tables began."""
 
 _LOCK = 0x61726D68

@@ -15,8 +15,8 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import models, parameters
 from daq.catalogue.schema import runs as runs_table
 from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
-from daq.catalogue.who import now, user
-from daq.identification.found_model import entry_json, entry_of_json
+from daq.files.found_model import entry_json, entry_of_json
+from daq.recording.who import user
 from robots.arrays import FloatArray
 
 _PLAIN = (
@@ -44,7 +44,7 @@ def add(catalogue: Catalogue, run_id: int, new: NewModel) -> Model:
         values = {key: getattr(new, key) for key in _PLAIN} | {
             "arm_id": run.arm_id,
             "run_id": run_id,
-            "created": now(),
+            "created": runs.time_of(catalogue, run),
             "who": user(),
             "gates": dict(new.gates),
             "torque_rms": list(new.torque_rms),

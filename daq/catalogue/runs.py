@@ -14,7 +14,11 @@ from daq.catalogue.schema import arms as arms_table
 from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.schema import runs
 from daq.catalogue.values import Arm, ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
-from daq.catalogue.who import is_gone, now, this_process, user
+from daq.recording.steady_clock import SteadyClock
+from daq.recording.who import is_gone, now, this_process, user
+
+_clocks: dict[tuple[str, int], SteadyClock] = {}
+"""Of the runs that this process has begun, by catalogue and number."""
 
 UNJUDGED = "recorded to the end, but the check ended before its verdict"
 """Reason of a check whose process has ended between the recording and the verdict."""
@@ -41,6 +45,7 @@ def begin(
         facts: what else is known; values that JSON has.
         note: the operator's.
     """
+    clock = SteadyClock()
     with catalogue.writing() as connection:
         arm = arms.register_in(connection, identity)
         values = {
@@ -48,7 +53,7 @@ def begin(
             "kind": kind,
             "stage": stage,
             "description_sha256": identity.description_sha256,
-            "started": now(),
+            "started": clock.moment(),
             "who": user(),
             "process": this_process(),
             "capture": capture,
@@ -58,7 +63,15 @@ def begin(
             "note": note,
         }
         number = connection.execute(insert(runs).values(values)).inserted_primary_key
-        return get_in(connection, int(number[0]))  # type: ignore[index]
+        begun = get_in(connection, int(number[0]))  # type: ignore[index]
+    _clocks[str(catalogue.url), begun.id] = clock
+    return begun
+
+
+def time_of(catalogue: Catalogue, run: Run) -> datetime:
+    """The time, UTC, as it passes for a run: never back, also where the host's clock is set meanwhile."""
+    clock = _clocks.get((str(catalogue.url), run.id))
+    return max(run.started, now() if clock is None else clock.moment())
 
 
 def finish(
@@ -88,7 +101,7 @@ def finish(
         known = get_in(connection, run_id, change=True)
         values: dict[str, Any] = {
             "state": "finished",
-            "finished": now(),
+            "finished": time_of(catalogue, known),
             "outcome": outcome,
             "reason": reason,
         }
@@ -146,7 +159,7 @@ def every(
     before: datetime | None = None,
     limit: int | None = None,
 ) -> tuple[Run, ...]:
-    """Runs, newest first.
+    """Runs, the one that began last first.
 
     Args:
         arm: label of the arm.
@@ -154,7 +167,7 @@ def every(
         since, before: started at or after, and before.
         limit: at most so many.
     """
-    wanted = _select().order_by(runs.c.started.desc(), runs.c.id.desc())
+    wanted = _select().order_by(runs.c.id.desc())
     for column, value in ((arms_table.c.label, arm), (runs.c.kind, kind), (runs.c.stage, stage)):
         if value is not None:
             wanted = wanted.where(column == value)

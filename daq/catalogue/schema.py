@@ -28,7 +28,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import TypeDecorator
 
-VERSION = 3
+VERSION = 4
 """Of the tables below."""
 
 SHA256 = String(64)
@@ -92,6 +92,13 @@ arms = Table(
     Column("first_seen", UtcTime, nullable=False),
     UniqueConstraint("name", "serials", "simulated"),
     sqlite_autoincrement=True,
+)
+
+descriptions = Table(
+    "descriptions",
+    metadata,
+    Column("sha256", SHA256, primary_key=True),
+    Column("parts", JSON, nullable=False),
 )
 
 runs = Table(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
 from ident.effects.vocabulary import EffectEntry
 from robots.arrays import FloatArray
+from robots.errors import UserError
 
 RunKind = Literal["demo", "plan", "check", "commission", "import", "run"]
 RunState = Literal["running", "finished", "abandoned"]
@@ -18,7 +19,7 @@ RunOutcome = Literal["completed", "stopped", "aborted", "fault", "failed"]
 BaselineState = Literal["accepted", "rolled_back", "suspect"]
 
 
-class CatalogueError(Exception):
+class CatalogueError(UserError):
     """The catalogue cannot be opened or does not hold what is asked for; one line for the user."""
 
 
@@ -37,14 +38,16 @@ class ArmIdentity:
     Attributes:
         name: in its robot.toml.
         serials: of its drives in the order of the joints; None where a drive has none, () for a log.
-        description_sha256: of its robot.toml.
+        description_sha256: of its description: robot.toml, URDF and meshes (``robots.identity``).
         simulated: whether the drives are simulated ones.
+        parts: of that description, checksums by name; empty where they are not known.
     """
 
     name: str
     serials: tuple[int | None, ...]
     description_sha256: str
     simulated: bool = False
+    parts: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

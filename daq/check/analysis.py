@@ -13,7 +13,8 @@ from daq.check.request import CheckError
 from daq.importing.load import loaded_capture
 from daq.recording.reader import read_capture
 from ident import Fitted, Options, identify
-from ident.found_effects import FoundModel
+from ident.identification.found_effects import FoundModel
+from robots.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,9 @@ def analyse(order: AnalysisOrder) -> Fitted:
 
 def tried(order: AnalysisOrder) -> Fitted | Exception:
     """As :func:`analyse`; an error that a user can understand is given back, so that others go on."""
-    from daq.user_errors import user_errors
-
     try:
         return analyse(order)
-    except user_errors() as error:
+    except (UserError, OSError) as error:
         return error
 
 

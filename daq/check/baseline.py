@@ -10,8 +10,8 @@ from rich.markup import escape
 from daq.catalogue import arms, baselines, models
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline
-from daq.catalogue.who import user
 from daq.check.request import CheckError
+from daq.recording.who import user
 
 Changed = tuple[str, tuple[Baseline, ...]]
 """Label of the arm and all its baselines, newest first."""

@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from daq.catalogue import arms, baselines, models
-from daq.catalogue.accepted_effects import effects_of
 from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
 from daq.check.request import CheckRequest, CheckResult
-from daq.progress import Silent, Steps
+from daq.keeping.accepted_effects import effects_of
 from daq.session.recorded_runs import Conducting, unconducted
+from daq.session.session_error import RunInterrupted
 from daq.session.streaming import Nobody, Watcher
+from daq.text.progress import Silent, Steps
 from ident import Fitted
+from robots.errors import UserError
 
 
 def run_check(
@@ -69,22 +71,18 @@ def run_fleet(
 
 
 def _tried(request: CheckRequest) -> Recorded | Exception:
-    from daq.user_errors import interruptions, user_errors
-
     try:
         return record_check(request, Silent(), Nobody(), unconducted)
-    except (*user_errors(), *interruptions()) as error:
+    except (UserError, OSError, RunInterrupted) as error:
         return error
 
 
 def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exception) -> CheckResult | Exception:
-    from daq.user_errors import user_errors
-
     if isinstance(fitted, Exception):
         return fitted
     try:
         return judge_check(request, recorded, fitted, Silent())
-    except user_errors() as error:
+    except (UserError, OSError) as error:
         return error
 
 

@@ -6,7 +6,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, ArmIdentity
 from daq.check.request import CheckError
-from daq.session.stages import status
+from daq.session.stages import changed_since, status
 
 _LAST = "full run"
 
@@ -44,7 +44,7 @@ def require_commissioned(
         )
     raise CheckError(
         f"arm {arm.label}: this trajectory has not passed `armhil commission` on it, up to its {_LAST}, with"
-        " these drives and this description; go through that first"
+        f" these drives and this description; {changed_since(catalogue, identity) or 'go through that first'}"
     )
 
 

@@ -13,11 +13,12 @@ from daq.check.request import CheckError
 from daq.files.toml_file import read_toml
 from daq.session.bench import ArmOrder
 from drivers import Channel
+from robots.errors import UserError
 
 Name = Annotated[str, Field(min_length=1)]
 
 
-class FleetFileError(ValueError):
+class FleetFileError(UserError, ValueError):
     """A fleet file that cannot be read; the text is one line for the user."""
 
 

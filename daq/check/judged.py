@@ -9,26 +9,27 @@ from typing import Any
 import numpy as np
 
 from daq.catalogue import baselines, checks, models, runs
-from daq.catalogue.accepted_effects import effects_of
-from daq.catalogue.again import IDENTIFY
 from daq.catalogue.checks import GROWN_JOINTS
-from daq.catalogue.keep import Made, keep_diagnose_request, keep_identified
 from daq.catalogue.values import Baseline, Model
 from daq.check.carried import lost_words
 from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256, Recorded
+from daq.check.reported import write_check_report
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import Grown, grown_residuals, grown_words
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
+from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
-from daq.identification.found_model import found_json
 from daq.identification.results import write_results
-from daq.identification.run_facts import report_facts
 from daq.importing.load import capture_recordings
-from daq.progress import Steps
+from daq.keeping.accepted_effects import effects_of
+from daq.keeping.again import IDENTIFY
+from daq.keeping.keep import Made, keep_diagnose_request, keep_identified
 from daq.recording.reader import read_capture
+from daq.recording.run_facts import report_facts
+from daq.text.progress import Steps
 from ident import Fitted
-from ident.drift import Comparison
+from ident.drift import UNEXPLAINED, Comparison
 from robots.arrays import FloatArray
 
 
@@ -42,13 +43,14 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     catalogue, robot = request.catalogue, request.arm.robot
     with steps.step("Compare with the baseline"):
         capture = read_capture(recorded.capture)
+        title = f"{recorded.arm.label}: check"
         report = write_results(
             request.folder,
             robot,
             fitted,
             [recorded.capture],
             capture_recordings(capture),
-            title=f"{recorded.arm.label}: check",
+            title=title,
             facts=report_facts(capture),
         )
         settings: dict[str, Any] = {"command": IDENTIFY}
@@ -88,6 +90,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         model_id=model.id,
         baseline_id=None if baseline is None else baseline.id,
     )
+    write_check_report(report, robot, fitted, title, report_facts(capture), kept, baseline)
     return CheckResult(
         recorded.arm.label,
         verdict,
@@ -131,7 +134,7 @@ def _is_unexplained(compared: Comparison) -> bool:
     if compared.state != "changed":
         return False
     left = compared.unexplained
-    return not compared.changes or (left is not None and left.p_value < 1e-4)
+    return not compared.changes or (left is not None and left.p_value < UNEXPLAINED)
 
 
 def _searched(
@@ -166,7 +169,7 @@ def _verdict(
     if findings:
         said = f"{said}; the search found: {'; '.join(findings)}"
     if compared.state == "changed":
-        return (Verdict.FAILED if compared.large else Verdict.WARNING), said
+        return (Verdict.FAILED if compared.large and not compared.doubtful else Verdict.WARNING), said
     if findings:
         return Verdict.WARNING, said
     if grown:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from daq.catalogue import baselines, checks, runs
-from daq.catalogue.again import Rerun, refuse_unrecorded, rerun
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import CatalogueError, CheckRecord
 from daq.check.judged import comparison_json
 from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256
-from daq.progress import Steps
+from daq.keeping.again import Rerun, refuse_unrecorded, rerun
+from daq.text.progress import Steps
 from ident.drift import Comparison, DriftSettings
 
 
@@ -79,7 +79,11 @@ def _compared(catalogue: Catalogue, record: CheckRecord, again: Rerun) -> Compar
         covariance=np.asarray(estimate.covariance),
         celsius=None if celsius is None else np.array(celsius, dtype=np.float64),
     )
-    settings = DriftSettings(**record.details.get("settings", {}))
+    known = {
+        field.name for field in fields(DriftSettings)
+    }  # older checks kept settings of rules that are gone
+    kept = {key: value for key, value in record.details.get("settings", {}).items() if key in known}
+    settings = DriftSettings(**kept)
     return compare_nights(catalogue, baseline, [*history, tonight], fitted, settings)[0]
 
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from daq.catalogue import arms, baselines, leases, runs
+from daq.catalogue import arms, baselines, runs
 from daq.catalogue.database import Catalogue
-from daq.catalogue.identity import sha256_of
-from daq.catalogue.values import Arm, Baseline, CatalogueError
-from daq.catalogue.who import is_gone
+from daq.catalogue.descriptions import Description
+from daq.catalogue.identity import description_of, sha256_of
+from daq.catalogue.values import Arm, ArmMismatch, Baseline, CatalogueError
 from daq.check.commissioned import require_commissioned
 from daq.check.request import CheckError, CheckRequest
 from daq.check.simulated_night import with_own_noise
-from daq.progress import Steps
 from daq.recording.reader import read_capture
 from daq.session.bench import OpenArm, opened
 from daq.session.estimates import estimate, require_room
@@ -24,10 +22,9 @@ from daq.session.exciting import kept_in, plan_exciting
 from daq.session.motions import move_to, read_trajectory, refuse_undrivable
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.streaming import Watcher
+from daq.text.progress import Steps
 from robots import Robot
 from trajectories import Trajectory
-
-log = logging.getLogger(__name__)
 
 TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = "trajectory_file", "trajectory_sha256", "celsius"
 CELL, CELL_SHA256 = "cell_file", "cell_sha256"
@@ -74,13 +71,12 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
     """
     catalogue, robot = request.catalogue, request.arm.robot
     runs.settle_abandoned(catalogue)
-    free_dead_leases(catalogue, robot.name)
     request = replace(request, arm=with_own_noise(request.arm, catalogue))
-    with opened(request.arm, catalogue, steps) as arm:
+    with opened(request.arm, catalogue, steps, "drive", request.cell) as arm:
         known = arms.register(catalogue, arm.identity)
         baseline = baselines.current(catalogue, known.id)
         if baseline is not None:
-            require_own_baseline(known, baseline, sha256_of(robot.source_text))
+            require_own_baseline(catalogue, known, baseline, description_of(robot))
         with steps.step("Preflight"):
             motion, warnings = _motion(request, arm, known, baseline)
             if motion is not None:
@@ -96,29 +92,27 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
         return _stream(request, arm, known, motion, warnings, watcher, conducting, steps)
 
 
-def free_dead_leases(catalogue: Catalogue, name: str) -> tuple[str, ...]:
-    """Give back the leases of arms of a name whose holder on this host is gone; labels of those arms.
-
-    The lease of a holder on another host runs out by itself.
-    """
-    freed = []
-    for arm in arms.every(catalogue, name=name):
-        lease = leases.holder_of(catalogue, arm.id)
-        if lease is not None and is_gone(lease.holder) and leases.release(catalogue, lease):
-            log.warning("arm %s: the process that held it is gone; its lease was given back", arm.label)
-            freed.append(arm.label)
-    return tuple(freed)
-
-
-def require_own_baseline(arm: Arm, baseline: Baseline, description_sha256: str) -> None:
+def require_own_baseline(
+    catalogue: Catalogue, arm: Arm, baseline: Baseline, description: Description
+) -> None:
     """Is the baseline of this arm, under the description that is used now?
 
     Raises:
         ArmMismatch: one line that names both sides.
     """
-    arms.require_same_description(
-        arm, baseline.description_sha256, description_sha256, f"baseline of run {baseline.run_id}"
-    )
+    try:
+        arms.require_same_description(
+            catalogue,
+            arm,
+            baseline.description_sha256,
+            description,
+            f"baseline of run {baseline.run_id}",
+        )
+    except ArmMismatch as mismatch:
+        raise ArmMismatch(
+            f"{mismatch}; put the description back, or `armhil baseline rollback {arm.label}`, commission the"
+            " arm with the new one and accept a baseline of it"
+        ) from None
 
 
 def _motion(
@@ -227,6 +221,7 @@ def _stream(
     assert kept.number is not None
     if result.missed_cycles:
         warnings = (*warnings, f"{result.missed_cycles} SYNC cycles were missed")
+    warnings = (*warnings, *result.doubtful)
     return Recorded(known, kept.number, path, _celsius(request, path), warnings)
 
 

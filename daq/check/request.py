@@ -12,9 +12,10 @@ from daq.session.bench import ArmOrder
 from daq.session.cell import Cell
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings
+from robots.errors import UserError
 
 
-class CheckError(Exception):
+class CheckError(UserError):
     """A check that cannot be made as it was asked for; one line for the user."""
 
 

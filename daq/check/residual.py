@@ -7,9 +7,9 @@ import numpy as np
 from daq.catalogue import checks, models
 from daq.catalogue.checks import GROWN_JOINTS
 from daq.catalogue.database import Catalogue
-from daq.catalogue.diagnosed_again import DIAGNOSE
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
+from daq.keeping.diagnosed_again import DIAGNOSE
 from robots.arrays import FloatArray
 
 ENOUGH = 5

@@ -10,7 +10,7 @@ from rich.table import Table
 from daq.check.check_json import performance_data
 from daq.check.fleet_run import FleetChecked
 from daq.check.request import CheckResult
-from daq.report.numbers import probability, significant
+from daq.text.numbers import probability, significant
 from ident.drift import Comparison
 
 

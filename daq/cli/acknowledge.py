@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
@@ -24,7 +23,7 @@ def acknowledge(
     """
     import robots
     from daq.session.acknowledgement import acknowledge as reset
-    from daq.session.session_error import NotMoved
+    from daq.session.questions import answered
 
     console = console_of(as_json=False)
     arm = robots.load(robot)
@@ -34,9 +33,8 @@ def acknowledge(
             console.print(line, highlight=False, soft_wrap=True)
         if yes:
             return True
-        if not sys.stdin.isatty():
-            raise NotMoved("asks whether somebody has looked; give --yes where nobody can answer")
-        return typer.confirm("Has somebody looked at the arm, and is the cause gone?")
+        nobody = "asks whether somebody has looked; give --yes where nobody can answer"
+        return answered("Has somebody looked at the arm, and is the cause gone?", nobody)
 
     if reset(arm, bus_of(arm, interface, channel), looked):
         console.print("[green]Acknowledged[/]; no drive is in fault.", highlight=False)

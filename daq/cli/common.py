@@ -11,14 +11,41 @@ import typer
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
+
+def there(value: Any) -> Any:
+    """Callback of arguments that name files: what is not there is refused before anything is imported."""
+    from daq.recording.errors import CaptureError
+
+    for path in value if isinstance(value, list) else [value]:
+        if isinstance(path, Path) and not path.exists():
+            capture = "an MCAP capture recorded by armhil"
+            allowed = capture if path.suffix == ".mcap" else f"{capture}, or a log with its column map"
+            raise CaptureError(f"{path}: no such file; allowed: {allowed}")
+    return value
+
+
+def found(value: str | None) -> str | None:
+    """Callback of arguments that name an arm: as :func:`there`."""
+    from robots.finding import find
+
+    if value is not None:
+        find(value)
+    return value
+
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout; text goes to stderr.")]
-RobotArgument = Annotated[str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.")]
+RobotArgument = Annotated[
+    str, typer.Argument(help="A shipped arm (see `armhil robots`) or a robot.toml.", callback=found)
+]
 RobotName = Annotated[
-    str, typer.Option("--robot", help="A shipped arm (see `armhil robots`) or a robot.toml.")
+    str,
+    typer.Option("--robot", help="A shipped arm (see `armhil robots`) or a robot.toml.", callback=found),
 ]
 RobotOfRecording = Annotated[
     str | None,
-    typer.Option("--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own"),
+    typer.Option(
+        "--robot", help="A shipped arm or a robot.toml.", show_default="the capture's own", callback=found
+    ),
 ]
 Columns = Annotated[
     Path | None, typer.Option("--columns", help="Column map of a log.", show_default="the robot's")
@@ -47,6 +74,12 @@ CellOption = Annotated[
     typer.Option("--cell", help="cell.toml: what to keep clear of.", show_default="only the arm itself"),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
+NotCommissioned = Annotated[
+    bool,
+    typer.Option(
+        "--not-commissioned", help="Move an arm that was not commissioned, at 10 % of its speed at most."
+    ),
+]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
 Note = Annotated[str | None, typer.Option("--note", help="To be remembered of the run.", show_default="none")]
 Periods = Annotated[int, typer.Option("--periods", min=1, max=100, help="How often it is repeated.")]
@@ -101,7 +134,7 @@ def catalogue_of(without: bool) -> Any:
 def steps_of(console: Any, quiet: bool) -> Any:
     """Progress on the console, or nowhere."""
     from daq.identification.terminal import TerminalSteps
-    from daq.progress import Silent
+    from daq.text.progress import Silent
 
     return Silent() if quiet else TerminalSteps(console)
 
@@ -120,14 +153,12 @@ def asking(yes: bool, simulated: bool, as_json: bool) -> Any:
     Raises:
         NotMoved: when asked where nobody can answer.
     """
-    from daq.session.session_error import NotMoved
+    from daq.session.questions import answered
 
-    def ask(question: str) -> bool:
-        if not sys.stdin.isatty():
-            raise NotMoved("asks before the arm moves; give --yes where nobody can answer")
-        return typer.confirm(question, err=as_json)
-
-    return (lambda question: True) if yes or simulated else ask
+    nobody = "asks before the arm moves; give --yes where nobody can answer"
+    if yes or simulated:
+        return lambda question: True
+    return lambda question: answered(question, nobody, err=as_json)
 
 
 def arm_order_of(
@@ -139,6 +170,8 @@ def arm_order_of(
     seed: int,
     new_arm: bool,
     stands_at: str | None,
+    not_commissioned: bool = False,
+    as_json: bool = False,
 ) -> Any:
     """Which arm, where, from the options of a command that moves it."""
     import robots
@@ -147,4 +180,32 @@ def arm_order_of(
 
     arm = robots.load(robot)
     bus = bus_of(arm, interface, channel)
-    return ArmOrder(arm, robot, bus, simulated, seed, new_arm, posture_of(stands_at))
+    return ArmOrder(
+        arm,
+        robot,
+        bus,
+        simulated,
+        seed,
+        new_arm,
+        posture_of(stands_at),
+        not_commissioned=not_commissioned,
+        look=looking(as_json),
+    )
+
+
+def looking(as_json: bool) -> Any:
+    """Shows where the drives say that the arm stands, and asks whoever sits in front of it.
+
+    Raises:
+        NotMoved: when asked where nobody can answer.
+    """
+    from daq.session.home_terminal import print_posture
+    from daq.session.questions import answered
+
+    nobody = "somebody has to look at the arm; give --stands-at where nobody can answer"
+
+    def look(robot: Any, posture: Any) -> bool:
+        print_posture(console_of(as_json), robot, posture)
+        return answered("Look at the arm and its marks.\nDoes it stand so?", nobody, err=as_json)
+
+    return look

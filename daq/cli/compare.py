@@ -20,10 +20,10 @@ def compare(
 
     Example: [bold]armhil compare 11 12[/]
     """
-    from daq.catalogue.catalogue_json import comparison_json
-    from daq.catalogue.compare import compare as compared
     from daq.catalogue.database import Catalogue
-    from daq.catalogue.terminal import print_comparison
+    from daq.cli.catalogue_json import comparison_json
+    from daq.cli.catalogue_terminal import print_comparison
+    from daq.keeping.compare import compare as compared
 
     with Catalogue() as catalogue:
         found = compared(catalogue, first, second)

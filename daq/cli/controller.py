@@ -8,12 +8,14 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Columns, Json, RobotOfRecording, console_of, print_json
+from daq.cli.common import OK, WARNING, Columns, Json, RobotOfRecording, console_of, print_json, there
 
 
 @app.command()
 def controller(
-    paths: Annotated[list[Path], typer.Argument(help="Captures or logs with position references.")],
+    paths: Annotated[
+        list[Path], typer.Argument(help="Captures or logs with position references.", callback=there)
+    ],
     robot: RobotOfRecording = None,
     columns: Columns = None,
     as_json: Json = False,

@@ -46,7 +46,7 @@ def demo(
     Example: [bold]armhil demo --robot tx40 --seed 3 --out runs/first[/]
     """
     import robots
-    from daq.demo import DemoRequest, run_demo
+    from daq.cli.demonstration import DemoRequest, run_demo
     from daq.files.run_folder import make_run_folder
     from daq.identification.identification_json import identification_json
     from daq.identification.terminal import print_identification
@@ -69,6 +69,7 @@ def demo(
         catalogue,
         watcher=watcher_of(console, arm, quiet) if console.is_terminal else None,
         conducting=by_keyboard,
+        any_group=interface is None and channel is None,
     )
     result = run_demo(request, steps_of(console, quiet))
     if as_json:

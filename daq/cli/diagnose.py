@@ -2,34 +2,50 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
     OK,
+    UNKNOWN,
     WARNING,
     Columns,
     Json,
+    NewArm,
     NoCatalogue,
+    NotCommissioned,
     RobotOfRecording,
-    bus_of,
+    Simulated,
+    SimulatedSeed,
+    StandsAt,
+    arm_order_of,
+    asking,
     catalogue_of,
     console_of,
     print_json,
+    steps_of,
+    there,
+    watcher_of,
 )
+
+Searches = Literal["rules", "evidence", "both"]
+
+_EXIT_CODES = {"clean": OK, "not_confirmed": UNKNOWN}
+"""By verdict; a warning where there is something else to say."""
 
 
 @app.command()
 def diagnose(
     paths: Annotated[
-        list[Path] | None, typer.Argument(help="Captures or logs to find the missing effect on.")
+        list[Path] | None,
+        typer.Argument(help="Captures or logs to find the missing effect on.", callback=there),
     ] = None,
     validate: Annotated[
-        list[Path] | None, typer.Option("--validate", help="Captures or logs to show the gap on.")
+        list[Path] | None,
+        typer.Option("--validate", help="Captures or logs to show the gap on.", callback=there),
     ] = None,
     robot: RobotOfRecording = None,
     columns: Columns = None,
@@ -54,6 +70,11 @@ def diagnose(
     channel: Annotated[
         str | None, typer.Option(help="Channel on it, with --live.", show_default="the robot's")
     ] = None,
+    simulated: Simulated = False,
+    seed: SimulatedSeed = 0,
+    stands_at: StandsAt = None,
+    new_arm: NewArm = False,
+    not_commissioned: NotCommissioned = False,
     yes: Annotated[bool, typer.Option("--yes", help="Allow the motions of --live without asking.")] = False,
     rounds: Annotated[int, typer.Option(min=0, help="Motions of --live to tell candidates apart.")] = 2,
     duration: Annotated[
@@ -62,6 +83,9 @@ def diagnose(
     evaluations: Annotated[
         int, typer.Option(min=0, help="Trials of the search for a motion; 0 plans none.")
     ] = 1500,
+    search: Annotated[
+        Searches, typer.Option(help="Which search answers: that by rules, by evidence, or both side by side.")
+    ] = "rules",
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
     as_json: Json = False,
@@ -70,11 +94,13 @@ def diagnose(
 
     Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
     """
-    from daq.catalogue.keep import keep_diagnose_request
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
+    from daq.diagnosis.evidence import answer_json, print_evidence
     from daq.identification.terminal import TerminalSteps
+    from daq.keeping.keep import keep_diagnose_request
     from daq.recording.capture import CaptureError
+    from daq.session.cell import cell_of
 
     console = console_of(as_json)
     request = DiagnoseRequest(
@@ -89,63 +115,103 @@ def diagnose(
         cell,
         evaluations,
     )
+    if live is None and not paths:
+        raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
+    answer = _by_evidence(request, search, console)
+    if search == "evidence":
+        return _only_evidence(answer, console, as_json)
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
-        if not paths:
-            raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
         result = run_diagnose(request, TerminalSteps(console))
         content = result.content
     else:
-        result, content, request = _live(request, live, (interface, channel), yes, rounds, duration, console)
+        order = arm_order_of(
+            live,
+            interface,
+            channel,
+            simulated=simulated,
+            seed=seed,
+            new_arm=new_arm,
+            stands_at=stands_at,
+            not_commissioned=not_commissioned,
+            as_json=as_json,
+        )
+        confirm = asking(yes, simulated, as_json)
+        found = _live(request, order, cell_of(cell), catalogue, confirm, console, rounds, duration)
+        more = {
+            "recorded": [str(path) for path in found.recorded],
+            "rounds": len(found.results) - 1,
+            "refused": found.refused or None,
+        }
+        result, content, request = found.last, found.last.content | {"live": more}, found.request
     if catalogue is not None:
         keep_diagnose_request(catalogue, request, result)
+    if answer is not None:
+        content = content | {"evidence": answer_json(answer)}
     if as_json:
         print_json(content)
     print_diagnosis(console, result.diagnosis, result.series.checks, result.apart, result.blind)
+    if answer is not None:
+        print_evidence(console, answer)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
         console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)
-    return OK if result.diagnosis.verdict == "clean" else WARNING
+    return _EXIT_CODES.get(result.diagnosis.verdict, WARNING)
+
+
+def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
+    """The answer by evidence; None where it is not asked for, or has no recording.
+
+    Raises:
+        CaptureError: asked for together with ``--live`` or ``--out``.
+    """
+    from daq.diagnosis.evidence import run_by_evidence
+    from daq.identification.terminal import TerminalSteps
+    from daq.recording.capture import CaptureError
+
+    if search == "rules":
+        return None
+    if not request.fit:
+        raise CaptureError(f"--search {search} does not go with --live; allowed: captures or logs")
+    if search == "evidence" and request.out is not None:
+        raise CaptureError(
+            "--search evidence writes no files yet; allowed: without --out, or --search both with it"
+        )
+    return run_by_evidence(request, TerminalSteps(console))
+
+
+def _only_evidence(answer: Any, console: Any, as_json: bool) -> int:
+    """Print what the evidence says, and nothing else."""
+    from daq.diagnosis.evidence import answer_json, print_evidence
+
+    if as_json:
+        print_json({"evidence": answer_json(answer)})
+    print_evidence(console, answer)
+    return OK if answer.verdict == "clean" else WARNING
 
 
 def _live(
     request: Any,
-    source: str,
-    bus: tuple[str | None, str | None],
-    yes: bool,
+    order: Any,
+    cell: Any,
+    catalogue: Any,
+    confirm: Any,
+    console: Any,
     rounds: int,
     duration: float,
-    console: Any,
-) -> tuple[Any, dict[str, Any], Any]:
-    """The last diagnosis with the arm in the loop, what ``--json`` prints of it, and what it was made of."""
-    import robots
-    from daq.diagnosis.bench import stream_and_record
-    from daq.diagnosis.diagnose import conditions_of
+) -> Any:
+    """The diagnosis with the arm in the loop."""
+    from daq.diagnosis.bench import LiveArm
     from daq.diagnosis.live import LiveRequest, live_folder, run_live
-    from daq.identification.terminal import TerminalSteps
+    from daq.session.bench import opened
     from daq.session.keyboard import by_keyboard
 
-    arm, steps = robots.load(source), TerminalSteps(console)
-    channel, conditions = bus_of(arm, *bus), conditions_of(request.cell)
-    live = LiveRequest(request, arm, live_folder(request.out, arm), rounds=rounds, duration=duration)
-    found = run_live(
-        live,
-        lambda trajectory, path: stream_and_record(
-            arm, channel, trajectory, conditions, path, steps, by_keyboard
-        ),
-        lambda question: yes or _asked(question),
-        steps,
-    )
+    steps, watcher = steps_of(console, False), watcher_of(console, order.robot, False)
+    folder = live_folder(request.out, order.robot)
+    live = LiveRequest(request, order.robot, folder, rounds=rounds, duration=duration)
+    with opened(order, catalogue, steps, "drive", cell) as arm:
+        drive = LiveArm(arm, order, catalogue, cell, confirm, watcher, by_keyboard).drive
+        found = run_live(live, drive, steps)
     if found.refused:
         console.print(f"No motion without leave ({found.refused}); --yes allows it", highlight=False)
-    more = {
-        "recorded": [str(path) for path in found.recorded],
-        "rounds": len(found.results) - 1,
-        "refused": found.refused or None,
-    }
-    return found.last, found.last.content | {"live": more}, found.request
-
-
-def _asked(question: str) -> bool:
-    """Whether somebody who sits at the terminal says yes; where nobody does, the answer is no."""
-    return sys.stdin.isatty() and typer.confirm(f"{question}. Move it?", default=False, err=True)
+    return found

@@ -27,8 +27,8 @@ def doctor(
     Example: [bold]armhil doctor tx40[/]
     """
     import robots
-    from daq.doctor import describe, doctor_json, examine
-    from daq.doctor_check import CODES, worst
+    from daq.doctor.check import CODES, worst
+    from daq.doctor.doctor import describe, doctor_json, examine
 
     arm = None if robot is None else robots.load(robot)
     bus = None if arm is None else bus_of(arm, interface, channel)

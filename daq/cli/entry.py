@@ -36,6 +36,7 @@ from daq.cli import (
     robots,
     run,
     runs,
+    scan,
     schedule,
     serve,
     show,
@@ -44,7 +45,8 @@ from daq.cli import (
 )
 from daq.cli.app import app
 from daq.cli.common import FAILED, INTERRUPTED, OK, say
-from daq.user_errors import interruptions, user_errors
+from daq.session.session_error import RunInterrupted
+from robots.errors import UserError
 
 __all__ = ["app", "main"]
 
@@ -55,7 +57,7 @@ GROUPS = {
     "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
     "Recordings": (import_, export, recover),
-    "Around it": (robots, doctor, sim, test),
+    "Around it": (robots, doctor, scan, sim, test),
 }
 
 
@@ -93,10 +95,10 @@ def main() -> None:
     except TyperException as error:
         say(error.format_message())
         sys.exit(FAILED)
-    except interruptions() as error:
+    except RunInterrupted as error:
         say(str(error))
         sys.exit(INTERRUPTED)
-    except user_errors() as error:
+    except (UserError, OSError) as error:
         if debug:
             raise
         say(" ".join(str(error).split()))

@@ -8,14 +8,19 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, Columns, Json, RobotOfRecording, console_of, print_json
+from daq.cli.common import OK, Columns, Json, RobotOfRecording, console_of, print_json, there
 
 
 @app.command()
 def gain(
-    paths: Annotated[list[Path], typer.Argument(help="Captures or logs without the payload.")],
+    paths: Annotated[
+        list[Path], typer.Argument(help="Captures or logs without the payload.", callback=there)
+    ],
     loaded: Annotated[
-        list[Path], typer.Option("--loaded", help="A capture or log with the payload on; may be repeated.")
+        list[Path],
+        typer.Option(
+            "--loaded", help="A capture or log with the payload on; may be repeated.", callback=there
+        ),
     ],
     payload: Annotated[
         Path, typer.Option("--payload", help="payload.toml: mass, centre and inertia of the payload.")

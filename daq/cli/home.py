@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +16,7 @@ from daq.cli.common import (
     Json,
     NewArm,
     NoCatalogue,
+    NotCommissioned,
     Note,
     Quiet,
     RobotArgument,
@@ -52,6 +52,7 @@ def home(
     seed: SimulatedSeed = 0,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
+    not_commissioned: NotCommissioned = False,
     note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-home-<robot>")
@@ -74,7 +75,15 @@ def home(
 
     console = console_of(as_json)
     order = arm_order_of(
-        robot, interface, channel, simulated=simulated, seed=seed, new_arm=new_arm, stands_at=stands_at
+        robot,
+        interface,
+        channel,
+        simulated=simulated,
+        seed=seed,
+        new_arm=new_arm,
+        stands_at=stands_at,
+        not_commissioned=not_commissioned,
+        as_json=as_json,
     )
     request = HomeRequest(
         order,
@@ -100,11 +109,9 @@ def _looking(simulated: bool, as_json: bool) -> Callable[[str], bool]:
     Raises:
         NotMoved: when asked where nobody can answer.
     """
-    from daq.session.session_error import NotMoved
+    from daq.session.questions import answered
 
-    def look(question: str) -> bool:
-        if not sys.stdin.isatty():
-            raise NotMoved("somebody has to look at the arm; give --stands-at where nobody can answer")
-        return typer.confirm(question, err=as_json)
-
-    return (lambda question: True) if simulated else look
+    nobody = "somebody has to look at the arm; give --stands-at where nobody can answer"
+    if simulated:
+        return lambda question: True
+    return lambda question: answered(question, nobody, err=as_json)

@@ -17,20 +17,25 @@ from daq.cli.common import (
     code_of,
     console_of,
     print_json,
+    there,
 )
 
 
 @app.command()
 def identify(
     paths: Annotated[
-        list[Path], typer.Argument(help="Captures (.mcap), or logs that a column map describes.")
+        list[Path],
+        typer.Argument(help="Captures (.mcap), or logs that a column map describes.", callback=there),
     ],
     robot: RobotOfRecording = None,
     columns: Columns = None,
     validate: Annotated[
-        list[Path] | None, typer.Option(help="A recording to predict and not to fit to; may be repeated.")
+        list[Path] | None,
+        typer.Option(help="A recording to predict and not to fit to; may be repeated.", callback=there),
     ] = None,
-    method: Annotated[str, typer.Option(help="auto, ls, iv, robust or consistent.")] = "auto",
+    method: Annotated[
+        str, typer.Option(help="auto, or an estimator: ls, iv, consistent, …; a wrong name lists all.")
+    ] = "auto",
     covariance: Annotated[
         str | None,
         typer.Option(help="iid, block, ar, hc, hac, cluster or bootstrap.", show_default="settings"),
@@ -65,11 +70,11 @@ def identify(
 
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
     """
-    from daq.catalogue.keep import keep_request
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
     from daq.identification.terminal import TerminalSteps, print_identification
+    from daq.keeping.keep import keep_request
 
     console = console_of(as_json)
     request = IdentifyRequest(

@@ -16,6 +16,7 @@ from daq.cli.common import (
     Json,
     NewArm,
     NoCatalogue,
+    NotCommissioned,
     Note,
     Quiet,
     RobotArgument,
@@ -46,6 +47,7 @@ def jog(
     cell: CellOption = None,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
+    not_commissioned: NotCommissioned = False,
     note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-jog-<robot>")
@@ -69,7 +71,15 @@ def jog(
 
     console = console_of(as_json)
     order = arm_order_of(
-        robot, interface, channel, simulated=simulated, seed=seed, new_arm=new_arm, stands_at=stands_at
+        robot,
+        interface,
+        channel,
+        simulated=simulated,
+        seed=seed,
+        new_arm=new_arm,
+        stands_at=stands_at,
+        not_commissioned=not_commissioned,
+        as_json=as_json,
     )
     request = JogRequest(
         order,

@@ -21,9 +21,9 @@ def note(
     Example: [bold]armhil note 12 "cover of joint 3 was off"[/]
     """
     from daq.catalogue import runs
-    from daq.catalogue.catalogue_json import details_json
     from daq.catalogue.database import Catalogue
     from daq.catalogue.details import details
+    from daq.cli.catalogue_json import details_json
 
     with Catalogue() as catalogue:
         runs.note(catalogue, run, text)

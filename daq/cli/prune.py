@@ -26,12 +26,12 @@ def prune(
     Example: [bold]armhil prune --older-than 180 --dry-run[/]
     """
     from daq.catalogue import arms
-    from daq.catalogue import prune as pruning
-    from daq.catalogue.catalogue_json import prune_json
     from daq.catalogue.database import Catalogue
     from daq.catalogue.runs import settle_abandoned
-    from daq.catalogue.terminal import print_prune
-    from daq.catalogue.who import now
+    from daq.cli.catalogue_json import prune_json
+    from daq.cli.catalogue_terminal import print_prune
+    from daq.keeping import prune as pruning
+    from daq.recording.who import now
 
     console = console_of(as_json)
     with Catalogue() as catalogue:

@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, console_of, print_json
+from daq.cli.common import OK, WARNING, Json, console_of, print_json, there
 
 
 @app.command()
 def recover(
-    file: Annotated[Path, typer.Argument(help="A damaged capture (.mcap).")],
+    file: Annotated[Path, typer.Argument(help="A damaged capture (.mcap).", callback=there)],
     out: Annotated[
         Path | None, typer.Option("--out", help="The new file.", show_default="<file>.recovered.mcap")
     ] = None,

@@ -38,8 +38,8 @@ def rerun(
     Example: [bold]armhil rerun 12[/]
     """
     from daq.catalogue.database import Catalogue
-    from daq.catalogue.rerun_choice import chosen_analysis
     from daq.identification.terminal import TerminalSteps
+    from daq.keeping.rerun_choice import chosen_analysis
 
     console = console_of(as_json)
     with Catalogue() as catalogue:
@@ -55,10 +55,10 @@ def rerun(
 def _identification(
     catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool
 ) -> int:
-    from daq.catalogue.again import rerun as identify_again
-    from daq.catalogue.catalogue_json import rerun_json
-    from daq.catalogue.keep import keep_rerun
-    from daq.catalogue.terminal import print_rerun
+    from daq.cli.catalogue_json import rerun_json
+    from daq.cli.catalogue_terminal import print_rerun
+    from daq.keeping.again import rerun as identify_again
+    from daq.keeping.keep import keep_rerun
 
     result = identify_again(catalogue, run, steps, out)
     if result.result.report is not None:
@@ -70,9 +70,9 @@ def _identification(
 
 
 def _diagnosis(catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool) -> int:
-    from daq.catalogue.diagnosed_again import diagnose_again
-    from daq.catalogue.keep import keep_diagnose_request
-    from daq.catalogue.rerun_views import diagnosed_again_json, print_diagnosed_again
+    from daq.cli.rerun_views import diagnosed_again_json, print_diagnosed_again
+    from daq.keeping.diagnosed_again import diagnose_again
+    from daq.keeping.keep import keep_diagnose_request
 
     result = diagnose_again(catalogue, run, steps, out)
     if out is not None:
@@ -84,8 +84,8 @@ def _diagnosis(catalogue: Any, run: int, steps: Any, out: Path | None, console: 
 
 
 def _check(catalogue: Any, run: int, steps: Any, out: Path | None, console: Any, as_json: bool) -> int:
-    from daq.catalogue.rerun_views import print_recheck, recheck_json
     from daq.check.recheck import recheck
+    from daq.cli.rerun_views import print_recheck, recheck_json
 
     result = recheck(catalogue, run, steps, out)
     if as_json:

@@ -10,12 +10,14 @@ import typer
 from daq.cli.app import app
 from daq.cli.common import (
     OK,
+    WARNING,
     CellOption,
     ChannelName,
     Interface,
     Json,
     NewArm,
     NoCatalogue,
+    NotCommissioned,
     Note,
     Quiet,
     RobotArgument,
@@ -48,6 +50,7 @@ def run(
     cell: CellOption = None,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
+    not_commissioned: NotCommissioned = False,
     note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-run-<robot>")
@@ -77,6 +80,8 @@ def run(
         seed=seed,
         new_arm=new_arm,
         stands_at=stands_at,
+        not_commissioned=not_commissioned,
+        as_json=as_json,
     )
     catalogue = catalogue_of(no_catalogue)
     request = RunRequest(
@@ -98,4 +103,4 @@ def run(
     console.print(f"Capture: [bold]{result.capture}[/]", soft_wrap=True, highlight=False)
     if result.run is not None:
         console.print(f"Run [bold]{result.run}[/] of the catalogue", highlight=False)
-    return OK
+    return WARNING if result.stream.doubtful else OK

@@ -24,17 +24,18 @@ def runs(
 
     Example: [bold]armhil runs --limit 5[/]
     """
-    from daq.catalogue import arms
+    from daq.catalogue import arms, checks
     from daq.catalogue import runs as catalogued
-    from daq.catalogue.catalogue_json import runs_json
     from daq.catalogue.database import Catalogue
-    from daq.catalogue.terminal import print_runs
+    from daq.cli.catalogue_json import runs_json
+    from daq.cli.catalogue_terminal import print_runs
 
     with Catalogue() as catalogue:
         catalogued.settle_abandoned(catalogue)
         if arm is not None:
             arms.by_label(catalogue, arm)
         found = catalogued.every(catalogue, arm=arm, kind=catalogued.kind_of(kind), limit=limit)
+        verdicts = checks.verdicts_of(catalogue, [run.id for run in found])
     if as_json:
-        print_json(runs_json(found))
-    print_runs(console_of(as_json), found)
+        print_json(runs_json(found, verdicts))
+    print_runs(console_of(as_json), found, verdicts)

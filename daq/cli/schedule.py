@@ -35,8 +35,8 @@ def install(
 
     Example: [bold]armhil schedule install tx40 --at "02:30" -- tx40 --celsius 22[/]
     """
-    from daq.schedule.units import Schedule, ScheduleError, systemctl, unit_folder
-    from daq.schedule.units import install as write
+    from daq.service.units import Schedule, ScheduleError, systemctl, unit_folder
+    from daq.service.units import install as write
 
     if not context.args:
         raise ScheduleError('say after -- what `armhil check` is given, e.g. "-- tx40", or "-- --all"')
@@ -67,7 +67,7 @@ def list_(system: System = False, as_json: Json = False) -> int:
 
     Example: [bold]armhil schedule list[/]
     """
-    from daq.schedule.units import installed, unit_folder
+    from daq.service.units import installed, unit_folder
 
     found = installed(unit_folder(system))
     if as_json:
@@ -86,8 +86,8 @@ def remove(name: Annotated[str, typer.Argument(help="Name of the schedule.")], s
 
     Example: [bold]armhil schedule remove tx40[/]
     """
-    from daq.schedule.units import PREFIX, systemctl, unit_folder
-    from daq.schedule.units import remove as delete
+    from daq.service.units import PREFIX, systemctl, unit_folder
+    from daq.service.units import remove as delete
 
     systemctl(system, "disable", "--now", f"{PREFIX}{name}.timer")
     for path in delete(name, unit_folder(system)):

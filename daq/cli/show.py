@@ -12,11 +12,11 @@ def show(run: RunNumber, as_json: Json = False) -> None:
 
     Example: [bold]armhil show 12[/]
     """
-    from daq.catalogue.catalogue_json import details_json
     from daq.catalogue.database import Catalogue
     from daq.catalogue.details import details
     from daq.catalogue.runs import settle_abandoned
-    from daq.catalogue.terminal import print_details
+    from daq.cli.catalogue_json import details_json
+    from daq.cli.catalogue_terminal import print_details
 
     with Catalogue() as catalogue:
         settle_abandoned(catalogue)

@@ -24,13 +24,16 @@ def sim(
     seal: Annotated[
         Path | None, typer.Option(help="New file for the sealed truth, which scoring opens later.")
     ] = None,
+    profile: Annotated[
+        str, typer.Option(help="Kind of drives, with what it does otherwise than the standard.")
+    ] = "cia402",
 ) -> None:
     """Run the simulated drives alone, as a bench for anyone's master; Ctrl-C ends them.
 
     Example: [bold]armhil sim tx40 --interface socketcan --channel vcan0[/]
     """
     import robots
-    from daq.sim import run_simulation
+    from daq.cli.simulated_arm import run_simulation
 
     bus = bus_of(robots.load(robot), interface, channel)
-    run_simulation(robot, bus, seed, typer.echo, scenario=scenario, seal=seal)
+    run_simulation(robot, bus, seed, typer.echo, scenario=scenario, seal=seal, profile=profile)

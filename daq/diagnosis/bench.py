@@ -1,69 +1,77 @@
-"""The arm on its bench, real or simulated: stream a motion and record it."""
+"""The arm of a live diagnosis: each motion asked for, driven at the speed the arm has passed, recorded."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from daq.progress import Steps
+from daq.catalogue.database import Catalogue
+from daq.session.bench import ArmOrder, OpenArm
 from daq.session.cell import Cell
-from daq.session.motions import slow_way
-from daq.session.recorded_runs import Conducting, require_completed, unconducted
-from daq.session.streaming import StreamOrder, stream_recorded
-from daq.session.watching import StepBar
-from drivers import ArmSession, Channel
-from robots import Robot
-from trajectories import Conditions, Trajectory
-from trajectories.plan import APPROACH_SPEED
+from daq.session.estimates import estimate, require_room
+from daq.session.motion_words import legs_of, motion_question
+from daq.session.motions import move_to, refuse_undrivable, slowed
+from daq.session.recorded_runs import Conducting, Recording, require_completed
+from daq.session.session_error import NotMoved
+from daq.session.watching import Watcher
+from trajectories import Trajectory
 
-_AT_START = 1e-3
-"""rad or m; nearer than this the arm stands where a motion begins."""
+STAGE = "diagnosis"
+"""Of the runs in the catalogue that a live diagnosis has made."""
 
 
-def stream_and_record(
-    robot: Robot,
-    channel: Channel,
-    trajectory: Trajectory,
-    conditions: Conditions,
-    path: Path,
-    steps: Steps,
-    conducting: Conducting = unconducted,
-) -> Path:
-    """Move to where the motion begins, slowly, then stream the motion; both are recorded.
+@dataclass(frozen=True)
+class LiveArm:
+    """An open arm that moves for a diagnosis.
 
-    As in every run, what surrounds a fault is kept as a capture of its own, and others can look on.
-
-    Args:
-        robot: the arm.
-        channel: where its drives are.
-        trajectory: begins and ends at rest.
-        conditions: what the way to its start has to keep.
-        path: of the capture; the way to its start goes into one beside it, ``<name>-approach.mcap``.
-        steps: told what happens.
-        conducting: gives the conduct of each stream.
-
-    Raises:
-        BusError, DriveError: the bus is occupied, or a drive refuses.
-        TrajectoryError: no way leads to the start of the motion.
-        CaptureError: the recording cannot be written.
-        RunInterrupted: stopped on request.
-        RunFailed: the arm ended the run itself.
+    Attributes:
+        arm: open, for the length of the diagnosis.
+        order: which one it is.
+        catalogue: where its runs are kept; nowhere where None.
+        cell: what its motions keep clear of.
+        confirm: asked before each motion, with what the arm is going to do.
+        watcher, conducting: see the streams, and conduct them.
+        note: the operator's.
     """
-    with ArmSession(robot, channel) as session:
-        actual = session.actual_position()
-        if np.abs(actual - trajectory.position[0]).max() > _AT_START:
-            way = slow_way(robot, actual, trajectory.position[0], APPROACH_SPEED, Cell(conditions))
+
+    arm: OpenArm
+    order: ArmOrder
+    catalogue: Catalogue | None
+    cell: Cell
+    confirm: Callable[[str], bool]
+    watcher: Watcher
+    conducting: Conducting
+    note: str = ""
+
+    def drive(self, trajectory: Trajectory, path: Path, purpose: str) -> Path:
+        """Ask, move slowly to where the motion begins, then stream and record the motion.
+
+        Args:
+            trajectory: begins and ends at rest; driven slower where the arm has not passed its speed.
+            path: of the capture; the way to its start goes into one beside it, ``<name>-approach.mcap``.
+            purpose: in words, behind "the motion".
+
+        Raises:
+            NotMoved: it was not confirmed.
+            SessionError, TrajectoryError: it must not be driven, or no way leads to its start.
+            BusError, DriveError, CaptureError, RunInterrupted, RunFailed: as in ``armhil run``.
+        """
+        robot = self.order.robot
+        trajectory = slowed(trajectory, self.arm.admission.slower(robot, trajectory))
+        refuse_undrivable(robot, trajectory, path, self.cell)
+        way = move_to(self.arm, np.asarray(trajectory.position[0]), self.cell)
+        require_room(path.parent, estimate(robot, trajectory.duration))
+        if not self.confirm(motion_question(robot, legs_of(f"the motion {purpose}", trajectory, way))):
+            raise NotMoved(f"the motion {purpose} was not confirmed")
+        recording = Recording(self.arm, self.order, self.catalogue, self.watcher, self.conducting, self.note)
+        facts = {"cell_sha256": self.cell.sha256} if self.cell.sha256 else None
+        if way is not None:
             beside = path.with_name(f"{path.stem}-approach{path.suffix}")
-            _drive(session, "Move to where the motion begins", way, beside, steps, conducting)
-        _drive(session, f"Stream and record {path.name}", trajectory, path, steps, conducting)
-    return path
-
-
-def _drive(
-    session: ArmSession, title: str, motion: Trajectory, path: Path, steps: Steps, conducting: Conducting
-) -> None:
-    order = StreamOrder(title, motion, path, {"kind": "diagnosis"})
-    with steps.step(title) as update, conducting() as conduct:
-        result = stream_recorded(session, order, StepBar(update), conduct)
-    require_completed(result, path)
+            _, result = recording.record("run", "Approach", way, beside, stage="approach", facts=facts)
+            require_completed(result, beside)
+        _, result = recording.record("run", path.stem, trajectory, path, stage=STAGE, facts=facts)
+        require_completed(result, path)
+        return path

@@ -10,9 +10,9 @@ from daq.diagnosis.settled_by import settled_by
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled, prior_share
-from ident.discrepancy.present import Present
 from ident.discrepancy.settings import DEFAULTS
 from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.parameters.present import Present
 
 GAIN = "drive_gain_error"
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,19 +17,20 @@ from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from daq.files.cell_file import CellFile, read_cell
+from daq.files.found_model import found_words, read_found_model
 from daq.files.model_file import ModelFile, ModelFileError, read_model
 from daq.files.run_folder import make_run_folder
-from daq.files.trajectory_file import write_trajectory
-from daq.identification.described import described
-from daq.identification.found_model import found_words, read_found_model
 from daq.importing.load import LoadedRecordings, load_recording
-from daq.progress import Steps
+from daq.recording.described_arm import described
+from daq.recording.trajectory_file import write_trajectory
+from daq.text.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.discrepancy.settings import searching
+from ident.discrepancy.verdict import beside_gate
 from ident.effects.vocabulary import VOCABULARY
-from ident.found_effects import FoundModel, extended_model, found_entries
+from ident.identification.found_effects import FoundModel, extended_model, found_entries
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions
@@ -99,37 +101,72 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         CaptureError, RobotFileError, ModelFileError, IdentificationError, OutputError: one line each.
     """
     _require_validation(request)
+    conditions = conditions_of(request.cell)
     folder = None if request.out is None else make_run_folder(request.out, "diagnose")
     with described(request.robot, request.fit[0]) as (robot, _):
-        with steps.step("Read recordings"):
-            loaded = [load_recording(path, robot, request.columns) for path in request.fit]
-            held = [load_recording(path, robot, request.columns) for path in request.validation]
-        robot = robot.model_copy(update={"identification": loaded[0].settings})
-        fit, validation = _recordings(loaded, held, request.split_half)
-        model = _examined(robot, request, fit[0])
-        question = Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model)
+        question, uncut = _asked(robot, request, steps)
+        robot = question.robot
         with steps.step("Search for the missing effect") as update:
             diagnosis = diagnose(question, lambda step, share: update(share, step))
         with steps.step("Check the model without and with it"):
-            uncut = tuple(recording for part in loaded for recording in part.recordings)
-            series = before_and_after(diagnosis, uncut, validation, robot.identification)
-        apart = _apart(robot, request, diagnosis, steps)
-        names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
-        blind = blind_spots(diagnosis)
-        content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
-        result = DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder)
+            series = before_and_after(diagnosis, uncut, question.validation, robot.identification)
+            diagnosis = beside_gate(diagnosis, series.checks[-1].gate)
+        result = _result(robot, request, diagnosis, series, (), folder)
         if folder is not None:
+            # Before a motion is planned: that takes minutes, and may fail.
             _write(folder, request, result)
+            apart = _apart(robot, request, diagnosis, conditions, steps)
+            if apart:
+                result = _result(robot, request, diagnosis, series, apart, folder)
+                _write(folder, request, result)
     return result
 
 
+@contextmanager
+def question_of(request: DiagnoseRequest, steps: Steps) -> Iterator[Question]:
+    """What is asked, for another search than that of :func:`run_diagnose`; the description lives as long.
+
+    Raises:
+        CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
+    """
+    _require_validation(request)
+    with described(request.robot, request.fit[0]) as (robot, _):
+        yield _asked(robot, request, steps)[0]
+
+
+def _asked(robot: Robot, request: DiagnoseRequest, steps: Steps) -> tuple[Question, tuple[Recording, ...]]:
+    """The question of a request, and its recordings to fit, uncut."""
+    with steps.step("Read recordings"):
+        loaded = [load_recording(path, robot, request.columns) for path in request.fit]
+        held = [load_recording(path, robot, request.columns) for path in request.validation]
+    robot = robot.model_copy(update={"identification": loaded[0].settings})
+    fit, validation = _recordings(loaded, held, request.split_half)
+    model = _examined(robot, request, fit[0])
+    uncut = tuple(recording for part in loaded for recording in part.recordings)
+    return Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model), uncut
+
+
+def _result(
+    robot: Robot,
+    request: DiagnoseRequest,
+    diagnosis: Diagnosis,
+    series: Series,
+    apart: tuple[TellingApart, ...],
+    folder: Path | None,
+) -> DiagnoseResult:
+    names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
+    blind = blind_spots(diagnosis)
+    content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
+    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder)
+
+
 def _apart(
-    robot: Robot, request: DiagnoseRequest, diagnosis: Diagnosis, steps: Steps
+    robot: Robot, request: DiagnoseRequest, diagnosis: Diagnosis, conditions: Conditions, steps: Steps
 ) -> tuple[TellingApart, ...]:
-    """Motions for ambiguous findings, where somebody will have the files."""
-    if request.out is None or request.evaluations == 0 or diagnosis.verdict != "ambiguous":
+    """Motions for ambiguous findings."""
+    if request.evaluations == 0 or not any(f.indistinguishable_from for f in diagnosis.findings):
         return ()
-    settings = PlanSettings(conditions_of(request.cell), evaluations=request.evaluations)
+    settings = PlanSettings(conditions, evaluations=request.evaluations)
     with steps.step("Plan the motion that tells them apart") as update:
         return tell_apart(robot, diagnosis, settings, lambda share, score: update(share, ""))
 

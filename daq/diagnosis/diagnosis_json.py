@@ -12,6 +12,7 @@ from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import TellingApart, Unsettled
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
+from ident.discrepancy.confirmation import Confirmation, Shown
 from ident.results import Gate
 from robots.arrays import FloatArray
 from trajectories.information.separation import Separation
@@ -48,6 +49,21 @@ def diagnosis_json(
             | _changes(checks[number - 1], checks[number])
             | {"telling_apart": next((_apart(item) for item in apart if item.number == number), None)}
             for number, finding in enumerate(diagnosis.findings, start=1)
+        ],
+        "not_confirmed": [_finding(finding) for finding in diagnosis.rejected],
+        "ranking": [_candidate(candidate) for candidate in diagnosis.ranking],
+        "unexplained": [
+            {
+                "joint": one.joint + 1,
+                "error_percent": _number(100.0 * one.error),
+                "noise_percent": _number(100.0 * one.noise),
+                "unexplained_percent": _number(100.0 * one.share),
+                "at_least_percent": _number(100.0 * one.least),
+                "noise_from": "repeats" if one.repeats else "neighbouring rows",
+                "nearest": None if nearest is None else _candidate(nearest),
+            }
+            for one in diagnosis.unexplained
+            for nearest in (diagnosis.nearest(one.joint),)
         ],
         **_changes(checks[0], checks[-1]),
         "gap": {
@@ -106,6 +122,8 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "score": _number(finding.score),
         "threshold": _number(finding.threshold),
         "held_out_gain": _number(finding.held_out_gain),
+        "confirmed": finding.confirmation.passed,
+        "confirmation": _confirmation(finding.confirmation),
         "indistinguishable_from": _names(finding.indistinguishable_from),
         "alternatives": [
             _candidate(candidate) | {"settled_by": settled_by((finding.effect, *candidate.effects))}
@@ -114,6 +132,18 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "ranking": [_candidate(candidate) for candidate in finding.ranking],
         "gap": _gap(finding.gap),
     }
+
+
+def _confirmation(confirmation: Confirmation) -> dict[str, Any]:
+    return {
+        "torque": _shown(confirmation.torque),
+        "closed_loop": None if confirmation.loop is None else _shown(confirmation.loop),
+        "reason": confirmation.reason or None,
+    }
+
+
+def _shown(shown: Shown) -> dict[str, Any]:
+    return {"share": _number(shown.share), "sigma": _number(shown.sigma)}
 
 
 def _changes(before: ModelCheck, after: ModelCheck) -> dict[str, Any]:
@@ -162,6 +192,7 @@ def _apart(item: TellingApart) -> dict[str, Any]:
             for before, after in zip(found.separation_before, found.separation_after, strict=True)
         ],
         "not_by_motion": [_unsettled(pair) for pair in item.unsettled],
+        "not_planned": item.not_planned or None,
     }
 
 

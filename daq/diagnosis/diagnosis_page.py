@@ -7,16 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from daq.diagnosis.blind_spots import BlindSpot
-from daq.diagnosis.diagnosis_words import headline, recommendation
+from daq.diagnosis.diagnosis_words import headline, recommendation, sentence_of, spaced
 from daq.diagnosis.finding_view import FindingView, finding_view
 from daq.diagnosis.gap_tables import gap_rows, gate_change
 from daq.diagnosis.joint_units import position_units, torque_units
 from daq.diagnosis.plots import loop_plots
+from daq.diagnosis.ranking_table import candidate_rows
 from daq.diagnosis.telling_apart import TellingApart
-from daq.report.numbers import significant
+from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.report.parameters import joint_heading
 from daq.report.pictures import icon
 from daq.report.templates import templates, write_page
+from daq.text.numbers import significant
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.before_after import Series
 from robots.description import Robot
@@ -36,8 +38,13 @@ class DiagnosisContent:
     """How it was made, label → text, in the order shown."""
 
 
-_KIND = {"clean": "good", "named": "switch", "ambiguous": "unknown", "unnamed": "bad"}
-_ICON = {"clean": "good", "named": "switch", "ambiguous": "unknown", "unnamed": "bad"}
+_KIND = {
+    "clean": "good",
+    "named": "switch",
+    "ambiguous": "unknown",
+    "not_confirmed": "bad",
+    "unnamed": "bad",
+}
 
 
 def write_diagnosis_page(path: Path, content: DiagnosisContent) -> None:
@@ -59,8 +66,8 @@ def render_diagnosis(content: DiagnosisContent) -> str:
         .render(
             title=content.title,
             kind=_KIND[diagnosis.verdict],
-            icon=icon(_ICON[diagnosis.verdict]),  # type: ignore[arg-type]
-            verdict=diagnosis.verdict,
+            icon=icon(_KIND[diagnosis.verdict]),  # type: ignore[arg-type]
+            verdict=spaced(diagnosis.verdict),
             headline=headline(diagnosis),
             recommendation=recommendation(diagnosis),
             findings=_findings(content, joints),
@@ -77,6 +84,10 @@ def render_diagnosis(content: DiagnosisContent) -> str:
                 for place in diagnosis.habitats
             ],
             unrepeated=[item.sentence for item in diagnosis.unrepeated],
+            unexplained=unexplained_rows(diagnosis, joints),
+            remarks=unexplained_remarks(diagnosis),
+            candidates=candidate_rows(diagnosis),
+            rejected=[(sentence_of(f.words()), f.confirmation.reason) for f in diagnosis.rejected],
             blind=[spot.words() for spot in content.blind],
             facts=content.facts,
         )

@@ -10,13 +10,29 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.diagnosis.blind_spots import BlindSpot
-from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation, share_words, spaced
+from daq.diagnosis.diagnosis_words import (
+    confirmed_words,
+    gate_words,
+    headline,
+    recommendation,
+    sentence_of,
+    share_words,
+    spaced,
+)
+from daq.diagnosis.ranking_table import candidate_rows
 from daq.diagnosis.telling_apart import TellingApart
-from daq.report.numbers import percent, probability, significant, with_sigma
+from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
+from daq.text.numbers import percent, probability, significant, with_sigma
 from ident.discrepancy import Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
 
-_COLOURS = {"clean": "green", "named": "cyan", "ambiguous": "yellow", "unnamed": "red"}
+_COLOURS = {
+    "clean": "green",
+    "named": "cyan",
+    "ambiguous": "yellow",
+    "not_confirmed": "red",
+    "unnamed": "red",
+}
 
 
 def print_diagnosis(
@@ -37,12 +53,14 @@ def print_diagnosis(
     """
     for number, finding in enumerate(diagnosis.findings, start=1):
         console.print(_finding_table(number, finding))
+        console.print(sentence_of(confirmed_words(finding)), highlight=False, markup=False)
         console.print(_ranking_table(finding))
         console.print(_error_table(checks[number - 1], checks[number]))
         _print_gate(console, checks[number - 1], checks[number])
     if not diagnosis.findings:
         console.print(_error_table(checks[0], checks[0]))
         _print_gate(console, checks[0], checks[0])
+    _print_left(console, diagnosis)
     console.print(_gap_table("Torque gap on the validation recordings, rms", diagnosis.torque))
     if diagnosis.position is not None:
         console.print(_gap_table("Position gap of the closed loop, rms", diagnosis.position))
@@ -50,8 +68,8 @@ def print_diagnosis(
         console.print(f"Closed loop not simulated: {diagnosis.loop_reason}", highlight=False, markup=False)
     for item in diagnosis.unrepeated:
         console.print(f"[yellow]does not repeat:[/] {item.sentence}", highlight=False)
-    colour = _COLOURS[diagnosis.verdict]
-    console.print(f"\n[bold {colour}]{diagnosis.verdict.upper()}[/]   {headline(diagnosis)}", highlight=False)
+    word = f"[bold {_COLOURS[diagnosis.verdict]}]{spaced(diagnosis.verdict).upper()}[/]"
+    console.print(f"\n{word}   {headline(diagnosis)}", highlight=False)
     console.print(recommendation(diagnosis), highlight=False, markup=False)
     for ambiguous in apart:
         _print_apart(console, ambiguous)
@@ -59,6 +77,18 @@ def print_diagnosis(
         console.print("Could be there unseen:")
     for spot in blind:
         console.print(f"  {spot.words()}", highlight=False, markup=False)
+
+
+def _print_left(console: Console, diagnosis: Diagnosis) -> None:
+    """What the model does not have and does not explain."""
+    for finding in diagnosis.rejected:
+        words = f"Left out of the model: {spaced(finding.words())}; {confirmed_words(finding)}"
+        console.print(words, highlight=False, markup=False)
+    if not diagnosis.findings:
+        console.print(_candidate_table(diagnosis))
+    console.print(_unexplained_table(diagnosis))
+    if remarks := unexplained_remarks(diagnosis):
+        console.print(remarks, highlight=False, markup=False)
 
 
 def _print_gate(console: Console, before: ModelCheck, after: ModelCheck) -> None:
@@ -76,6 +106,9 @@ def _print_apart(console: Console, item: TellingApart) -> None:
             )
         )
         words = f"Planned a motion that tells them apart: correlation of each pair {pairs}"
+        console.print(words, highlight=False, markup=False)
+    if item.not_planned:
+        words = f"No motion was planned that tells them apart: {item.not_planned}"
         console.print(words, highlight=False, markup=False)
     for pair in item.unsettled:
         words = (
@@ -134,6 +167,28 @@ def _ranking_table(finding: Finding) -> Table:
         table.add_row(
             spaced(candidate.words()), significant(candidate.score), share_words(candidate.explained), mark
         )
+    return table
+
+
+def _candidate_table(diagnosis: Diagnosis) -> Table:
+    table = _table("Ranking: none passes", "candidate", "score", "explains")
+    for row in candidate_rows(diagnosis)[:6]:
+        table.add_row(*row)
+    return table
+
+
+def _unexplained_table(diagnosis: Diagnosis) -> Table:
+    table = _table(
+        "Torque on data that was not fitted, % of its rms, worst joint first",
+        "joint",
+        "error",
+        "noise",
+        "unexplained",
+        "nearest candidate",
+    )
+    joints = [str(number) for number in range(1, len(diagnosis.unexplained) + 1)]
+    for row in unexplained_rows(diagnosis, joints):
+        table.add_row(row.joint, row.error, row.noise, row.unexplained, row.nearest)
     return table
 
 

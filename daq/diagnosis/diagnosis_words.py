@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from daq.diagnosis.settled_by import settled_by
-from daq.report.numbers import NOTHING, percent
-from ident.discrepancy import Diagnosis, Finding, Gap
+from daq.text.numbers import NOTHING, percent
+from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
 from ident.results import ColumnCheck, Gate
 
@@ -18,6 +16,9 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing is missing that this data can show"
     if diagnosis.verdict == "unnamed":
         return "Something is missing, and nothing in the vocabulary is it"
+    if diagnosis.verdict == "not_confirmed":
+        names = ", ".join(dict.fromkeys(spaced(finding.effect) for finding in found))
+        return f"Something is missing that looks like {names}; data that was not fitted does not confirm it"
     words = "; ".join(_short(finding) for finding in found)
     return sentence_of(f"{words}{explained_words(diagnosis)}")
 
@@ -43,20 +44,12 @@ _FEW = 2
 
 def explained_words(diagnosis: Diagnosis) -> str:
     """How far the explained share of the gap went, as the end of a sentence; empty without a gap."""
-    share = closed_share(diagnosis.torque)
+    share = diagnosis.torque.closed
     if share is None:
         return ""
     return (
         f"; adding it closes {100 * share:.0f} % of the explainable gap (energy) on data that was not fitted"
     )
-
-
-def closed_share(gap: Gap) -> float | None:
-    """Share of the explainable gap's energy that is closed, over all joints in units of their floors."""
-    before, after = gap.explainable(gap.before), gap.explainable(gap.after)
-    unit = np.where(np.isfinite(gap.floor) & (gap.floor > 0), gap.floor, 1.0)
-    whole = float(np.sum((before / unit) ** 2))
-    return None if whole == 0.0 else 1.0 - float(np.sum((after / unit) ** 2)) / whole
 
 
 def recommendation(diagnosis: Diagnosis) -> str:
@@ -65,6 +58,13 @@ def recommendation(diagnosis: Diagnosis) -> str:
         return "The model and the measurement agree down to what does not repeat. Use the model."
     if diagnosis.verdict == "unnamed":
         return f"What is left: {diagnosis.description}. Look there on the arm before trusting the model."
+    if diagnosis.verdict == "not_confirmed":
+        reasons = "; ".join(
+            f"{spaced(finding.effect)}: {finding.confirmation.reason}"
+            for finding in diagnosis.findings
+            if not finding.confirmation.passed
+        )
+        return f"Not confirmed: {reasons}. Do not use the model that has it."
     alike = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
     if alike:
         return " ".join(_cannot_tell(finding) for finding in alike)
@@ -72,6 +72,15 @@ def recommendation(diagnosis: Diagnosis) -> str:
         "The new model file has the effect: armhil identify --model and diagnose --prior go on with it, and"
         " so do checks once it is the baseline."
     )
+
+
+def confirmed_words(finding: Finding) -> str:
+    """Whether data that was not fitted shows what the finding adds."""
+    found = finding.confirmation
+    if not found.passed:
+        return f"not confirmed: {found.reason}"
+    share = f"{100.0 * found.torque.share:.0f} ± {100.0 * found.torque.sigma:.0f} %"
+    return f"confirmed: of the torque that it adds, data that was not fitted shows {share}"
 
 
 def _cannot_tell(finding: Finding) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from daq.diagnosis.diagnosis_json import trajectory_name
-from daq.diagnosis.diagnosis_words import sentence_of, spaced
+from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
 from daq.diagnosis.joint_units import torque_units
 from daq.diagnosis.plots import Plot, portrait_plot
 from daq.diagnosis.ranking_table import RankRow, ranking_rows
 from daq.diagnosis.telling_apart import TellingApart
-from daq.report.numbers import correlation, percent, probability, with_sigma
+from daq.text.numbers import correlation, percent, probability, with_sigma
 from ident.discrepancy import Finding, FoundParameter
 from ident.discrepancy.before_after import Series
 from robots.description import Robot
@@ -32,6 +32,7 @@ class FindingView:
     mode: str
     p_value: str
     closed: str
+    confirmed: str
     parameters: tuple[tuple[str, ...], ...]
     here: tuple[Plot, ...]
     elsewhere: tuple[Plot, ...]
@@ -64,7 +65,7 @@ def finding_view(
     """
     before, after = series.checks[number - 1 : number + 1]
     shown = {joint - 1 for joint in finding.joints} or {finding.portrait.joint}
-    pictures = series.portraits[number - 1]
+    pictures = [one for one in series.portraits[number - 1] if one.centre.size]
     return FindingView(
         number=number,
         words=sentence_of(finding.words()),
@@ -72,6 +73,7 @@ def finding_view(
         mode=_MODES[finding.mode],
         p_value=probability(finding.p_value),
         closed=percent(100.0 * finding.held_out_gain),
+        confirmed=confirmed_words(finding),
         parameters=tuple(_parameter_row(p) for p in finding.parameters),
         here=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint in shown),
         elsewhere=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint not in shown),

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from daq.diagnosis.diagnosis_words import gate_state, gate_words
-from daq.report.numbers import percent, significant
+from daq.text.numbers import percent, significant
 from ident.discrepancy import Gap
 from ident.discrepancy.before_after import ModelCheck
 from robots.arrays import FloatArray

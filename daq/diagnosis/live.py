@@ -9,22 +9,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, conditions_of, run_diagnose
 from daq.files.run_folder import make_run_folder
-from daq.progress import Steps
+from daq.session.session_error import NotMoved
+from daq.text.progress import Steps
 from robots import Robot
+from robots.errors import UserError
 from trajectories import Trajectory, plan
 
-Ask = Callable[[str], bool]
-"""Asked before each motion, with what will move in words; only True moves the arm."""
-
-StreamAndRecord = Callable[[Trajectory, Path], Path]
-"""Drives a motion and records it to a path."""
+StreamAndRecord = Callable[[Trajectory, Path, str], Path]
+"""Asks for a motion, with what it is for, drives it and records it to a path; NotMoved where it may not."""
 
 
-class MotionRefused(Exception):
+class MotionRefused(UserError):
     """There is nothing to diagnose and nobody allowed a motion; one line."""
 
 
@@ -74,13 +71,12 @@ class LiveResult:
         return self.results[-1]
 
 
-def run_live(request: LiveRequest, stream: StreamAndRecord, ask: Ask, steps: Steps) -> LiveResult:
+def run_live(request: LiveRequest, stream: StreamAndRecord, steps: Steps) -> LiveResult:
     """Diagnose; where that is ambiguous, make the motion that tells candidates apart, and diagnose again.
 
     Args:
         request: what to do.
-        stream: drives the arm and records.
-        ask: asked before each motion.
+        stream: asks, drives the arm and records.
         steps: told what happens.
 
     Raises:
@@ -90,7 +86,7 @@ def run_live(request: LiveRequest, stream: StreamAndRecord, ask: Ask, steps: Ste
     recorded: list[Path] = []
     diagnose = request.diagnose
     if not diagnose.fit:
-        recorded += _first_captures(request, stream, ask, steps)
+        recorded += _first_captures(request, stream, steps)
         diagnose = replace(diagnose, fit=(recorded[0],), validation=(recorded[1],))
     results = [run_diagnose(replace(diagnose, out=request.folder / "diagnosis"), steps)]
     for number in range(1, request.rounds + 1):
@@ -98,24 +94,17 @@ def run_live(request: LiveRequest, stream: StreamAndRecord, ask: Ask, steps: Ste
         if motion is None or motion.trajectory is None:
             break
         question = f"to tell {' from '.join(motion.candidates[:3])}"
-        if not ask(motion_words(request.robot, motion.trajectory, question)):
+        try:
+            path = request.folder / f"tell-apart-{number}.mcap"
+            recorded.append(stream(motion.trajectory, path, question))
+        except NotMoved:
             return LiveResult(tuple(results), diagnose, tuple(recorded), question)
-        recorded.append(stream(motion.trajectory, request.folder / f"tell-apart-{number}.mcap"))
         diagnose = replace(diagnose, fit=(*diagnose.fit, recorded[-1]))
         results.append(run_diagnose(replace(diagnose, out=request.folder / f"diagnosis-{number + 1}"), steps))
     return LiveResult(tuple(results), diagnose, tuple(recorded), "")
 
 
-def motion_words(robot: Robot, trajectory: Trajectory, purpose: str) -> str:
-    """What will move: how long, how fast, what for."""
-    share = float((np.abs(trajectory.velocity).max(axis=0) / robot.velocity_limits).max())
-    return (
-        f"{robot.name} will move for {trajectory.duration:.0f} s {purpose},"
-        f" at up to {100 * share:.0f} % of its speed limits"
-    )
-
-
-def _first_captures(request: LiveRequest, stream: StreamAndRecord, ask: Ask, steps: Steps) -> Sequence[Path]:
+def _first_captures(request: LiveRequest, stream: StreamAndRecord, steps: Steps) -> Sequence[Path]:
     conditions = conditions_of(request.diagnose.cell)
     recorded = []
     for name, seed in (("fit", request.seed), ("validation", request.seed + 1)):
@@ -130,12 +119,12 @@ def _first_captures(request: LiveRequest, stream: StreamAndRecord, ask: Ask, ste
                 periods=request.periods,
                 progress=lambda share, score: update(share, ""),
             )
-        question = motion_words(request.robot, trajectory, f"to record {name}.mcap")
-        if not ask(question):
+        try:
+            recorded.append(stream(trajectory, request.folder / f"{name}.mcap", f"to record {name}.mcap"))
+        except NotMoved as refused:
             raise MotionRefused(
-                f"nothing was recorded: {question}; allowed: --yes, the answer yes, or captures to begin with"
-            )
-        recorded.append(stream(trajectory, request.folder / f"{name}.mcap"))
+                f"nothing to diagnose: {refused}; allowed: --yes, the answer yes, or captures to begin with"
+            ) from refused
     return recorded
 
 

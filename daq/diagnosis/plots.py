@@ -8,9 +8,9 @@ import numpy as np
 
 from daq.diagnosis.diagnosis_words import unit_of_quantity
 from daq.diagnosis.joint_units import position_units
-from daq.report.numbers import significant
 from daq.report.pictures import Tick, nice_ticks, scaled, tick_text, trace_path
 from daq.report.traces import pixels_per_trace
+from daq.text.numbers import significant
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.portrait import Portrait
 from robots.arrays import FloatArray

@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from daq.diagnosis.diagnosis_words import share_words, spaced
 from daq.diagnosis.scored_families import scored_family
-from daq.report.numbers import significant
-from ident.discrepancy import Candidate, Finding
+from daq.text.numbers import significant
+from ident.discrepancy import Candidate, Diagnosis, Finding
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,12 @@ def ranking_rows(finding: Finding) -> tuple[RankRow, ...]:
             )
         )
     return tuple(rows)
+
+
+def candidate_rows(diagnosis: Diagnosis) -> tuple[tuple[str, str, str], ...]:
+    """What was tried beside the final model, best first: words, score, share that it explains."""
+    shown = [one for one in diagnosis.ranking if one.score > 0.0] or list(diagnosis.ranking[:1])
+    return tuple((spaced(one.words()), significant(one.score), share_words(one.explained)) for one in shown)
 
 
 def _contains(candidate: Candidate, finding: Finding) -> bool:

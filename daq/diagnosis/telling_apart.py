@@ -14,10 +14,10 @@ from ident.discrepancy.before_after import Stage, stages
 from ident.effects.family import PlacedEffect
 from robots import Robot
 from robots.arrays import FloatArray
-from trajectories import Conditions, Motion, PlanError, Trajectory
+from trajectories import Conditions, Motion, PlanError, Trajectory, TrajectoryError
+from trajectories.discriminate import Discrimination, discriminate
 from trajectories.information.separation import Separation
 from trajectories.motions.sampled import sampled_motion
-from trajectories.search.discriminate import Discrimination, discriminate
 
 _MOST = 4
 """Candidates that one motion is planned for; more make a worse motion for each pair."""
@@ -63,12 +63,14 @@ class TellingApart:
         candidates: in words, the named one first.
         discrimination: the motion; None where there is none to plan for.
         unsettled: pairs that it does not tell apart.
+        not_planned: why no motion could be planned, one line; empty where that was not tried or went well.
     """
 
     number: int
     candidates: tuple[str, ...]
     discrimination: Discrimination | None
     unsettled: tuple[Unsettled, ...]
+    not_planned: str = ""
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -99,8 +101,8 @@ def tell_apart(
         settings: how to plan.
         progress: told the share that is done and the score.
 
-    Raises:
-        PlanError: the motion cannot be made at all: home is not allowed, or no way leads there.
+    A motion that cannot be planned (a collision mesh is missing, home is not allowed, no way leads there) is
+    missing alone, with the reason.
     """
     models, before = stages(diagnosis), _recorded(diagnosis)
     return tuple(
@@ -129,6 +131,21 @@ def _for_finding(
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
     everything = (_named(finding), *map(_explanation, finding.indistinguishable_from[: _MOST - 1]))
+    try:
+        return _planned(robot, stage, number, everything, settings, before, progress)
+    except TrajectoryError as error:
+        return TellingApart(number, tuple(one.words for one in everything), None, (), str(error))
+
+
+def _planned(
+    robot: Robot,
+    stage: Stage,
+    number: int,
+    everything: Sequence[_Explanation],
+    settings: PlanSettings,
+    before: Motion | None,
+    progress: Callable[[float, float], None] | None,
+) -> TellingApart:
     words = tuple(one.words for one in everything)
     kept, unsettled = [everything[0]], []
     for other in everything[1:]:
@@ -199,7 +216,7 @@ def _discriminate(
         names=[one.words for one in explanations],
         before=before,
         known=_known(stage),
-        every_row=any(scored_family(effect.name).evidence != "motion" for effect in effects),
+        every_row=any(scored_family(effect.name).shows == "reversal" for effect in effects),
         conditions=settings.conditions,
         evaluations=evaluations,
         periods=settings.periods,

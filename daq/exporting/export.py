@@ -18,8 +18,8 @@ from daq.exporting.tables import (
     write_parquet,
 )
 from daq.files.toml_text import toml_text
-from daq.identification.described import described
 from daq.recording.capture import Capture, CaptureError
+from daq.recording.described_arm import described
 from daq.recording.reader import read_capture
 
 Format = Literal["csv", "parquet", "mat", "urdf", "blf", "asc"]

@@ -70,6 +70,7 @@ def import_map(capture: Capture, robot: Robot, name: Callable[[str, int], str]) 
         "time": {"column": "t"},
         "position": {"columns": columns("position"), "unit": unit},
         "control_signal": {"columns": columns("control_signal")},
+        "complete": {"columns": columns("complete")},
     }
     if capture.has_reference:
         found["reference"] = {"columns": columns("reference"), "unit": unit}

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import json
+from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from daq.files.toml_file import read_toml
+from robots.errors import UserError, ValueNotAllowed
 from trajectories import Obstacle, Surroundings, Tool
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Point = tuple[Finite, Finite, Finite]
+Coordinate = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
+Edge = Annotated[float, Field(ge=1e-3, le=200, allow_inf_nan=False)]
+Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class CellFileError(ValueError):
+class CellFileError(UserError, ValueError):
     """A cell file that cannot be read; the text is one line for the user."""
 
 
 class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class CellTool(_Frozen):
@@ -28,7 +31,7 @@ class CellTool(_Frozen):
 
     frame: str | None = Field(default=None, description="link of the URDF; the last one where absent")
     offset: Point = Field(default=(0.0, 0.0, 0.0), description="of the watched point in that frame, m")
-    speed: Positive | None = Field(default=None, description="highest speed of the point, m/s")
+    speed: float | None = Field(default=None, ge=1e-3, le=20, description="highest speed of the point, m/s")
 
 
 class CellObstacle(_Frozen):
@@ -36,18 +39,38 @@ class CellObstacle(_Frozen):
 
     name: Annotated[str, Field(min_length=1)]
     centre: Point = Field(description="in the base frame, m")
-    size: tuple[Positive, Positive, Positive] = Field(description="edges along x, y, z before turning, m")
-    turn: Finite = Field(default=0.0, description="about the vertical axis through the centre, rad")
+    size: tuple[Edge, Edge, Edge] = Field(description="edges along x, y, z before turning, m")
+    turn: float = Field(
+        default=0.0, ge=-7, le=7, description="about the vertical axis through the centre, rad"
+    )
 
 
 class CellFile(_Frozen):
     """The surroundings of an arm."""
 
     format: Literal[1]
-    floor: Finite | None = Field(default=None, description="height of the floor in the base frame, m")
-    clearance: Positive = Field(default=0.01, description="smallest distance allowed, m")
+    floor: float | None = Field(
+        default=None, ge=-100, le=100, description="height of the floor in the base frame, m"
+    )
+    clearance: float = Field(default=0.01, ge=1e-4, le=1, description="smallest distance allowed, m")
     tool: CellTool = CellTool()
     obstacle: tuple[CellObstacle, ...] = ()
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> Self:
+        names = [box.name for box in self.obstacle]
+        for k, name in enumerate(names):
+            if name == "floor" or name in names[:k]:
+                raise ValueNotAllowed(
+                    ("obstacle", k, "name"), "names something else already", "a name of its own"
+                )
+        return self
+
+    @property
+    def sha256(self) -> str:
+        """Checksum of what the file says; not how it is written."""
+        said = json.dumps(self.model_dump(mode="json", exclude_defaults=True), sort_keys=True)
+        return sha256(said.encode()).hexdigest()
 
     @property
     def surroundings(self) -> Surroundings:

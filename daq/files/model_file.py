@@ -12,16 +12,18 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from daq.files.checksum import file_sha256
 from daq.files.toml_file import read_toml, validation_line
 from daq.files.toml_text import TomlTextError, toml_text
-from daq.recording.capture import file_sha256
 from ident import Fitted
 from ident.effects.vocabulary import EffectEntry
+from ident.estimators import ESTIMATORS
 from ident.results import Parameter, Verdict
 from robots import Identification, Robot
 from robots.arrays import FloatArray
+from robots.errors import UserError, ValueNotAllowed
 
 SUFFIX = ".model.toml"
 
@@ -31,12 +33,18 @@ Correlation = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
-class ModelFileError(ValueError):
+class ModelFileError(UserError, ValueError):
     """A model file that cannot be read or written; the text is one line for the user."""
 
 
 class _Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def _known_estimator(name: str) -> str:
+    if name not in ESTIMATORS:
+        raise ValueNotAllowed((), "is no estimator", ", ".join(f'"{known}"' for known in ESTIMATORS))
+    return name
 
 
 class ModelRobot(_Frozen):
@@ -56,7 +64,7 @@ class ModelSource(_Frozen):
 class ModelEstimate(_Frozen):
     """Which estimator made the parameters, and how far they can be trusted."""
 
-    estimator: Literal["ls", "iv", "robust", "consistent"]
+    estimator: Annotated[str, AfterValidator(_known_estimator)]
     verdict: Verdict
     recommendation: str
     covariance: Annotated[str, Field(min_length=1)] = Field(description="what the standard deviations assume")

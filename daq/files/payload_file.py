@@ -8,26 +8,27 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from daq.files.toml_file import read_toml
+from robots.errors import UserError
 from robots.payload import Payload
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
+Moment = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 
 
-class PayloadFileError(ValueError):
+class PayloadFileError(UserError, ValueError):
     """A payload file that cannot be read; the text is one line for the user."""
 
 
 class PayloadFile(BaseModel):
     """A rigid body in a frame of the arm."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     format: Literal[1]
-    mass: Positive = Field(description="kg")
-    center: tuple[Finite, Finite, Finite] = Field(description="centre of mass in the frame, m")
-    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = Field(
+    mass: float = Field(ge=1e-4, le=1e4, description="kg")
+    center: tuple[Coordinate, Coordinate, Coordinate] = Field(description="centre of mass in the frame, m")
+    inertia: tuple[Moment, Moment, Moment, Moment, Moment, Moment] = Field(
         description="ixx ixy iyy ixz iyz izz about the centre of mass, along the frame's axes, kg·m²"
     )
     frame: str | None = Field(default=None, min_length=1, description="link of the URDF; the last one")

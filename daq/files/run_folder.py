@@ -5,8 +5,10 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+from robots.errors import UserError
 
-class OutputError(Exception):
+
+class OutputError(UserError):
     """Results cannot be written there; one line that names the folder and the reason."""
 
 

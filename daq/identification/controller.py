@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.files.toml_text import toml_text
-from daq.identification.described import described
 from daq.importing.load import load_recording, loaded_capture
-from daq.progress import Steps
-from daq.report.numbers import significant, with_sigma
-from ident.checks import check_recordings
+from daq.recording.described_arm import described
+from daq.text.numbers import significant, with_sigma
+from daq.text.progress import Steps
 from ident.controllers import IdentifiedController, identify_controller
+from ident.preparation.checks import check_recordings
 from robots import Robot
 
 _TO_CHANGE = (

@@ -13,13 +13,13 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.files.payload_file import read_payload
-from daq.identification.described import described
 from daq.importing.load import load_recording, loaded_capture
-from daq.progress import Steps
-from daq.report.numbers import percent, with_sigma
+from daq.recording.described_arm import described
+from daq.text.numbers import percent, with_sigma
+from daq.text.progress import Steps
 from ident import RegressorModel, base_parameters
-from ident.checks import check_recordings
-from ident.estimators.drive_gain import DriveGain, GainFit, identify_drive_gains
+from ident.identification.drive_gain import DriveGain, GainFit, identify_drive_gains
+from ident.preparation.checks import check_recordings
 from robots import Robot
 
 

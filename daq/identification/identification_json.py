@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from daq.identification.found_model import entry_json
+from daq.files.found_model import entry_json
+from ident.estimators import ESTIMATORS
 from ident.results import (
     Consistency,
     DroppedParameter,
@@ -44,10 +45,8 @@ def identification_json(
         "expressions": {parameter.name: parameter.expression for parameter in parameters},
         "found": [entry_json(entry) for entry in result.found],
         "estimates": {
-            "ls": _estimate(result.least_squares),
-            "iv": None if result.instrumental is None else _estimate(result.instrumental),
-            "robust": None if result.robust is None else _estimate(result.robust),
-            "consistent": None if result.consistent is None else _estimate(result.consistent),
+            name: _estimate(result.by_estimator[name]) if name in result.by_estimator else None
+            for name in ESTIMATORS
         },
         "method": result.method,
         "recommended": result.recommended.method,

@@ -6,20 +6,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from daq.files.found_model import read_found_model
 from daq.files.run_folder import make_run_folder
-from daq.identification.described import described
-from daq.identification.found_model import read_found_model
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
-from daq.identification.run_facts import report_facts
 from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
 from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
-from daq.progress import Steps
 from daq.recording.capture import Capture
+from daq.recording.described_arm import described
+from daq.recording.run_facts import report_facts
+from daq.text.progress import Steps
 from ident import Fitted, Options, Recording
 from ident import identify as identify_recordings
-from ident.found_effects import FoundModel
+from ident.identification.found_effects import FoundModel
 from ident.results import Method
 from robots import Robot
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, cast, get_args
+from typing import Literal, cast
 
 from ident import IdentificationError, Recording
 from ident.covariances import covariance_kinds
+from ident.estimators import METHODS
 from ident.results import Method
 from robots import Identification
 
@@ -19,7 +20,7 @@ def method_of(text: str) -> Method:
     Raises:
         IdentificationError: there is none.
     """
-    return cast("Method", one_of("method", text, get_args(Method)))
+    return one_of("method", text, METHODS)
 
 
 def cutoff_of(text: str | None) -> float | Literal["auto"] | None:

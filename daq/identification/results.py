@@ -6,10 +6,11 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from daq.files.found_model import found_words
 from daq.files.model_file import write_model
-from daq.identification.found_model import found_words
 from daq.identification.identification_json import identification_json
 from daq.identification.torque_noise import torque_noise
+from daq.report.check_view import CheckView
 from daq.report.page import ReportContent, write_report
 from ident import Fitted, Recording
 from robots import Robot
@@ -46,18 +47,34 @@ def write_results(
     (folder / "result.json").write_text(text, encoding="utf-8")
     noise = torque_noise(robot, fitted.base.model.effects, recordings)
     write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot, noise)
+    report = folder / "report.html"
+    write_report(report, report_content(robot, fitted, title=title, facts=facts, truth=truth))
+    return report
+
+
+def report_content(
+    robot: Robot,
+    fitted: Fitted,
+    *,
+    title: str,
+    facts: Mapping[str, str],
+    truth: Mapping[str, float] | None = None,
+    check: CheckView | None = None,
+) -> ReportContent:
+    """What the report shows.
+
+    Args:
+        robot, fitted, title, facts, truth: as of :func:`write_results`.
+        check: that the identification was made for; None where it was made for itself.
+    """
     if fitted.result.found:
         facts = {**facts, "Found effects": found_words(fitted.result.found)}
-    report = folder / "report.html"
-    write_report(
-        report,
-        ReportContent(
-            title=title,
-            robot=robot,
-            identification=fitted.result,
-            joint_names=tuple(joint.name for joint in robot.joint),
-            truth=truth,
-            facts=facts,
-        ),
+    return ReportContent(
+        title=title,
+        robot=robot,
+        identification=fitted.result,
+        joint_names=tuple(joint.name for joint in robot.joint),
+        truth=truth,
+        facts=facts,
+        check=check,
     )
-    return report

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from daq.catalogue.identity import identity_of_capture, sha256_of
+from daq.catalogue.identity import description_of, identity_of_capture
 from daq.catalogue.values import ArmMismatch
 from daq.importing.load import LoadedRecordings
 from daq.recording.capture import Capture
 from robots import Robot
+from robots.identity import differing
 
 
 def refuse_two_arms(loaded: Sequence[LoadedRecordings]) -> None:
@@ -35,14 +36,15 @@ def doubts_of_arm(
         held: predicted, and not fitted to.
         robot: the arm that they are read as.
     """
-    doubts = []
+    doubts, now = [], description_of(robot)
     captures = [part.capture for part in (*loaded, *held) if part.capture is not None]
     for capture in captures:
         identity = identity_of_capture(capture)
         if identity.name != robot.name:
             doubts.append(f"{capture.path.name} is a recording of {identity.name}, read as {robot.name}")
-        elif identity.description_sha256 != sha256_of(robot.source_text):
-            doubts.append(f"{capture.path.name} was recorded with another robot.toml than the one in use")
+        elif identity.description_sha256 != now.sha256:
+            what = differing(identity.parts, now.parts)
+            doubts.append(f"{capture.path.name} was recorded with another description: other {what}")
     fitted = [part.capture for part in loaded if part.capture is not None]
     for part in held:
         if fitted and part.capture is not None:

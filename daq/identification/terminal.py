@@ -18,10 +18,10 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from daq.identification.found_model import found_words
-from daq.identification.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, asked_for
-from daq.progress import Update
-from daq.report.numbers import percent, probability, setting, significant, with_sigma
+from daq.files.found_model import found_words
+from daq.text.numbers import percent, probability, setting, significant, with_sigma
+from daq.text.progress import Update
+from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
 from ident import Estimate, Identification
 from ident.results import Consistency, Essential, HeldOut, Rank, Signals
 
@@ -96,7 +96,7 @@ def _verdict(result: Identification, trusted: Estimate) -> str:
 
 
 def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> Table:
-    method = ESTIMATORS[estimate.method]
+    method = words_of(estimate.method)
     table = Table(title=f"Base parameters by {method}", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("parameter", "unit"):
         table.add_column(heading, no_wrap=True)
@@ -154,7 +154,7 @@ def _held_out_table(held_out: tuple[HeldOut, ...]) -> Table:
     for entry in held_out:
         table.add_row(
             entry.recording,
-            ESTIMATORS[entry.method],
+            words_of(entry.method),
             percent(entry.relative_error_percent),
             "  ".join(percent(float(error)) for error in entry.relative_error_percent_per_joint),
             "  ".join(significant(float(rms)) for rms in entry.torque_rms),

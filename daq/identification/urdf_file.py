@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from daq.files.run_folder import OutputError
-from daq.identification.verdict_words import ESTIMATORS
+from daq.text.verdict_words import words_of
 from ident import Fitted, IdentificationError
 from ident.estimators.consistent import consistent_standard, require_solver
 from robots import Robot
@@ -49,7 +49,7 @@ def write_urdf(path: Path, fitted: Fitted, sources: Sequence[Path]) -> None:
     names = ", ".join(source.resolve().name for source in sources)
     note = (
         f"Inertias of {robot.name} identified by armhil {version('armhil')} from {names} by"
-        f" {ESTIMATORS[estimate.method]}; verdict {fitted.result.test.verdict}."
+        f" {words_of(estimate.method)}; verdict {fitted.result.test.verdict}."
         " Rotor inertia, friction and offsets have no place in a URDF: they are in the model file."
     )
     text = urdf_with_links(robot, standard[: LINK_SIZE * robot.n].reshape(-1, LINK_SIZE), note)

@@ -69,6 +69,10 @@ class ControlSignal(_Quantity):
     scale: Annotated[float, Field(allow_inf_nan=False, gt=0)] = 1.0
 
 
+class Complete(_Quantity):
+    """Whether each drive answered at each sample: 0 where it did not, and its values are no sample."""
+
+
 class Time(_Frozen):
     """A column of time stamps, or a sampling rate where there is none."""
 
@@ -93,6 +97,7 @@ class ImportMap(_Frozen):
     reference: Position | None = None
     torque: Torque | None = None
     control_signal: ControlSignal | None = None
+    complete: Complete | None = None
     identification: dict[str, Any] = Field(
         default_factory=dict,
         description="settings for such logs in place of the robot's; same keys as in robot.toml",

@@ -19,21 +19,18 @@ from daq.importing.import_map import (
     settings_of,
 )
 from daq.importing.joint_states import is_bag_folder
-from daq.recording.capture import IMPORT, Capture, CaptureError
+from daq.importing.pieces import answered_pieces, complete_at, long_pieces
+from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
-from ident.resampling import uniform_recording
+from ident.preparation.resampling import uniform_recording
 from robots import Identification, Robot
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 log = logging.getLogger(__name__)
 
-CAPTURE_SUFFIX = ".mcap"
 MAP_NAME = "import.toml"
-SHORTEST_PIECE = 2.0
-"""s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
-
 POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
 TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -149,31 +146,13 @@ def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
 def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
     """The pieces that are long enough, and a sentence on those that are not (empty where all are)."""
     segments = capture.segments()
-    seconds = [len(segment) * capture.period for segment in segments]
-    long = [segment for segment, length in zip(segments, seconds, strict=True) if length >= SHORTEST_PIECE]
-    if not long:
-        longest = f"{max(seconds):.3g} s long" if seconds else "0 s long: some drive never answered"
-        raise CaptureError(
-            f"{capture.path}: its longest piece without a gap is {longest};"
-            f" allowed: pieces of at least {SHORTEST_PIECE:g} s"
-        )
-    recordings = tuple(
-        Recording(
-            name=capture.path.name if len(long) == 1 else f"{capture.path.name}, piece {number}",
-            time=segment.time,
-            reference=segment.reference if capture.has_reference else None,
-            position=segment.position,
-            control_signal=segment.control_signal,
-        )
-        for number, segment in enumerate(long, start=1)
-    )
-    left_out = [length for length in seconds if length < SHORTEST_PIECE]
-    if not left_out:
-        return recordings, ""
-    return recordings, (
-        f"{capture.path}: pieces between gaps shorter than {SHORTEST_PIECE:g} s were left out:"
-        f" {len(left_out)} of {len(seconds)}, {sum(left_out):.3g} of {sum(seconds):.3g} s"
-    )
+
+    def make(number: int, name: str) -> Recording:
+        found = segments[number]
+        reference = found.reference if capture.has_reference else None
+        return Recording(name, found.time, reference, found.position, found.control_signal)
+
+    return long_pieces(capture.path, [len(segment) for segment in segments], capture.period, make)
 
 
 def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
@@ -194,12 +173,19 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     map_path = columns if columns is not None else robot.folder / MAP_NAME
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
-    recording, warnings = log_recording(path, robot, meaning)
-    return LoadedRecordings(path, (recording,), settings, None, warnings)
+    recording, complete, warnings = log_recording(path, robot, meaning)
+    recordings, dropped = answered_pieces(path, recording, complete)
+    return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
-def log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recording, tuple[str, ...]]:
-    """What a column map makes of a log, and sentences of warning; for the errors see :func:`load_log`."""
+def log_recording(
+    path: Path, robot: Robot, columns: ImportMap
+) -> tuple[Recording, BoolArray, tuple[str, ...]]:
+    """What a column map makes of a log; for the errors see :func:`load_log`.
+
+    Returns:
+        The recording of N samples, N × n whether each drive answered, and sentences of warning.
+    """
     source = _Source(path)
     position = _position(source, columns.position, robot)
     reference = None if columns.reference is None else _position(source, columns.reference, robot)
@@ -208,10 +194,23 @@ def log_recording(path: Path, robot: Robot, columns: ImportMap) -> tuple[Recordi
     lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
     if reference is not None:
         lengths["reference"] = len(reference)
+    complete = _complete(source, columns, robot, len(position))
+    lengths["complete"] = len(complete)
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
-    return uniform_recording(path.name, time, reference, position, control_signal)
+    recording, warnings = uniform_recording(path.name, time, reference, position, control_signal)
+    if columns.complete is None:
+        return recording, np.ones((len(recording.time), robot.n), dtype=np.bool_), warnings
+    return recording, complete_at(recording.time, time, complete), warnings
+
+
+def _complete(source: _Source, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
+    """Samples × joints: whether each drive answered; all did where the map says nothing of it."""
+    if columns.complete is None:
+        return np.ones((samples, robot.n), dtype=np.bool_)
+    _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
+    return np.asarray(source.pick(columns.complete.file, columns.complete.columns) != 0, dtype=np.bool_)
 
 
 class _Source:

@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from daq.files.checksum import file_sha256
 from daq.importing.import_map import ImportMap, load_import_map, settings_of
 from daq.importing.load import log_recording
-from daq.recording.capture import DESCRIPTION, IMPORT, RUN, TRAJECTORY, Capture, CaptureError, file_sha256
+from daq.recording.capture import DESCRIPTION, IMPORT, RUN, TRAJECTORY, Capture, CaptureError
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
-from drivers.cyclic.samples import Samples
+from drivers.frames.samples import Samples
 from ident import Recording
 from robots import Robot
+from robots.arrays import BoolArray
 
 SUFFIX = ".capture.mcap"
 _ROWS = 5000
@@ -57,10 +59,10 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
         raise CaptureError(f"{source}: no such file")
     columns = load_import_map(map_path)
     settings_of(columns, robot, map_path)
-    recording, warnings = log_recording(source, robot, columns)
+    recording, complete, warnings = log_recording(source, robot, columns)
     facts = _facts(source, robot, map_path, columns, recording, warnings, note)
     has_reference = recording.reference is not None
-    samples = _samples(recording, float(facts[RUN]["period"]))
+    samples = _samples(recording, complete, float(facts[RUN]["period"]))
     with Recorder(out, robot, facts, start_ns=0, reference=has_reference) as recorder:
         for begin in range(0, len(samples), _ROWS):
             recorder.write(_part(samples, slice(begin, begin + _ROWS)))
@@ -69,7 +71,7 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
     return Imported(source, read_capture(out), warnings)
 
 
-def _samples(recording: Recording, period: float) -> Samples:
+def _samples(recording: Recording, complete: BoolArray, period: float) -> Samples:
     rows, joints = recording.position.shape
     reference = recording.reference
     cycle = np.arange(rows, dtype=np.int64)
@@ -80,7 +82,7 @@ def _samples(recording: Recording, period: float) -> Samples:
         position=recording.position,
         control_signal=recording.control_signal,
         statusword=np.zeros((rows, joints), dtype=np.uint16),
-        complete=np.ones((rows, joints), dtype=np.bool_),
+        complete=complete,
         lateness=np.zeros(rows),
     )
 

@@ -7,12 +7,14 @@ import os
 import smtplib
 import ssl
 import time
+import urllib.parse
 import urllib.request
 from collections.abc import Callable
 from datetime import UTC, datetime
 from email.message import EmailMessage
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from daq.notify.notify import Message
 from daq.notify.settings import Apprise, Mail, NotifySettings, Webhook
@@ -47,7 +49,10 @@ def send_all(
 def receivers(settings: NotifySettings, message: Message) -> list[Receiver]:
     """Everybody who is to be told."""
     return [
-        *((f"webhook {to.url}", partial(_post, to, message, settings.timeout)) for to in settings.webhook),
+        *(
+            (f"webhook {masked(to.url)}", partial(_post, to, message, settings.timeout))
+            for to in settings.webhook
+        ),
         *(
             (f"mail {', '.join(to.to)}", partial(_mail, to, message, settings.timeout))
             for to in settings.mail
@@ -69,8 +74,28 @@ def _tried(one: Receiver, message: Message, attempt: int, logged: Path) -> bool:
 
 def _note(logged: Path, text: str, message: Message) -> None:
     stamp = datetime.now(tz=UTC).isoformat(timespec="seconds")
-    with logged.open("a", encoding="utf-8") as file:
+    with os.fdopen(
+        os.open(logged, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600), "a", encoding="utf-8"
+    ) as file:
+        os.fchmod(file.fileno(), 0o600)  # one of an older version too
         file.write(f"{stamp} {' '.join(text.split())} ({message.subject})\n")
+
+
+def masked(url: str) -> str:
+    """An address without what may be a secret in it: user, path, query and fragment."""
+    parts = urllib.parse.urlsplit(url)
+    host = parts.netloc.rpartition("@")[2]
+    return f"{parts.scheme}://{host}" + ("/…" if parts.path.strip("/") or parts.query else "")
+
+
+class _NoRedirect(urllib.request.HTTPRedirectHandler):
+    """A message, and the token with it, goes where the settings say and nowhere else."""
+
+    def redirect_request(self, *_: Any) -> None:
+        """Never; the answer is an error then."""
+
+
+_OPENER = urllib.request.build_opener(_NoRedirect)
 
 
 def _post(hook: Webhook, message: Message, timeout: float) -> None:
@@ -79,7 +104,7 @@ def _post(hook: Webhook, message: Message, timeout: float) -> None:
         headers["Authorization"] = f"Bearer {_secret(hook.token_env)}"
     data = json.dumps(message.as_dict(), ensure_ascii=False).encode()
     request = urllib.request.Request(hook.url, data, headers)  # noqa: S310 (the settings allow http and https only)
-    with urllib.request.urlopen(request, timeout=timeout) as answer:  # noqa: S310
+    with _OPENER.open(request, timeout=timeout) as answer:
         answer.read(1024)
 
 

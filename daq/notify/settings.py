@@ -9,13 +9,14 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from daq.files.toml_file import read_toml
+from robots.errors import UserError
 
 Text = Annotated[str, Field(min_length=1)]
 Url = Annotated[str, Field(pattern=r"^https?://[^\s]+$")]
 Address = Annotated[str, Field(pattern=r"^[^\s@]+@[^\s@]+$")]
 
 
-class NotifyError(ValueError):
+class NotifyError(UserError, ValueError):
     """A notify.toml that cannot be read; the text is one line for the user."""
 
 

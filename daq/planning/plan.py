@@ -15,7 +15,10 @@ import numpy as np
 
 from daq.files.cell_file import CellFile, read_cell
 from daq.files.run_folder import make_run_folder
-from daq.files.trajectory_file import (
+from daq.planning.plan_json import plan_json
+from daq.planning.plan_page import write_plan_page
+from daq.planning.plan_sources import known_from
+from daq.recording.trajectory_file import (
     SUFFIX,
     FoundMotion,
     description_sha256,
@@ -23,10 +26,7 @@ from daq.files.trajectory_file import (
     write_samples,
     write_trajectory,
 )
-from daq.planning.plan_json import plan_json
-from daq.planning.plan_page import write_plan_page
-from daq.planning.plan_sources import known_from
-from daq.progress import Steps
+from daq.text.progress import Steps
 from ident import BaseParameters, RegressorModel, base_parameters
 from robots import Robot
 from trajectories import (
@@ -46,7 +46,7 @@ from trajectories.information.matrix import CONDITION_CAP, Criterion
 from trajectories.information.wanted import PAYLOAD, payload_sigma
 from trajectories.motions.motion import Motion
 from trajectories.motions.sampled import SampledMotion
-from trajectories.motions.trajectory import Detail, ExcitingFamily
+from trajectories.trajectory import Detail, ExcitingFamily
 
 Verdict = Literal["fine", "weak", "unmeasurable", "refused"]
 

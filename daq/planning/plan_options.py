@@ -6,7 +6,7 @@ from typing import cast, get_args
 
 from trajectories import PlanError
 from trajectories.information.matrix import Criterion
-from trajectories.motions.trajectory import ExcitingFamily
+from trajectories.trajectory import ExcitingFamily
 
 
 def family_of(text: str) -> ExcitingFamily:

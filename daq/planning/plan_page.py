@@ -10,10 +10,10 @@ import numpy as np
 from markupsafe import Markup
 
 from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
-from daq.report.numbers import count, percent, setting, significant
 from daq.report.parameters import joint_heading
 from daq.report.pictures import dot_row, icon, scaled
 from daq.report.templates import templates, write_page
+from daq.text.numbers import count, percent, setting, significant
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
 from trajectories.constraints.torque import TorqueCheck
 

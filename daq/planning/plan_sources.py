@@ -11,7 +11,7 @@ from daq.files.model_file import SUFFIX, ModelFileError, read_model
 from daq.importing.load import load_recording
 from ident import BaseParameters
 from ident.estimators import stack, weighted_least_squares
-from ident.observation import observe
+from ident.preparation.observation import observe
 from robots import Robot
 from trajectories import ExpectedValues, TorqueNoise
 

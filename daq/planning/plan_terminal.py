@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.planning.plan import PlanResult
-from daq.report.numbers import percent, significant
+from daq.text.numbers import percent, significant
 from trajectories import Prediction
 
 HEADLINES = {

@@ -13,11 +13,14 @@ import numpy as np
 from daq.recording.errors import CaptureError as CaptureError
 from daq.recording.events import DriveEvent
 from daq.recording.temperatures import Temperature
-from drivers.cyclic.samples import Samples
+from drivers.frames.samples import Samples
 
 PROFILE = "armhil"
+CAPTURE_SUFFIX = ".mcap"
 
 DESCRIPTION = "armhil.description"
+MESHES = "meshes"
+"""Key of that record: checksums of the URDF's meshes, JSON."""
 RUN = "armhil.run"
 TRAJECTORY = "armhil.trajectory"
 OUTCOME = "armhil.outcome"
@@ -28,6 +31,8 @@ IMPORT = "armhil.import"
 FAULT = "armhil.fault"
 """In a capture that a fault triggered."""
 CHECKSUM_KEY = "sha256"
+UNKNOWN = "unknown"
+"""In place of a count in an outcome: the cyclic process has died and could not say."""
 
 Facts = Mapping[str, str]
 
@@ -36,12 +41,6 @@ def facts_checksum(facts: Facts) -> str:
     """Checksum of one metadata record. MCAP itself protects chunks but not metadata."""
     rest = {key: value for key, value in facts.items() if key != CHECKSUM_KEY}
     return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
-
-
-def file_sha256(path: Path) -> str:
-    """Checksum of a whole file, the name under which results refer to a capture."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass(frozen=True)
@@ -68,10 +67,15 @@ class Damage:
     """Metadata records that are missing or do not match their checksum."""
     lost_frames: int = 0
     """Raw frames that were recorded and are not in the file."""
+    unknown_end: bool = False
+    """Whether the outcome does not say how many cycles there were: the cyclic process has died."""
+    beyond: int = 0
+    """Cycles that are in the file and, by its outcome, never were."""
 
     def __bool__(self) -> bool:
         lost = self.lost_records or self.lost_frames
-        return bool(self.gaps or self.unreadable_bytes or not self.closed or lost)
+        end = not self.closed or self.unknown_end or self.beyond
+        return bool(self.gaps or self.unreadable_bytes or end or lost)
 
     def sentences(self, period: float) -> tuple[str, ...]:
         """What is missing, in words; ``period`` is the SYNC period in s."""
@@ -84,6 +88,10 @@ class Damage:
             parts.append(f"{self.unreadable_bytes} bytes are damaged and were skipped")
         if not self.closed:
             parts.append("the recording was not closed: what followed the last cycle is not known")
+        if self.unknown_end:
+            parts.append("the cyclic process died: what followed the last cycle is not known")
+        if self.beyond:
+            parts.append(f"{self.beyond} cycles are in the file beyond those that its outcome tells of")
         parts.extend(f"record {name} is missing or damaged" for name in self.lost_records)
         return tuple(parts)
 
@@ -120,11 +128,21 @@ class Capture:
         """Whether the set-points were recorded; logs of others may have none, and theirs are NaN."""
         return self.run.get("reference", "recorded") != "absent"
 
+    @property
+    def pauses(self) -> tuple[int, ...]:
+        """Cycles before which the arm rested on request: time has passed that is not in the record."""
+        told = "" if self.outcome is None else self.outcome.get("pauses", "")
+        return tuple(int(cycle) for cycle in told.split(", ") if cycle.isdecimal() and cycle.isascii())
+
     def segments(self) -> tuple[Samples, ...]:
-        """Pieces without a gap, in which every drive answered every cycle: a gap is never data."""
+        """Pieces without a gap, in which every drive answered every cycle: a gap is never data.
+
+        Where the arm rested in a pause one piece ends and the next begins. The ramps on both sides are part
+        of them: they are motion like any other, and their references are what was driven.
+        """
         good = np.asarray(self.samples.complete).all(axis=1)
         cycles = np.asarray(self.samples.cycle)[good]
-        cuts = np.flatnonzero(np.diff(cycles) != 1) + 1
+        cuts = np.flatnonzero((np.diff(cycles) != 1) | np.isin(cycles[1:], self.pauses)) + 1
         rows = np.split(np.flatnonzero(good), cuts)
         return tuple(select(self.samples, piece) for piece in rows if piece.size)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from robots.errors import UserError
 
-class CaptureError(ValueError):
+
+class CaptureError(UserError, ValueError):
     """A capture or a recording that cannot be read or written; the text is one line for the user."""

@@ -13,8 +13,8 @@ from daq.recording.frames import Frames
 from drivers.bus.error_frames import ERROR_FLAG, error_report
 from drivers.cia402.emergency import EmergencyMessage
 from drivers.cia402.states import State, state_of
-from drivers.cyclic.layout import emcy_cob_id, heartbeat_cob_id
-from drivers.cyclic.samples import Samples
+from drivers.frames.layout import emcy_cob_id, heartbeat_cob_id
+from drivers.frames.samples import Samples
 from robots import Robot
 from robots.arrays import BoolArray, IntArray
 

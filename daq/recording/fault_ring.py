@@ -24,7 +24,8 @@ from daq.recording.events import DriveEvent, EventFinder, first_fault
 from daq.recording.frames import Frames
 from daq.recording.listener import FrameListener
 from daq.recording.recorder import Recorder
-from drivers.cyclic.samples import Samples, StreamResult
+from daq.recording.steady_clock import SteadyClock
+from drivers.frames.samples import Samples, StreamResult
 from robots import Robot
 from robots.arrays import IntArray
 
@@ -76,6 +77,7 @@ class FaultRing:
         """What has been written so far."""
         self._folder, self._robot, self._facts = folder, robot, dict(facts)
         self._listener = listener
+        self._clock = SteadyClock() if listener is None else listener.clock
         self._before, self._after = before, after
         self._period = float(self._facts[RUN]["period"])
         self._finder = EventFinder(robot)
@@ -123,7 +125,7 @@ class FaultRing:
     def trigger(self, reason: str) -> None:
         """Keep what is there now and what comes in the time after."""
         with self._lock:
-            self._note(reason, time.time_ns())
+            self._note(reason, self._clock.now())
 
     def _numbered(self, samples: Samples) -> tuple[Samples, IntArray]:
         """Samples numbered from the first stream on, and their times.
@@ -131,7 +133,7 @@ class FaultRing:
         The numbers of a later stream go on where its time puts them: what lies between is a gap.
         """
         if samples.cycle[0] <= self._last_cycle or self._origin is None:
-            self._start = time.time_ns() - round(samples.time[-1] * 1e9)
+            self._start = self._clock.now() - round(samples.time[-1] * 1e9)
         if self._origin is None:
             self._origin = self._start
         self._last_cycle = int(samples.cycle[-1])

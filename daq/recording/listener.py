@@ -17,6 +17,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -27,11 +28,12 @@ from can.interfaces.socketcan import SocketcanBus
 from daq.recording.datagrams import DatagramReader
 from daq.recording.frame_decoding import MulticastDecoder, decode_socketcan
 from daq.recording.frames import Frames
+from daq.recording.steady_clock import SteadyClock
 from drivers.bus.access import open_bus
-from drivers.bus.channel import Channel
 from drivers.bus.multicast import LocalMulticastBus
 from drivers.bus.ports import dropped_frames
 from drivers.errors import BusError
+from drivers.frames.channel import Channel
 
 log = logging.getLogger(__name__)
 
@@ -69,6 +71,8 @@ class FrameListener:
         self.channel = channel
         self.failure: str | None = None
         """Why it hears nothing any more."""
+        self.clock = SteadyClock()
+        """Of the frames' stamps: whoever records samples beside them takes its time from it, too."""
         self._bus = open_bus(channel, bitrate=bitrate)
         self._source = _source(self._bus)
         self._subscribers: tuple[OnFrames, ...] = ()
@@ -106,6 +110,7 @@ class FrameListener:
     def _fetch(self) -> None:
         try:
             while len(frames := self._source.take()):
+                frames = replace(frames, stamp=self.clock.steady(frames.stamp))
                 for subscriber in self._subscribers:
                     subscriber(frames)
             self._dropped = self._source.dropped()

@@ -108,8 +108,8 @@ def _read_record(data: bytes, at: int, result: Scan, wanted: Wanted) -> int | No
         return None
     try:
         _read_body(opcode, data[begin:end], result, wanted)
-    except (McapError, ValueError, struct.error, zstandard.ZstdError):
-        return None
+    except (McapError, ValueError, OverflowError, MemoryError, struct.error, zstandard.ZstdError):
+        return None  # lengths of what was spliced in may be any number of 64 bits
     return end
 
 

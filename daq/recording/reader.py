@@ -7,6 +7,7 @@ import math
 import mmap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -22,6 +23,7 @@ from daq.recording.capture import (
     RECOVERY,
     RUN,
     TRAJECTORY,
+    UNKNOWN,
     Capture,
     CaptureError,
     Damage,
@@ -100,7 +102,8 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
     reference = run.get("reference", "recorded") != "absent"
     samples, undecodable = samples_of(found, joints, period, reference=reference)
     outcome = facts.get(OUTCOME)
-    cycles = None if outcome is None else int(_number(path, OUTCOME, "cycles", outcome["cycles"]))
+    told = UNKNOWN if outcome is None else outcome["cycles"]
+    cycles = None if told == UNKNOWN else int(_number(path, OUTCOME, "cycles", told))
     lost_records = [name for name in (TRAJECTORY, OUTCOME) if name not in facts and name in damaged]
     if outcome is None and found.ended and RECOVERY not in facts:
         lost_records.append(OUTCOME)
@@ -112,6 +115,8 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
         closed=found.ended or outcome is not None,
         lost_records=tuple(dict.fromkeys(lost_records)),
         lost_frames=_lost_frames(path, found, outcome),
+        unknown_end=outcome is not None and cycles is None,
+        beyond=0 if cycles is None else int(np.count_nonzero(samples.cycle >= cycles)),
     )
     return Capture(
         path=path,
@@ -138,13 +143,12 @@ def _with_earlier(path: Path, damage: Damage, recovery: Facts | None) -> Damage:
     if recovery is None:
         return damage
     lost = tuple(name for name in recovery["lost_records"].split("\n") if name)
-    return Damage(
-        gaps=damage.gaps,
-        unreadable_bytes=damage.unreadable_bytes
-        + int(_number(path, RECOVERY, "unreadable_bytes", recovery["unreadable_bytes"])),
+    unreadable = int(_number(path, RECOVERY, "unreadable_bytes", recovery["unreadable_bytes"]))
+    return replace(
+        damage,
+        unreadable_bytes=damage.unreadable_bytes + unreadable,
         closed=damage.closed and recovery["closed"] == "true",
         lost_records=tuple(dict.fromkeys(lost + damage.lost_records)),
-        lost_frames=damage.lost_frames,
     )
 
 

@@ -26,6 +26,7 @@ from daq.recording.frames import Frames
 from daq.recording.listener import FrameListener
 from daq.recording.mcap_file import McapFile, Rows
 from daq.recording.sample_messages import SampleMessages
+from daq.recording.steady_clock import SteadyClock
 from daq.recording.temperatures import Temperature
 from daq.recording.topics import (
     CHANNELS,
@@ -38,7 +39,7 @@ from daq.recording.topics import (
     TEMPERATURE_TOPIC,
     TOPICS,
 )
-from drivers.cyclic.samples import Samples
+from drivers.frames.samples import Samples
 from robots import Robot
 
 __all__ = ["CHANNELS", "MEASURED_TOPIC", "REFERENCE_TOPIC", "STATUS_TOPIC", "Recorder"]
@@ -71,7 +72,7 @@ class Recorder:
         Args:
             path: the new file.
             robot: the arm; its gains give the torque channel.
-            facts: metadata records by name, see ``daq.identification.run_facts``.
+            facts: metadata records by name, see ``daq.recording.run_facts``.
             start_ns: time of cycle 0, ns since the epoch; where absent, from the clock at the first samples.
             listener: brings the raw frames; without one there are none.
             reference: whether the samples have a reference; logs of others may have none.
@@ -81,7 +82,11 @@ class Recorder:
         self._events = EventFinder(robot)
         self._start_ns = start_ns
         self._listener = listener
+        self.clock = SteadyClock() if listener is None else listener.clock
+        """Of everything that is recorded."""
         self._counts = dict.fromkeys(CHANNELS, 0)
+        self._newest = dict.fromkeys(CHANNELS, 0)
+        """Log times."""
         self._lock = threading.Lock()
         self._failure: OSError | None = None
         self._last_flush = time.monotonic()
@@ -122,7 +127,7 @@ class Recorder:
         if not len(samples):
             return
         if self._start_ns is None:
-            self._start_ns = time.time_ns() - round(samples.time[-1] * 1e9)
+            self._start_ns = self.clock.now() - round(samples.time[-1] * 1e9)
         stamps = self._start_ns + np.round(samples.time * 1e9).astype(np.int64)
         streams = self._messages.rows(samples, stamps)
         sequences = (samples.cycle & 0xFFFFFFFF).astype(np.uint32)
@@ -183,7 +188,9 @@ class Recorder:
         number = NUMBERS[topic]
         sequence = np.array([self._counts[number] & 0xFFFFFFFF], dtype=np.uint32)
         row = np.frombuffer(data, dtype=np.uint8)[np.newaxis]
-        self._writer.add(number, sequence, np.array([stamp]), row)
+        # What frames tell is known before what samples do; the message itself has its own time.
+        self._newest[number] = max(self._newest[number], stamp)
+        self._writer.add(number, sequence, np.array([self._newest[number]]), row)
         self._counts[number] += 1
 
     def _flush(self) -> None:

@@ -9,6 +9,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from mcap.records import Metadata
 
+from daq.files.checksum import file_sha256
 from daq.recording.capture import (
     CHECKSUM_KEY,
     DESCRIPTION,
@@ -22,7 +23,6 @@ from daq.recording.capture import (
     Facts,
     Gap,
     facts_checksum,
-    file_sha256,
 )
 from daq.recording.mcap_file import McapFile
 from daq.recording.mcap_scan import Scan, chunks
@@ -209,6 +209,8 @@ def recovery_json(recovery: Recovery) -> dict[str, Any]:
         "missing_frames": damage.lost_frames,
         "unreadable_bytes": damage.unreadable_bytes,
         "closed": damage.closed,
+        "unknown_end": damage.unknown_end,
+        "beyond_outcome": damage.beyond,
         "lost_records": list(damage.lost_records),
     }
 

@@ -12,7 +12,7 @@ from daq.recording import messages
 from daq.recording.mcap_file import Rows
 from daq.recording.mcap_scan import MessageRun, Scan
 from daq.recording.topics import MEASURED_TOPIC, NUMBERS, REFERENCE_TOPIC, STATUS_TOPIC
-from drivers.cyclic.samples import Samples
+from drivers.frames.samples import Samples
 from robots import Robot
 from robots.arrays import IntArray
 

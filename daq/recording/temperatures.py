@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 import math
-import time
 from dataclasses import dataclass
 from typing import Self
 
 from daq.recording.cdr import CdrDecoder, CdrEncoder
+from daq.recording.steady_clock import SteadyClock
 from drivers.errors import BusError, DriveError
-from drivers.session import ArmSession
+from drivers.session.arm_session import ArmSession
 
 log = logging.getLogger(__name__)
 
@@ -47,14 +47,14 @@ class Temperature:
         return cls(seconds * 1_000_000_000 + nanoseconds, joint, float(decoder.primitive("float64")))
 
 
-def drive_temperatures(session: ArmSession) -> tuple[Temperature, ...]:
+def drive_temperatures(session: ArmSession, clock: SteadyClock) -> tuple[Temperature, ...]:
     """What the drives say now, where their description names the object; a few SDOs, so not while it moves.
 
     A drive that does not answer is a warning in the log: for a temperature no run is ended.
     """
     if all(drive.temperature is None for drive in session.robot.drive):
         return ()
-    stamp = time.time_ns()
+    stamp = clock.now()
     try:
         celsius = session.temperatures().tolist()
     except (BusError, DriveError) as error:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from daq.report.numbers import NOTHING, percent, setting, significant
 from daq.report.pictures import Tick, dot_row, nice_ticks, scaled, tick_text
+from daq.text.numbers import NOTHING, percent, setting, significant
 from ident.results import ColumnCheck, Gate, GateName
 
 _LEAST_P = 1e-6

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.identification.verdict_words import ESTIMATORS
-from daq.report.numbers import significant
+from daq.text.numbers import significant
+from daq.text.verdict_words import words_of
 from ident.results import Consistency
 
 
@@ -43,7 +43,7 @@ def consistency_view(consistency: Consistency | None) -> ConsistencyView | None:
             )
         )
     sentence = (
-        f"The arm of rigid bodies nearest to the estimate by {ESTIMATORS[consistency.nearest_to]}:"
+        f"The arm of rigid bodies nearest to the estimate by {words_of(consistency.nearest_to)}:"
         f" {consistency.sentence}."
     )
     return ConsistencyView(sentence, tuple(rows))

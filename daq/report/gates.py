@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from daq.identification.verdict_words import ESTIMATORS, VERDICTS, VerdictKind, asked_for
 from daq.report.columns import ColumnPlot, column_plot
-from daq.report.numbers import count, percent, probability, significant
 from daq.report.pictures import GateState, gate_picture, icon
+from daq.text.numbers import count, percent, probability, significant
+from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
 from ident.results import Gate, GateName, Identification, Verdict
 
 POORLY_SEEN_PERCENT = 30.0
@@ -91,7 +91,7 @@ def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -
         recommendation = recommendation if identification.instrumental_reason else ""
     estimate = identification.recommended
     recommendation = f"{recommendation} {asked_for(identification)}".strip()
-    method = ESTIMATORS[estimate.method]
+    method = words_of(estimate.method)
     poor = sum(not p.percent_sigma <= POORLY_SEEN_PERCENT for p in estimate.parameters)
     facts = [Fact("Relative torque error", percent(estimate.relative_error_percent), method)]
     per_joint = np.asarray(estimate.relative_error_percent_per_joint, dtype=np.float64)

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from daq.identification.verdict_words import ESTIMATORS
+from daq.report.check_view import CheckView
 from daq.report.consistency import consistency_view
 from daq.report.gates import gate_views, statistic_text, verdict_view
-from daq.report.numbers import NOTHING, correlation, count, percent, probability, setting, significant
 from daq.report.parameters import joint_heading, parameter_groups, third_estimate, truth_summaries
 from daq.report.signals import essential_view, held_out_rows, signals_view
 from daq.report.templates import templates, write_page
 from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
+from daq.text.numbers import NOTHING, correlation, count, percent, probability, setting, significant
+from daq.text.verdict_words import words_of
 from ident.results import Estimate, Identification
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -43,6 +44,8 @@ class ReportContent:
     facts: Mapping[str, str] = field(default_factory=dict)
     """How the data was made, label → text, in the order shown."""
     closed_loop: ClosedLoopTrace | None = None
+    check: CheckView | None = None
+    """Of the check that the identification was made for; its page begins with it."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,7 @@ def render(content: ReportContent) -> str:
         .get_template("report.html.j2")
         .render(
             title=content.title,
+            check=content.check,
             robot=content.robot,
             test=identification.test,
             verdict=verdict_view(identification, content.joint_names),
@@ -186,7 +190,7 @@ def _estimator(estimate: Estimate, trusted: bool) -> EstimatorColumn:
 
 
 def _label(estimate: Estimate) -> str:
-    name = ESTIMATORS[estimate.method]
+    name = words_of(estimate.method)
     label = f"{name[0].upper()}{name[1:]}"
     return f"{label} ({estimate.method.upper()})" if estimate.method in {"ls", "iv"} else label
 

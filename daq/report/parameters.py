@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from daq.report.gates import POORLY_SEEN_PERCENT
-from daq.report.numbers import percent, significant, with_sigma
 from daq.report.pictures import forest_row
-from ident.results import Estimate, Estimator, Identification, Parameter
+from daq.text.numbers import percent, significant, with_sigma
+from ident.estimators import ESTIMATORS
+from ident.results import Estimate, Identification, Parameter
 
 _JOINT_NUMBER = re.compile(r"\d+")
 _FAR_SIGMAS = 3.0
-_SHORT: dict[Estimator, str] = {"ls": "LS", "iv": "IV", "robust": "Robust", "consistent": "Consistent"}
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,8 @@ def parameter_groups(
 
 def third_estimate(identification: Identification) -> Estimate | None:
     """The estimate that was asked for besides least squares and IV; None where there is none."""
-    return identification.consistent if identification.robust is None else identification.robust
+    others = (e for e in identification.estimates if e.method not in ("ls", "iv"))
+    return next(others, None)
 
 
 def joint_heading(joint: int, name: str) -> str:
@@ -114,7 +115,7 @@ def truth_summaries(
         largest, name = max(errors)
         found.append(
             TruthSummary(
-                _SHORT[estimate.method],
+                ESTIMATORS[estimate.method].short,
                 len(errors),
                 sum(error <= 2.0 for error, _ in errors),
                 sum(error <= _FAR_SIGMAS for error, _ in errors),

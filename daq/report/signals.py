@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.identification.verdict_words import ESTIMATORS
-from daq.report.numbers import NOTHING, count, percent, probability, setting, significant, with_sigma
 from daq.report.parameters import joint_heading
+from daq.text.numbers import NOTHING, count, percent, probability, setting, significant, with_sigma
+from daq.text.verdict_words import words_of
 from ident.results import DroppedParameter, Essential, HeldOut, Identification, Rank, Signals
 from robots.description import Robot
 
@@ -133,7 +133,7 @@ def held_out_rows(held_out: Sequence[HeldOut]) -> tuple[HeldOutRow, ...]:
     return tuple(
         HeldOutRow(
             entry.recording,
-            ESTIMATORS[entry.method],
+            words_of(entry.method),
             percent(entry.relative_error_percent),
             tuple(
                 (percent(float(error)), significant(float(rms)))

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from robots.errors import UserError
 
-class ReportError(Exception):
+
+class ReportError(UserError):
     """A report that cannot be written, in one line."""
 
 

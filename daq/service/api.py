@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,13 +16,13 @@ from daq.check.check_json import baseline_json
 from daq.check.fleet import FleetFileError
 from daq.check.judged import plain
 from daq.check.request import CheckError
-from daq.identification.found_model import entry_json
+from daq.files.found_model import entry_json
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
-from daq.service.live import MOST_LOOKING, Hub
+from daq.service.live import Hub, TooManyError
 from daq.service.metrics import metrics_text
 from daq.service.settings import Service
-from daq.service.spool import spool_path
+from daq.session.spool import spool_path
 
 LARGEST = 2**31 - 1
 Number = Annotated[int, PathParameter(ge=1, le=LARGEST)]
@@ -133,13 +132,14 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
         run = run_of(catalogue, number)
         if run.capture is None:
             raise HTTPException(404, f"run {number} records nothing")
-        if hub.looking >= MOST_LOOKING:
-            raise HTTPException(503, f"{MOST_LOOKING} look on already")
 
         def is_over() -> bool:
             return runs.get(catalogue, number).state != "running"
 
-        events: AsyncIterator[bytes] = hub.events(spool_path(Path(run.capture)), is_over)
+        try:
+            events = hub.events(spool_path(Path(run.capture)), is_over)
+        except TooManyError as error:
+            raise HTTPException(503, str(error), {"Retry-After": "10"}) from None
         return StreamingResponse(events, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import hmac
-from collections.abc import Mapping
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import quote
 
@@ -16,6 +19,9 @@ from daq.service.settings import Service
 COOKIE = "armhil_read"
 LARGEST_BODY = 16_384
 """Bytes; nothing is uploaded here."""
+MOST_GUESSES, GUESSING_TIME = 5, 60.0
+"""Wrong tokens that a host may give within so many seconds."""
+_MOST_HOSTS = 10_000
 OPEN_PATHS = frozenset({"/login", "/static/service.css", "/static/report.css"})
 """Shown before somebody has said who they are."""
 
@@ -43,7 +49,7 @@ class Guard:
     def __init__(self, app: ASGIApp, service: Service) -> None:
         self._app = app
         self._service = service
-        self._hosts = {"localhost", "127.0.0.1", "[::1]", "testserver", service.host, *service.hosts}
+        self._hosts = {"localhost", "127.0.0.1", "[::1]", service.host, *service.hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
@@ -77,6 +83,8 @@ class Guard:
             not length.isascii() or not length.isdigit() or int(length) > LARGEST_BODY
         ):
             return JSONResponse({"detail": f"a body may have {LARGEST_BODY} bytes"}, 413)
+        if length is not None and "transfer-encoding" in headers:
+            return JSONResponse({"detail": "a body has one length"}, 400)  # RFC 9112, 6.1: smuggled requests
         if length is None and "transfer-encoding" in headers:
             return JSONResponse({"detail": "say how long the body is"}, 411)
         if scope["method"] not in ("GET", "HEAD", "OPTIONS") and not _same_origin(headers, host):
@@ -88,6 +96,33 @@ class Guard:
         if "text/html" in headers.get("accept", "") and scope["method"] == "GET":
             return RedirectResponse(f"/login?after={quote(scope['path'])}", 303)
         return JSONResponse({"detail": "a token is needed"}, 401, {"WWW-Authenticate": "Bearer"})
+
+
+class Guesses:
+    """Wrong tokens by host: after a few, it has to wait before it is listened to again.
+
+    Args:
+        clock: s.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._wrong: dict[str, deque[float]] = {}
+
+    def wait(self, host: str) -> int:
+        """s until the host may try again; 0 where it may now."""
+        times = self._wrong.get(host, deque())
+        while times and times[0] <= self._clock() - GUESSING_TIME:
+            times.popleft()
+        if not times:
+            self._wrong.pop(host, None)
+        return 0 if len(times) < MOST_GUESSES else math.ceil(times[0] + GUESSING_TIME - self._clock())
+
+    def wrong(self, host: str) -> None:
+        """One was wrong."""
+        if len(self._wrong) >= _MOST_HOSTS:
+            self._wrong.clear()
+        self._wrong.setdefault(host, deque(maxlen=MOST_GUESSES)).append(self._clock())
 
 
 class _Counted:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from pathlib import Path
 
 POLL = 0.1
@@ -85,7 +85,7 @@ class Hub:
         """Files that are read."""
         return len(self._runs)
 
-    async def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncIterator[bytes]:
+    def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncGenerator[bytes]:
         """Server-sent events of a file until its run ends; the line of its beginning comes first to each.
 
         Args:
@@ -93,7 +93,7 @@ class Hub:
             is_over: whether the run has ended, for files that never say so.
 
         Raises:
-            TooManyError: at once.
+            TooManyError: at once: the place is taken here, before anything is sent.
         """
         if self.looking >= MOST_LOOKING:
             raise TooManyError(f"more than {MOST_LOOKING} look on already")
@@ -102,6 +102,9 @@ class Hub:
         run.join(looker)
         if run.reader is None:
             run.reader = asyncio.create_task(self._read(run, path, is_over))
+        return self._pieces(run, path, looker)
+
+    async def _pieces(self, run: _Run, path: Path, looker: _Looker) -> AsyncGenerator[bytes]:
         try:
             async for piece in _sent(run, looker):
                 yield piece
@@ -109,7 +112,8 @@ class Hub:
             run.lookers.discard(looker)
             if not run.lookers and self._runs.get(path) is run:
                 del self._runs[path]
-                run.reader.cancel()
+                if run.reader is not None:
+                    run.reader.cancel()
 
     async def _read(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
         try:

@@ -44,7 +44,7 @@ def metrics_text(catalogue: Catalogue) -> bytes:
             if between and between.get("p_value") is not None:
                 p_value.labels(arm.label).set(between["p_value"])
         done = runs.every(catalogue, arm=arm.label, limit=1)
-        if done and "missed_cycles" in done[0].facts:
+        if done and done[0].facts.get("missed_cycles") is not None:
             missed.labels(arm.label).set(float(done[0].facts["missed_cycles"]))
         baseline = baselines.current(catalogue, arm.id)
         if baseline is not None:

@@ -17,20 +17,20 @@ from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
 from daq.check.fleet import FleetFileError, fleet_words, read_fleet
+from daq.check.reported import view_of
 from daq.check.request import CheckError
-from daq.identification.found_model import found_words
-from daq.report.numbers import percent, significant, with_sigma
+from daq.files.found_model import found_words
+from daq.report.check_view import KINDS, WORDS, CheckView
 from daq.report.pictures import icon
 from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
-from daq.service.guard import COOKIE, is_read_token
+from daq.service.guard import COOKIE, Guesses, is_read_token
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
+from daq.text.numbers import percent, significant, with_sigma
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
-_SIGNS = {"ok": "good", "warning": "warn", "failed": "bad", "unknown": "unknown"}
-_WORDS = {"ok": "fine", "warning": "warning", "failed": "failed", "unknown": "not measurable"}
 _STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
 _DAY = 86400
 
@@ -131,7 +131,7 @@ def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
                 (f, significant(f.gap_before), significant(f.gap_after))
                 for f in findings.of_run(catalogue, run.id)
             ],
-            check=_verdict_view(verdicts),
+            check=_verdict_view(verdicts, catalogue),
             has_report=any(one.report for one in of_run),
             found="" if model is None else found_words(model.found),
             error="" if model is None else percent(model.relative_error_percent),
@@ -147,12 +147,20 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
     def ask(after: Annotated[str, Query(max_length=200)] = "/") -> HTMLResponse:
         return page("login", after=_inside(after), wrong=False)
 
+    guesses = Guesses()
+
     @router.post("/login")
     async def enter(request: Request) -> Response:
         form = parse_qs((await request.body()).decode("utf-8", "replace"))
         after = _inside(form.get("after", ["/"])[0])
         given = form.get("token", [""])[0]
+        host = request.client.host if request.client is not None else ""
+        if (wait := guesses.wait(host)) > 0:
+            answer: Response = page("login", 429, after=after, wrong=True)
+            answer.headers["Retry-After"] = str(wait)
+            return answer
         if not is_read_token(given, service):
+            guesses.wrong(host)
             return page("login", 401, after=after, wrong=True)
         answer = RedirectResponse(after, 303)
         answer.set_cookie(
@@ -187,9 +195,9 @@ def _card(catalogue: Catalogue, arm: Arm) -> ArmCard:
     verdict = last[0].verdict if last else "unknown"
     return ArmCard(
         arm,
-        _SIGNS[verdict],
-        _WORDS[verdict] if last else "never checked",
-        icon(_SIGNS[verdict]),  # type: ignore[arg-type]
+        KINDS[verdict],
+        WORDS[verdict] if last else "never checked",
+        icon(KINDS[verdict]),  # type: ignore[arg-type]
         last[0].sentence if last else "no check has been made",
         f"{last[0].created:%Y-%m-%d %H:%M} UTC, {_age(last[0].created)}" if last else "",
         _baseline_words(baseline),
@@ -241,18 +249,14 @@ def _row(parameter: Any) -> tuple[str, str, str, str, str, str]:
     return parameter.name, value, sigma, percent(share), parameter.unit, parameter.expression
 
 
-def _verdict_view(found: Sequence[CheckRecord]) -> dict[str, Any] | None:
+def _verdict_view(found: Sequence[CheckRecord], catalogue: Catalogue) -> CheckView | None:
     if not found:
         return None
     last = found[-1]
-    kind = _SIGNS[last.verdict]
-    return {
-        "kind": kind,
-        "icon": icon(kind),  # type: ignore[arg-type]
-        "word": _WORDS[last.verdict],
-        "sentence": last.sentence,
-        "warnings": last.details.get("warnings", ()),
-    }
+    if last.baseline_id is None:
+        return view_of(last, None)
+    with catalogue.reading() as connection:
+        return view_of(last, baselines.get_in(connection, last.baseline_id))
 
 
 def _first_choice(by_name: dict[str, list[TrendPoint]], found: Sequence[CheckRecord]) -> str:

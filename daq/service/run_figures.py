@@ -8,19 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.catalogue.accepted_effects import regressor_of
 from daq.catalogue.values import Model, Run
-from daq.identification.described import robot_of
+from daq.files.checksum import file_sha256
 from daq.importing.load import loaded_capture
-from daq.recording.capture import Capture, CaptureError, file_sha256
+from daq.keeping.accepted_effects import regressor_of
+from daq.recording.capture import Capture, CaptureError
+from daq.recording.described_arm import robot_of
 from daq.recording.reader import read_capture
 from daq.report.gates import GateView, gate_view
-from daq.report.numbers import percent, significant
 from daq.report.parameters import joint_heading
 from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
+from daq.text.numbers import percent, significant
 from ident import IdentificationError, base_parameters
-from ident.found_effects import end_to_end
-from ident.observation import observe
+from ident.identification.found_effects import end_to_end
+from ident.preparation.observation import observe
 from ident.results import ColumnCheck, Gate
 from robots import Robot, RobotFileError
 

@@ -11,13 +11,14 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from daq.files.toml_file import read_toml
+from robots.errors import UserError
 
 Text = Annotated[str, Field(min_length=1)]
 LEAST_TOKEN = 16
 """Characters; a shorter token can be guessed."""
 
 
-class ServiceError(ValueError):
+class ServiceError(UserError, ValueError):
     """A service that must not be started like this; one line for the user."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from daq.catalogue.values import TrendPoint
-from daq.report.numbers import significant
+from daq.text.numbers import significant
 
 _SIZES = {"wide": (1120, 260), "narrow": (340, 210), "small": (160, 40)}
 """Of the picture on a desk, on a phone, where letters must not shrink with it, and in the list."""

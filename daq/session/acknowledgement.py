@@ -36,7 +36,7 @@ def acknowledge(robot: Robot, channel: Channel, looked: Callable[[tuple[str, ...
 
 def _standing(session: ArmSession) -> tuple[str, ...]:
     reason = session.unacknowledged
-    standing = [] if reason is None else [f"the last motion ended by itself: {reason}"]
+    standing = [] if reason is None else [f"the last motion did not end well: {reason}"]
     for report in session.drives:
         if report.state in (State.FAULT, State.FAULT_REACTION):
             told = [note for note in report.notes if note.startswith("603F")]

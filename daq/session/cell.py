@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from daq.catalogue.identity import sha256_of
 from daq.files.cell_file import read_cell
 from trajectories import Conditions, Margins
 
@@ -53,4 +52,4 @@ def cell_of(path: Path | None) -> Cell:
     parts = ["no floor" if found.floor is None else f"floor at {found.floor:g} m"]
     parts += [box.name for box in found.obstacle]
     parts += [] if found.tool.speed is None else [f"tool up to {found.tool.speed:g} m/s"]
-    return Cell(conditions, path, sha256_of(path.read_text(encoding="utf-8")), f"{path}: {', '.join(parts)}")
+    return Cell(conditions, path, found.sha256, f"{path}: {', '.join(parts)}")

@@ -8,18 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from daq.catalogue.kept_run import kept_run, trajectory_words
-from daq.doctor import examine
-from daq.progress import Steps
+from daq.doctor.doctor import examine
+from daq.session.admission import SPEED
 from daq.session.attestation import attested_words
 from daq.session.bench import OpenArm, opened
 from daq.session.dry_run import CommissionRequest, Planned
-from daq.session.estimates import estimate
+from daq.session.first_stage import first_legs, first_move
+from daq.session.motion_words import legs_of, motion_question, speed_share
 from daq.session.motions import move_to, slowed
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.session_error import NotMoved, SessionError
-from daq.session.stages import StageName, fingerprint, stages_to_do, status
+from daq.session.stages import PURPOSES, StageName, changed_since, fingerprint, stages_to_do, status
 from daq.session.streaming import Watcher
 from daq.session.warm_up import warm_up
+from daq.text.progress import Steps
 from trajectories import Trajectory
 
 
@@ -44,7 +46,7 @@ def commission(
         SessionError: a stage is locked or did not pass.
         NotMoved: a stage was not confirmed; those before it have passed.
     """
-    with opened(request.arm, request.catalogue, steps) as arm:
+    with opened(request.arm, request.catalogue, steps, "commission", request.cell) as arm:
         states = status(request.catalogue, arm.identity, planned.sha256, request.cell.sha256)
         todo = stages_to_do(states, request.first, request.last)
         walk = Walk(request, planned, arm, steps, watcher, conducting)
@@ -69,9 +71,13 @@ class Walk:
             SessionError: it did not pass.
         """
         if name == "plan":
-            return self._keep_still(name, f"{trajectory_words(self.planned.trajectory)}, {self.planned.file}")
+            words = f"{trajectory_words(self.planned.trajectory)}, {self.planned.file}"
+            changed = changed_since(self.request.catalogue, self.arm.identity)
+            return self._keep_still(name, f"{words}; the description: {changed}" if changed else words)
         if name == "check":
             return self._keep_still(name, self._check())
+        if name == "first move":
+            return self._keep_still(name, self._first_move())
         motion = self.motion(name)
         if motion is None:
             return self._keep_still(name, "the arm stands there already")
@@ -95,6 +101,21 @@ class Walk:
             return warm_up(robot, start, cell, self.request.rounds)
         return slowed(trajectory, self.request.slow_speed) if name == "slow run" else trajectory
 
+    def _first_move(self) -> str:
+        request, robot = self.request, self.request.arm.robot
+        legs = first_legs(robot, np.asarray(self.arm.session.actual_position()), request.cell)
+        if not request.confirm(motion_question(robot, legs, "Stage first move: ")):
+            raise NotMoved("stage first move was not confirmed; what passed before it is kept")
+        recording = Recording(
+            self.arm, request.arm, request.catalogue, self.watcher, self.conducting, request.note
+        )
+        return first_move(
+            self.arm,
+            recording,
+            lambda name: _free(request.folder, f"first-move-{name.replace(' ', '-')}"),
+            self._fingerprint,
+        )
+
     def _go_to_start(self) -> None:
         """Where the arm was moved since its approach, it approaches again."""
         way = move_to(self.arm, np.asarray(self.planned.trajectory.position[0]), self.request.cell)
@@ -102,10 +123,9 @@ class Walk:
             self._drive("approach", way)
 
     def _drive(self, name: StageName, motion: Trajectory) -> StageDone:
-        wanted = estimate(self.request.arm.robot, motion.duration)
-        if not self.request.confirm(
-            f"Stage {name}: {trajectory_words(motion)}, {wanted.words()}. Move the arm?"
-        ):
+        robot = self.request.arm.robot
+        legs = legs_of(f"{PURPOSES[name]} ({trajectory_words(motion)})", motion, None)
+        if not self.request.confirm(motion_question(robot, legs, f"Stage {name}: ")):
             raise NotMoved(f"stage {name} was not confirmed; what passed before it is kept")
         request = self.request
         recording = Recording(
@@ -118,7 +138,7 @@ class Walk:
             motion,
             path,
             stage=name,
-            facts=self._fingerprint,
+            facts=self._fingerprint | {SPEED: f"{speed_share(robot, motion):.6f}"},
         )
         require_completed(result, path)
         return StageDone(name, f"{trajectory_words(motion)}", kept.number, path)

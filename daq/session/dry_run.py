@@ -12,7 +12,6 @@ from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_arm, sha256_of
 from daq.catalogue.values import ArmIdentity
-from daq.progress import Steps
 from daq.session.bench import ArmOrder
 from daq.session.cell import Cell
 from daq.session.estimates import Estimate, estimate, require_room
@@ -21,6 +20,7 @@ from daq.session.motions import read_trajectory, refuse_undrivable
 from daq.session.session_error import SessionError
 from daq.session.stages import SLOW_SPEED, StageName, StageStatus, status
 from daq.session.warm_up import warm_up
+from daq.text.progress import Steps
 from trajectories import Trajectory
 
 

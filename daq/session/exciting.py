@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from daq.files.trajectory_file import SUFFIX, write_trajectory
-from daq.progress import Steps
+from daq.recording.trajectory_file import SUFFIX, write_trajectory
+from daq.text.progress import Steps
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Trajectory, plan

@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from daq.catalogue.database import Catalogue
-from daq.identification.run_facts import run_facts
-from daq.progress import Steps
 from daq.recording.fault_ring import FaultRing
 from daq.recording.listener import listening
+from daq.recording.run_facts import run_facts
 from daq.session.attestation import keep_attestation
-from daq.session.bench import ArmOrder, OpenArm, opened
+from daq.session.bench import ArmOrder, OpenArm, Purpose, opened
 from daq.session.joints import joint_index, shown
+from daq.session.motion_words import time_words
 from daq.session.recorded_runs import Conducting
 from daq.session.session_error import NotMoved, RunFailed, RunInterrupted, SessionError
+from daq.text.progress import Steps
 from drivers import Homing, StreamResult
 from robots import Robot
 from robots.arrays import FloatArray
@@ -71,7 +72,8 @@ def home(request: HomeRequest, steps: Steps, conducting: Conducting) -> HomeResu
     """
     order = request.arm
     homings = searches_of(order.robot, request.joints)
-    with opened(replace(order, stands_at=None), request.catalogue, steps, allow_homing=True) as arm:
+    purpose: Purpose = "home" if homings else "look"
+    with opened(replace(order, stands_at=None), request.catalogue, steps, purpose) as arm:
         done = [(homing.joint, _search(request, arm, homing, steps, conducting)) for homing in homings]
         posture = arm.session.actual_position()
         request.show(posture)
@@ -133,8 +135,8 @@ def _question(robot: Robot, homing: Homing) -> str:
     axis = joint_index(robot, homing.joint)
     return (
         f"The drive of {homing.joint} is going to search its home by itself: method {homing.method}, at most"
-        f" {shown(robot, axis, homing.travel)}, at {100 * homing.share:g} % of its speed, while the other"
-        " joints hold. Go on?"
+        f" {shown(robot, axis, homing.travel)},\nat up to {100 * homing.share:g} % of its speed limit, for"
+        f" at most {time_words(homing.seconds)}. The other joints hold.\nGo on?"
     )
 
 
@@ -151,5 +153,6 @@ def _attest(request: HomeRequest, arm: OpenArm, posture: FloatArray) -> None:
             raise SessionError(f"--stands-at has {len(stands_at)} positions; allowed: {request.arm.robot.n}")
         arm.session.attest_position(np.array(stands_at))
         return
-    if not request.look("Look at the arm and its marks. Does it stand so?"):
+    if not request.look("Look at the arm and its marks.\nDoes it stand so?"):
         raise NotMoved("not attested: the drives' positions are not those of the arm; nothing is kept")
+    arm.session.attest_position(posture)

@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from daq.catalogue.database import Catalogue
-from daq.progress import Steps
 from daq.session.bench import ArmOrder, opened
 from daq.session.cell import Cell
 from daq.session.estimates import estimate, require_room
 from daq.session.joints import distance_of, joint_index, shown
+from daq.session.motion_words import legs_of, motion_question
 from daq.session.motions import slow_way
 from daq.session.recorded_runs import Conducting, Recording
 from daq.session.session_error import NotMoved, SessionError
 from daq.session.streaming import Watcher
+from daq.text.progress import Steps
 from drivers import StreamResult
-from drivers.motion.jog import JOG_SHARE
+from drivers.session.jog import JOG_SHARE
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Trajectory, TrajectoryError
@@ -83,16 +84,15 @@ def jog(request: JogRequest, steps: Steps, watcher: Watcher, conducting: Conduct
     if not 0.0 < request.speed <= JOG_SHARE:
         raise SessionError(f"--speed {request.speed:g}; allowed: above 0, up to {JOG_SHARE:g}")
     name = robot.joint[axis].name
-    with opened(request.arm, request.catalogue, steps) as arm:
+    with opened(request.arm, request.catalogue, steps, "drive", request.cell) as arm:
         start = arm.session.actual_position()
         motion = jog_motion(robot, start, axis, distance, request.speed, request.cell)
+        arm.admission.admit(robot, motion)
         wanted = estimate(robot, motion.duration)
         require_room(request.folder, wanted)
         end = float(motion.position[-1, axis])
-        if not request.confirm(
-            f"{robot.name} is going to move: {name} from {shown(robot, axis, float(start[axis]))} to"
-            f" {shown(robot, axis, end)} in {motion.duration:.1f} s. Go on?"
-        ):
+        what = f"{name} from {shown(robot, axis, float(start[axis]))} to {shown(robot, axis, end)}"
+        if not request.confirm(motion_question(robot, legs_of(what, motion, None))):
             raise NotMoved("not confirmed, nothing moved")
         recording = Recording(arm, request.arm, request.catalogue, watcher, conducting, request.note)
         path = request.folder / "capture.mcap"

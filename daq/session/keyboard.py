@@ -1,37 +1,53 @@
-"""Single keys on the terminal conduct a stream: p, r, s, a, h."""
+"""Single keys on the terminal conduct a stream: p, e, r, s, a, h."""
 
 from __future__ import annotations
 
 import os
 import select
-import sys
 import termios
 import threading
 import tty
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
+from daq.session.questions import terminal
 from daq.session.states import Conduct, SessionState, Wish, wishes
 
-KEYS: Mapping[str, Wish] = {"p": "pause", "r": "resume", "s": "stop", "a": "abort", "h": "halt"}
+KEYS: Mapping[str, Wish] = {
+    "p": "pause",
+    "e": "pause_after",
+    "r": "resume",
+    "s": "stop",
+    "a": "abort",
+    "h": "halt",
+}
 
 _WORDS: Mapping[Wish, str] = {
-    "pause": "pause after the period",
+    "pause": "pause now",
+    "pause_after": "pause after this pass",
     "resume": "go on",
-    "stop": "stop after it",
-    "abort": "come to rest now",
+    "stop": "stop after this pass",
+    "abort": "end now",
     "halt": "quick stop",
 }
+
+DOING: Mapping[SessionState, str] = {
+    SessionState.PAUSING: "Slows down along its path to rest, in half a second or so, then holds there.",
+    SessionState.PAUSING_AFTER: "Goes on to the end of this pass, then comes to rest and holds.",
+    SessionState.PAUSED: "Holds under torque. Going on, it speeds up from here along its path.",
+    SessionState.STOPPING: "Goes on to the end of this pass, then comes to rest; torque off, brakes on.",
+    SessionState.ABORTING: "Comes to rest now on a ramp; then torque off, brakes on.",
+    SessionState.HALTING: "The drives stop it themselves, quickly; then torque off, brakes on.",
+}
+"""What the arm does and is going to do, for whoever has pressed a key."""
 
 _LOOK = 0.1
 """How often it is looked whether the stream is over, s."""
 
 
 def pressed(key: str, conduct: Conduct) -> bool:
-    """Follow a key; False where it means nothing now. A second p goes on, as many players have it."""
+    """Follow a key; False where it means nothing now."""
     wish = KEYS.get(key.lower())
-    if wish == "pause" and conduct.state in (SessionState.PAUSING, SessionState.PAUSED):
-        wish = "resume"
     return wish is not None and conduct.wish(wish, f"by the operator, key {key.lower()}")
 
 
@@ -51,7 +67,7 @@ def keys_conduct(conduct: Conduct, descriptor: int | None = None) -> Iterator[No
         conduct: of the stream.
         descriptor: of the terminal; standard input where None.
     """
-    source = _terminal() if descriptor is None else descriptor
+    source = terminal() if descriptor is None else descriptor
     if source is None:
         yield
         return
@@ -74,16 +90,6 @@ def by_keyboard() -> Iterator[Conduct]:
     conduct = Conduct()
     with keys_conduct(conduct):
         yield conduct
-
-
-def _terminal() -> int | None:
-    """Standard input, if it is a terminal that this process may read from."""
-    try:
-        descriptor = sys.stdin.fileno()
-        foreground = os.isatty(descriptor) and os.tcgetpgrp(descriptor) == os.getpgrp()
-    except (OSError, ValueError):  # closed, or no file at all
-        return None
-    return descriptor if foreground else None
 
 
 def _read(source: int, conduct: Conduct, ended: threading.Event) -> None:

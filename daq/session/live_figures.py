@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers import Samples
-from drivers.cyclic.job import following_error_window
+from drivers.frames.job import following_error_window
 from robots import Robot
 from robots.arrays import FloatArray
 

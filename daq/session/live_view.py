@@ -9,7 +9,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from daq.session.keyboard import help_line
+from daq.session.keyboard import DOING, help_line
 from daq.session.live_figures import Figures, LiveFigures
 from daq.session.states import Conduct, SessionState
 from drivers import Samples, StreamResult
@@ -25,6 +25,7 @@ _NARROW = 96
 _COLOURS = {
     SessionState.RUNNING: "green",
     SessionState.PAUSING: "cyan",
+    SessionState.PAUSING_AFTER: "cyan",
     SessionState.PAUSED: "cyan",
     SessionState.STOPPING: "yellow",
     SessionState.ABORTING: "yellow",
@@ -68,7 +69,7 @@ class LiveView:
         if result is not None:
             missed = f", {result.missed_cycles} missed" if result.missed_cycles else ""
             self._console.print(
-                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles} cycles{missed};"
+                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}{missed};"
                 f" {result.ending}",
                 highlight=False,
                 markup=False,
@@ -82,6 +83,8 @@ class LiveView:
             self._heading(figures, state),
             _joints(self._robot, figures, self._console.width < _NARROW),
         ]
+        if state in DOING:
+            parts.append(Text(DOING[state], style=_COLOURS[state]))
         keys = help_line(state)
         if keys:
             parts.append(Text(keys, style="dim"))

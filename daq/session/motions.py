@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.files.trajectory_file import read_motion
+from daq.recording.trajectory_file import read_motion
 from daq.session.bench import OpenArm
 from daq.session.cell import Cell
 from daq.session.session_error import SessionError
 from daq.session.streaming import slower
-from drivers.session import START_TOLERANCE
+from drivers.session.stream_job import START_TOLERANCE
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Trajectory, approach
-from trajectories.motions.trajectory import stretched
+from trajectories.trajectory import stretched
 
 APPROACH_SPEED = 0.1
 """Of the move to where a trajectory begins."""

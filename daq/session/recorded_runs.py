@@ -58,7 +58,11 @@ class Recording:
             trajectory: begins where the arm stands.
             path: of the new capture.
             facts: for catalogue and capture besides.
+
+        Raises:
+            SessionError: the motion is faster than this arm may be driven; nothing has moved.
         """
+        self.arm.admission.admit(self.order.robot, trajectory)
         run = {"kind": SIMULATED if self.order.simulated else "real", "note": self.note, **(facts or {})}
         simulated = _simulated_facts(self.order)
         run |= {name: str(value) for name, value in simulated.items()}
@@ -70,7 +74,7 @@ class Recording:
                 stage=stage,
                 capture=path,
                 trajectory=trajectory_words(trajectory),
-                facts={"channel": str(self.order.channel), **simulated, **(facts or {})},
+                facts={"channel": str(self.arm.channel), **simulated, **(facts or {})},
                 note=self.note,
             ) as kept,
             self.conducting() as conduct,
@@ -99,9 +103,9 @@ def require_completed(result: StreamResult, path: Path) -> None:
     """
     if result.outcome == "stopped":
         raise RunInterrupted(
-            f"stopped ({result.reason}): {result.ending}; {result.cycles} cycles kept in {path}"
+            f"stopped ({result.reason}): {result.ending}; {result.cycles_words} kept in {path}"
         )
     if result.outcome != "completed":
         raise RunFailed(
-            f"the run ended early: {result.reason}; {result.ending}; {result.cycles} cycles kept in {path}"
+            f"the run ended early: {result.reason}; {result.ending}; {result.cycles_words} kept in {path}"
         )

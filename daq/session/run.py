@@ -10,17 +10,17 @@ import numpy as np
 
 from daq.catalogue.database import Catalogue
 from daq.catalogue.kept_run import trajectory_words
-from daq.progress import Steps
 from daq.session.bench import ArmOrder, OpenArm, opened
 from daq.session.cell import Cell
-from daq.session.estimates import Estimate, estimate, require_room
+from daq.session.estimates import estimate, require_room
+from daq.session.motion_words import legs_of, motion_question
 from daq.session.motions import move_to, read_trajectory, refuse_undrivable
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.session_error import NotMoved, SessionError
 from daq.session.streaming import Watcher
+from daq.text.progress import Steps
 from drivers import StreamResult
-from drivers.session import START_TOLERANCE
-from robots import Robot
+from drivers.session.stream_job import START_TOLERANCE
 from trajectories import Trajectory
 
 
@@ -73,11 +73,12 @@ def run_trajectory(request: RunRequest, steps: Steps, watcher: Watcher, conducti
     robot = request.arm.robot
     trajectory = read_trajectory(request.trajectory, robot, request.speed)
     refuse_undrivable(robot, trajectory, request.trajectory, request.cell)
-    wanted = estimate(robot, trajectory.duration)
-    require_room(request.folder, wanted)
-    with opened(request.arm, request.catalogue, steps) as arm:
+    require_room(request.folder, estimate(robot, trajectory.duration))
+    with opened(request.arm, request.catalogue, steps, "drive", request.cell) as arm:
+        arm.admission.admit(robot, trajectory)
         move = way_to(arm, trajectory, request.cell, allowed=request.approach)
-        if not request.confirm(_question(robot, trajectory, move, wanted)):
+        legs = legs_of(f"the motion ({trajectory_words(trajectory)})", trajectory, move)
+        if not request.confirm(motion_question(robot, legs)):
             raise NotMoved("not confirmed, nothing moved")
         recording = Recording(arm, request.arm, request.catalogue, watcher, conducting, request.note)
         facts = {"cell_sha256": request.cell.sha256} if request.cell.sha256 else None
@@ -112,8 +113,3 @@ def _require_start(arm: OpenArm, trajectory: Trajectory) -> None:
             f"joint {arm.session.robot.joint[axis].name} stands at {actual[axis]:.6g} and the trajectory"
             f" begins at {start[axis]:.6g}; give --approach to go there slowly"
         )
-
-
-def _question(robot: Robot, trajectory: Trajectory, move: Trajectory | None, wanted: Estimate) -> str:
-    way = "" if move is None else f"an approach of {move.duration:.0f} s, then "
-    return f"{robot.name} is going to move: {way}{trajectory_words(trajectory)} ({wanted.words()}). Go on?"

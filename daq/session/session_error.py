@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from robots.errors import UserError
 
-class SessionError(Exception):
+
+class SessionError(UserError):
     """A session cannot be held as it was asked for; one line for the user."""
 
 
@@ -11,9 +13,9 @@ class RunInterrupted(Exception):
     """The run was stopped on request; the arm is at rest and the capture so far is readable."""
 
 
-class RunFailed(Exception):
+class RunFailed(UserError):
     """The arm ended the run itself; the capture so far is readable."""
 
 
-class NotMoved(Exception):
+class NotMoved(UserError):
     """Somebody said no before anything moved."""

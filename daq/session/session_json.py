@@ -27,6 +27,7 @@ def run_json(result: RunResult, order: ArmOrder) -> dict[str, Any]:
         "missed_cycles": stream.missed_cycles,
         "late_cycles": stream.late_cycles,
         "incomplete_cycles": stream.incomplete_cycles,
+        "doubtful": list(stream.doubtful),
         "pauses": list(stream.pauses),
         "at_rest": not stream.rest_unconfirmed,
         "torque_off": not stream.torque_unconfirmed,

@@ -1,7 +1,7 @@
 """The stages of commissioning, and which of them are open: each after the one before it has passed.
 
-What has passed is read from the catalogue. It counts for one arm (its drives), one description (robot.toml),
-one trajectory and one cell (cell.toml); a change of any of them locks what it opened.
+What has passed is read from the catalogue. It counts for one arm (its drives), one description (robot.toml,
+URDF, meshes), one trajectory and one cell (cell.toml); a change of any of them locks what it opened.
 """
 
 from __future__ import annotations
@@ -12,14 +12,18 @@ from typing import Literal, get_args
 
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.descriptions import Description, difference
 from daq.catalogue.values import ArmIdentity, Run
 from daq.session.session_error import SessionError
 
-StageName = Literal["plan", "check", "approach", "warm-up", "slow run", "full run", "return"]
+StageName = Literal["plan", "check", "first move", "approach", "warm-up", "slow run", "full run", "return"]
 STAGES: tuple[StageName, ...] = get_args(StageName)
 
-MOVING: tuple[StageName, ...] = ("approach", "warm-up", "slow run", "full run", "return")
+MOVING: tuple[StageName, ...] = ("first move", "approach", "warm-up", "slow run", "full run", "return")
 """Stages in which the arm moves."""
+
+LAST_BEFORE_USE: StageName = "full run"
+"""An arm that has passed it is commissioned."""
 
 SLOW_SPEED = 0.1
 """Highest speed of the slow run, as a share of the planned one."""
@@ -27,6 +31,7 @@ SLOW_SPEED = 0.1
 PURPOSES: dict[StageName, str] = {
     "plan": "an exciting trajectory within every limit",
     "check": "drives, bus and machine are fit; nothing moves",
+    "first move": "each joint half a degree to both sides, judged by torque against the description",
     "approach": "slowly to where the trajectory begins",
     "warm-up": "each joint alone, slowly, a little there and back",
     "slow run": "the whole trajectory at a tenth of its speed",
@@ -89,6 +94,27 @@ def status(
         states.append(StageStatus(name, state, run_of_stage))
         is_open = is_open and run_of_stage is not None
     return tuple(states)
+
+
+def changed_since(catalogue: Catalogue | None, identity: ArmIdentity | None) -> str:
+    """What of the description changed since the arm last passed a stage; empty where nothing did.
+
+    Args:
+        catalogue: where passes are kept; None where there is none.
+        identity: of the arm, with its description as it is now.
+    """
+    arm = None if catalogue is None or identity is None else arms.find(catalogue, identity)
+    if catalogue is None or identity is None or arm is None:
+        return ""
+    now = Description(identity.description_sha256, identity.parts)
+    for run in runs.every(catalogue, arm=arm.label, kind="commission"):
+        if run.outcome == "completed" and run.stage in STAGES:
+            then = str(run.facts.get("description", ""))
+            return difference(catalogue, then, now) and (
+                f"since run {run.id} ({run.stage}) {difference(catalogue, then, now)};"
+                " `armhil commission` goes through every stage again"
+            )
+    return ""
 
 
 def stages_to_do(

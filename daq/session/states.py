@@ -2,8 +2,9 @@
 
 bluesky's RunEngine is idle, runs, and leaves a run in four ways: a pause that may be resumed, a stop (the
 plan ends in order, the run counts), an abort (the plan ends now, the run is marked) and a halt (nothing more
-is done than what keeps the machine safe). Here a pause and a stop take effect where a period of the motion
-ends, an abort is a controlled ramp to standstill now, and a halt is the drives' quick stop.
+is done than what keeps the machine safe). Here a pause comes to rest along the path now or after the period,
+a stop takes effect where a period of the motion ends, an abort is a controlled ramp to standstill now, and a
+halt is the drives' quick stop.
 """
 
 from __future__ import annotations
@@ -23,23 +24,39 @@ class SessionState(StrEnum):
     """What a session is doing."""
 
     IDLE = "idle"
+    """Before a stream and after it."""
     RUNNING = "running"
     PAUSING = "pausing"
+    """On the way to rest, along the path."""
+    PAUSING_AFTER = "pausing after this pass"
     """The period is finished first."""
     PAUSED = "paused"
-    """At rest between two periods, holding."""
+    """At rest on the path, holding."""
     STOPPING = "stopping"
     """The period is finished first."""
     ABORTING = "aborting"
     HALTING = "halting"
 
 
-Wish = Literal["pause", "resume", "stop", "abort", "halt"]
+Wish = Literal["pause", "pause_after", "resume", "stop", "abort", "halt"]
 
 _S = SessionState
 TRANSITIONS: Mapping[SessionState, Mapping[Wish, SessionState]] = {
-    _S.IDLE: {},
-    _S.RUNNING: {"pause": _S.PAUSING, "stop": _S.STOPPING, "abort": _S.ABORTING, "halt": _S.HALTING},
+    _S.IDLE: {"stop": _S.STOPPING, "abort": _S.ABORTING, "halt": _S.HALTING},
+    _S.RUNNING: {
+        "pause": _S.PAUSING,
+        "pause_after": _S.PAUSING_AFTER,
+        "stop": _S.STOPPING,
+        "abort": _S.ABORTING,
+        "halt": _S.HALTING,
+    },
+    _S.PAUSING_AFTER: {
+        "pause": _S.PAUSING,
+        "resume": _S.RUNNING,
+        "stop": _S.STOPPING,
+        "abort": _S.ABORTING,
+        "halt": _S.HALTING,
+    },
     _S.PAUSING: {
         "resume": _S.RUNNING,
         "stop": _S.STOPPING,
@@ -51,7 +68,11 @@ TRANSITIONS: Mapping[SessionState, Mapping[Wish, SessionState]] = {
     _S.ABORTING: {"halt": _S.HALTING},
     _S.HALTING: {},
 }
-"""Which wish is followed in which state; no other is: nothing takes back a stop, an abort or a halt."""
+"""Which wish is followed in which state; no other is: nothing takes back a stop, an abort or a halt.
+
+An end that is wished for before the stream counts for it: whoever presses a key between the yes and the first
+torque means it.
+"""
 
 REST_SECONDS = 0.4
 """Without a new sample for so long, a session that was to pause is at rest: they come every 0.05 s."""
@@ -73,20 +94,23 @@ class Conduct:
         # Reentrant: a signal handler may interrupt its own thread in here.
         self._lock = threading.RLock()
         self._state = SessionState.IDLE
+        self._ended = False
         self._last_sample = 0.0
 
     @property
     def state(self) -> SessionState:
         """What the session is doing now."""
         with self._lock:
-            if self._state is SessionState.PAUSING and self._clock() - self._last_sample > REST_SECONDS:
+            pausing = self._state in (SessionState.PAUSING, SessionState.PAUSING_AFTER)
+            if pausing and self._clock() - self._last_sample > REST_SECONDS:
                 self._state = SessionState.PAUSED
             return self._state
 
     def begin(self) -> None:
         """The stream is about to start."""
         with self._lock:
-            self._state = SessionState.RUNNING
+            if self._state is SessionState.IDLE:
+                self._state = SessionState.RUNNING
             self._last_sample = self._clock()
 
     def on_samples(self, samples: Samples) -> None:
@@ -102,6 +126,7 @@ class Conduct:
         """The stream is over."""
         with self._lock:
             self._state = SessionState.IDLE
+            self._ended = True
 
     def wish(self, wish: Wish, reason: str = "") -> bool:
         """Follow a wish, if the state allows it; False where it does not.
@@ -112,7 +137,7 @@ class Conduct:
         """
         with self._lock:
             following = TRANSITIONS[self.state].get(wish)
-            if following is None:
+            if following is None or self._ended:
                 return False
             self._state = following
             self._last_sample = self._clock()
@@ -121,6 +146,7 @@ class Conduct:
         else:
             {
                 "pause": self.control.pause,
+                "pause_after": self.control.pause_after,
                 "stop": self.control.stop,
                 "abort": self.control.abort,
                 "halt": self.control.halt,

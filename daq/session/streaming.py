@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.identification.run_facts import outcome_facts, run_facts
 from daq.recording.capture import Facts
 from daq.recording.fault_ring import FaultRing
 from daq.recording.listener import listening
 from daq.recording.recorder import Recorder
+from daq.recording.run_facts import outcome_facts, run_facts
 from daq.recording.temperatures import drive_temperatures
-from daq.service.spool import Spooling
+from daq.session.spool import Spooling
 from daq.session.states import Conduct
 from daq.session.watching import Nobody, Watcher
 from drivers import ArmSession, Samples, StreamResult
@@ -73,13 +73,13 @@ def stream_recorded(
                 conduct.on_samples(samples)
                 watcher.samples(samples)
 
-            recorder.write_temperatures(drive_temperatures(session))
+            recorder.write_temperatures(drive_temperatures(session, recorder.clock))
             conduct.begin()
             result = session.stream(
                 trajectory.position, keep, control=conduct.control, period_ends=period_ends(trajectory)
             )
             ring.ended(result)
-            recorder.write_temperatures(drive_temperatures(session))
+            recorder.write_temperatures(drive_temperatures(session, recorder.clock))
             recorder.finish(outcome_facts(result))
     finally:
         conduct.end()

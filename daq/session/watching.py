@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from daq.progress import Update
 from daq.session.states import Conduct
+from daq.text.progress import Update
 from drivers import Samples, StreamResult
 from trajectories import Trajectory
 

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import errno
-import fcntl
-import os
-import re
 import socket
-import tempfile
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import can
 
-from drivers.bus.channel import Channel
 from drivers.bus.multicast import LocalMulticastBus, enlarge_receive_buffer
 from drivers.errors import BusError
+from drivers.frames.channel import Channel
 
 __all__ = [
     "BusError",
-    "BusLock",
     "Channel",
     "describe_cob_id",
     "listen_for_traffic",
@@ -98,64 +91,6 @@ def _can_devices() -> list[str]:
     """Names of the CAN devices of this machine (ARPHRD_CAN is 280)."""
     kinds = Path("/sys/class/net").glob("*/type")
     return sorted(kind.parent.name for kind in kinds if kind.read_text().strip() == "280")
-
-
-class BusLock:
-    """A lease on one role at one channel of this machine; the system drops it when the process dies.
-
-    Args:
-        channel: which bus.
-        role: what only one process may be there, such as ``master``.
-
-    Raises:
-        BusError: another process holds it, or the file cannot be made.
-    """
-
-    def __init__(self, channel: Channel, role: str = "master") -> None:
-        name = re.sub(r"[^A-Za-z0-9.]+", "-", f"armhil-{role}-{channel}")
-        self.path = Path(tempfile.gettempdir()) / f"{name}.lock"
-        self._descriptor: int | None = self._acquire(channel, role)
-
-    def _acquire(self, channel: Channel, role: str) -> int:
-        while True:
-            try:
-                descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-            except OSError as error:
-                raise BusError(f"cannot lock {channel}: {self.path}: {error.strerror}") from error
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                os.close(descriptor)
-                raise BusError(f"{channel} is occupied: another armhil run holds it as {role}") from None
-            if self._is_named(descriptor):
-                return descriptor
-            os.close(descriptor)
-
-    def _is_named(self, descriptor: int) -> bool:
-        """Whether the locked file is still the one of that name: its last holder removes it."""
-        try:
-            return os.path.samestat(os.fstat(descriptor), self.path.stat())
-        except FileNotFoundError:
-            return False
-
-    def release(self) -> None:
-        """Give the lease back."""
-        if self._descriptor is not None:
-            # Removed while it is held: who opened it before will find that it has no name any more.
-            self.path.unlink(missing_ok=True)
-            os.close(self._descriptor)
-            self._descriptor = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.release()
 
 
 def listen_for_traffic(

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
-from drivers.cyclic.job import Budgets
-from drivers.cyclic.layout import RPDO, DriveLink, tpdo_layouts
 from drivers.errors import DriveError
-from drivers.setup.period import interpolation_period
+from drivers.frames.job import Budgets
+from drivers.frames.layout import RPDO, DriveLink
+from drivers.frames.period import interpolation_period
 from robots.description import Robot
 
 _CONTROL_BITS, _STUFFABLE, _UNSTUFFED = 34, 33, 13
@@ -77,8 +77,10 @@ class BusBudget:
         """Of the links as they are mapped."""
         tpdos: dict[int, int] = {}
         for link in links:
-            for layout in tpdo_layouts(link.control_signal_bits, link.velocity_bits):
-                tpdos[layout.size] = tpdos.get(layout.size, 0) + 1
+            sizes = [pdo.layout.size for pdo in link.transmitted()]
+            sizes += [sum(entry.bits for entry in pdo.objects) // 8 for pdo in link.idle_tpdos]
+            for size in sizes:
+                tpdos[size] = tpdos.get(size, 0) + 1
         beats = sum(1 / link.heartbeat for link in links if link.heartbeat > 0)
         beats += _HEARTBEATS_PER_WATCH / budgets.watch_seconds
         n = len(links)

@@ -13,6 +13,7 @@ HOMING: Final = 6
 
 DEVICE_TYPE: Final = 0x1000
 SYNC_COB_ID: Final = 0x1005
+SYNC_PERIOD: Final = 0x1006
 IDENTITY: Final = 0x1018
 EMCY_COB_ID: Final = 0x1014
 HEARTBEAT_CONSUMER: Final = 0x1016
@@ -65,5 +66,11 @@ SETTINGS: Final[dict[str, tuple[int, int, bool]]] = {
     "608F:02": (0x608F, 2, False),
     "6091:01": (0x6091, 1, False),
     "6091:02": (0x6091, 2, False),
+    "6092:01": (0x6092, 1, False),
+    "6092:02": (0x6092, 2, False),
+    "6096:01": (0x6096, 1, False),
+    "6096:02": (0x6096, 2, False),
+    "60A8": (0x60A8, 0, False),
+    "60A9": (0x60A9, 0, False),
 }
 """Settings that matter for safety and units, read where a drive has them: index, subindex, signed."""

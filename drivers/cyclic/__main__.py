@@ -17,14 +17,14 @@ from dataclasses import asdict, replace
 from types import FrameType
 
 from drivers.bus.access import open_bus
+from drivers.bus.lockout import Lockout
 from drivers.cyclic import realtime
 from drivers.cyclic.exchange import receive_cob_ids
-from drivers.cyclic.job import Job
 from drivers.cyclic.loop import Loop
-from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import ENDED_BY_ITSELF, StreamResult
 from drivers.errors import BusError
-from drivers.setup.lockout import Lockout
+from drivers.frames.job import Job
+from drivers.frames.ring import Ring
+from drivers.frames.samples import ENDED_BY_ITSELF, StreamResult
 
 
 class _Termination:

@@ -7,23 +7,36 @@ at SYNC k+1, record. So the reference of row k is what was sent in the RPDOs bef
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 
 from drivers.bus.ports import FramePort
 from drivers.cia402.states import MODE_BIT, Command, Goal, has_torque, next_controlword
 from drivers.cyclic.delays import Delays
 from drivers.cyclic.exchange import Exchange
-from drivers.cyclic.job import Job
 from drivers.cyclic.pacemaker import Pacemaker
-from drivers.cyclic.ring import Ring
 from drivers.cyclic.set_point_guard import SetPointGuard
 from drivers.cyclic.watch import Watch
+from drivers.frames.job import Job
+from drivers.frames.ring import Ring
 
 RECEIVE_SHARE = 0.6
 """Share of the period for TPDOs; the rest is for the RPDOs to get out before the next SYNC."""
 LEAST_RECEIVE_SHARE = 0.1
+LONGEST_RECEIVE_SHARE = 0.9
 HEARTBEATS_PER_WATCH = 4
 """Heartbeats of the master in the time after which the drives would miss them."""
+
+
+def receive_seconds(job: Job) -> float:
+    """How long after a SYNC answers are waited for: longer where a kind of drive is that slow, s."""
+    slowest = max((link.tpdo_delay for link in job.links), default=0.0)
+    longest = LONGEST_RECEIVE_SHARE * job.cycle_time
+    return max(RECEIVE_SHARE * job.cycle_time, min(slowest + LEAST_RECEIVE_SHARE * job.cycle_time, longest))
+
+
+_Row = tuple[tuple[float, ...], list[bool]]
+"""What the ring takes, and which drives answered."""
 
 
 class Cycle:
@@ -72,10 +85,14 @@ class Cycle:
         """Of the recorded part."""
         self._answered_at = 0.0
         self._answers_were_late = False
-        self._pending: tuple[tuple[float, ...], list[bool]] | None = None
+        self._newest: _Row | None = None
+        """Recorded since the latest SYNC."""
+        self._held: deque[_Row | None] = deque()
+        """Of the SYNCs before, the oldest first; None where nothing was recorded."""
         self._guard = SetPointGuard(job)
         self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
         """Axes whose controlword has bit 4 under torque: they interpolate, or search their home."""
+        self._receive_seconds = receive_seconds(job)
         self._heartbeat_every = job.budgets.watch_seconds / HEARTBEATS_PER_WATCH
         self._next_heartbeat = 0.0
 
@@ -94,7 +111,7 @@ class Cycle:
         self.publish()
         # A drive that is lost is not waited for.
         until = max(
-            self.pace.deadline + RECEIVE_SHARE * period,
+            self.pace.deadline + self._receive_seconds,
             now + LEAST_RECEIVE_SHARE * period,
             now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
         )
@@ -158,7 +175,7 @@ class Cycle:
             *seen.velocity,
             *seen.statusword,
         )
-        self._pending = row, seen.complete
+        self._newest = row, list(seen.complete)
         self.rows += 1
         self.missed += self.pace.missed_now
         if self.pace.missed_now:
@@ -166,17 +183,38 @@ class Cycle:
         self.late += self.pace.late_now
 
     def publish(self) -> None:
-        """Hand out the row of the SYNC before, now that it is known which drives answered it in time.
+        """Hand out the oldest row that is held, now that it is known what else came in its time.
 
-        A drive that answers twice between two SYNCs gave its first answer to the SYNC before that.
+        A drive that answers twice between two SYNCs has no sample there; and where the second answer was not
+        one that was missed before, the answers before may have been the wrong ones, too, and these the right
+        ones, late. So each row waits for as many SYNCs as an answer may be late.
         """
-        if self._pending is None:
+        self._held.append(self._newest)
+        self._newest = None
+        answers = self.exchange.answers
+        if answers.doubtful:
+            _doubt(self._held[-1], answers.doubled)
+            for row in self._held:
+                _doubt(row, answers.swapped)
+        if len(self._held) > self.job.budgets.held_cycles:
+            self._hand_out(self._held.popleft())
+
+    def hand_out_all(self) -> None:
+        """The stream is over."""
+        self.publish()
+        while self._held:
+            self._hand_out(self._held.popleft())
+
+    def _hand_out(self, row: _Row | None) -> None:
+        if row is None:
             return
-        row, complete = self._pending
-        self._pending = None
-        complete = [c and not d for c, d in zip(complete, self.exchange.doubled, strict=True)]
-        self.incomplete += not all(complete)
-        if not self.ring.write(*row, *complete):
+        self.incomplete += not all(row[1])
+        if not self.ring.write(*row[0], *row[1]):
             self.watch.abort("the samples were not fetched in time: the ring is full")
             return
         self.recorded += 1
+
+
+def _doubt(row: _Row | None, doubted: Sequence[bool]) -> None:
+    if row is not None:
+        row[1][:] = [complete and not d for complete, d in zip(row[1], doubted, strict=True)]

@@ -10,20 +10,16 @@ from drivers.bus.access import describe_cob_id
 from drivers.bus.error_frames import ERROR_FLAG, error_report
 from drivers.bus.ports import Frame, FramePort
 from drivers.cia402.emergency import EmergencyMessage
-from drivers.cyclic.layout import (
+from drivers.cyclic.answers import Answers
+from drivers.frames.layout import (
     NMT_COB_ID,
     RPDO,
     SYNC_COB_ID,
     DriveLink,
     emcy_cob_id,
-    fits_beside_position,
     heartbeat_cob_id,
-    rpdo_cob_id,
     sdo_answer_cob_id,
     sdo_request_cob_id,
-    second_tpdo_cob_id,
-    tpdo_cob_id,
-    tpdo_layouts,
 )
 
 OPERATIONAL = 5
@@ -34,22 +30,25 @@ LONGEST_NAP = 0.001
 """s; longer answers are the exception, which must not set the rule."""
 _NAP_GAIN = 0.25
 _NAP_SHRINK = 0.998
+_USUAL = ("statusword", "position", "control_signal")
+"""Of the one TPDO that most drives send."""
 
 
 def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
     """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
-    kinds = (tpdo_cob_id, second_tpdo_cob_id, emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id)
-    return [*(kind(link.node) for link in links for kind in kinds), *_own_cob_ids(links, master_node)]
+    kinds = (emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id)
+    answers = [pdo.cob_id for link in links for pdo in link.transmitted()]
+    return [
+        *answers,
+        *(kind(link.node) for link in links for kind in kinds),
+        *_own_cob_ids(links, master_node),
+    ]
 
 
 def _own_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
     """COB-IDs of this master; own frames are not received, so one that is comes from another master."""
-    rpdos = [rpdo_cob_id(link.node) for link in links]
+    rpdos = [link.rpdo_cob_id for link in links]
     return [NMT_COB_ID, SYNC_COB_ID, heartbeat_cob_id(master_node), *rpdos]
-
-
-def _layouts(link: DriveLink) -> tuple[struct.Struct, ...]:
-    return tpdo_layouts(link.control_signal_bits, link.velocity_bits)
 
 
 class Exchange:
@@ -76,9 +75,9 @@ class Exchange:
         self.control_signal = [0] * n
         self.velocity = [0] * n
         """Of drives that send it; else 0."""
-        self.complete = [False] * n
-        self.doubled = [False] * n
-        """Drives whose answer to the SYNC before came after the next one's: theirs was one SYNC late."""
+        self.answers = Answers(links, [len(link.transmitted()) for link in links])
+        self.complete = self.answers.complete
+        """Whether each drive has answered the latest SYNC; always the same list."""
         self.emergencies: list[list[EmergencyMessage]] = [[] for _ in links]
         """EMCYs heard that are no resets, per axis."""
         self.nmt_state: list[int | None] = [None] * n
@@ -98,10 +97,7 @@ class Exchange:
         self._clock, self._sleep = clock, sleep
         self._heartbeat_id = heartbeat_cob_id(master_node)
         self._nodes = [link.node for link in links]
-        self._send_rpdos = port.prepare([rpdo_cob_id(link.node) for link in links], RPDO.size)
-        self._whole = [(1 << len(_layouts(link))) - 1 for link in links]
-        self._parts = [0] * n
-        self._missing = n
+        self._send_rpdos = port.prepare([link.rpdo_cob_id for link in links], RPDO.size)
         self._sorters = self._make_sorters(links)
         for cob_id in _own_cob_ids(links, master_node):
             self._sorters[cob_id] = self._foreign(cob_id)
@@ -110,18 +106,15 @@ class Exchange:
     def _make_sorters(self, links: Sequence[DriveLink]) -> dict[int, Callable[[bytes], None]]:
         sorters: dict[int, Callable[[bytes], None]] = {}
         for axis, link in enumerate(links):
-            layouts = _layouts(link)
-            if len(layouts) == 1:
-                sorters[tpdo_cob_id(link.node)] = self._whole_tpdo(axis, layouts[0].size, layouts[0].unpack)
+            pdos = link.transmitted()
+            if len(pdos) == 1 and pdos[0].fields == _USUAL:
+                layout = pdos[0].layout
+                sorters[pdos[0].cob_id] = self._whole_tpdo(axis, layout.size, layout.unpack)
             else:
-                first, second = layouts
-                beside = fits_beside_position(link.control_signal_bits)
-                signal = [self.control_signal]
-                state = [self.statusword, self.position, *(signal if beside else [])]
-                rest = [*([] if beside else signal), *([self.velocity] if link.velocity_bits else [])]
-                sorters[tpdo_cob_id(link.node)] = self._part_of_tpdo(axis, 1, first, state)
-                sorters[second_tpdo_cob_id(link.node)] = self._part_of_tpdo(axis, 2, second, rest)
-            sorters[emcy_cob_id(link.node)] = self._emcy(axis)
+                for number, pdo in enumerate(pdos):
+                    places = [getattr(self, field) for field in pdo.fields]
+                    sorters[pdo.cob_id] = self._part_of_tpdo(axis, 1 << number, pdo.layout, places)
+            sorters[emcy_cob_id(link.node)] = self._emcy(axis, link.name, link.warnings)
             sorters[heartbeat_cob_id(link.node)] = self._heartbeat(axis)
             sorters[sdo_answer_cob_id(link.node)] = self._sdo_answer(axis)
         return sorters
@@ -131,14 +124,13 @@ class Exchange:
     def sync(self) -> None:
         """Take in what is left of the last cycle, then send the SYNC.
 
-        A TPDO that comes now belongs to the SYNC before and must not pass for the answer to this one.
+        A TPDO that comes now is late, or a second one: it belongs to the SYNC before.
         """
-        had = self.complete
-        self._await_all()
         if frames := self._port.drain():
             self._take(frames)
-        self.doubled = [before and now for before, now in zip(had, self.complete, strict=True)]
-        self._await_all()
+        failure = self.answers.close()
+        if failure is not None and self.bus_failure is None:
+            self.bus_failure = failure
         self._send(SYNC_COB_ID, b"")
 
     def receive(self, until: float) -> bool:
@@ -154,17 +146,18 @@ class Exchange:
         nap = min(self._nap, until - start)
         if nap > 0:
             self._sleep(nap)
+        answers = self.answers
         self._take(self._port.drain())
-        if not self._missing:
+        if not answers.missing:
             self._nap *= _NAP_SHRINK
             return True
-        while self._missing and (left := until - self._clock()) > 0:
+        while answers.missing and (left := until - self._clock()) > 0:
             self._port.wait(left)
             self._take(self._port.drain())
-        if not self._missing:
+        if not answers.missing:
             took = self._clock() - start
             self._nap = min(LONGEST_NAP, self._nap + _NAP_GAIN * (took - self._nap))
-        return not self._missing
+        return not answers.missing
 
     def send(self, controlwords: Sequence[int], targets: Sequence[int]) -> None:
         """Send each drive its controlword and set-point, in counts; latched at the next SYNC."""
@@ -198,12 +191,6 @@ class Exchange:
 
     # Sorting --------------------------------------------------------------------------------
 
-    def _await_all(self) -> None:
-        n = len(self._nodes)
-        self.complete = [False] * n
-        self._parts = [0] * n
-        self._missing = n
-
     def _take(self, frames: list[Frame]) -> None:
         sorters = self._sorters
         for cob_id, data in frames:
@@ -224,40 +211,48 @@ class Exchange:
     def _whole_tpdo(
         self, axis: int, size: int, unpack: Callable[[bytes], tuple[int, ...]]
     ) -> Callable[[bytes], None]:
+        answers, complete = self.answers, self.complete
+        words, positions, signals = self.statusword, self.position, self.control_signal
+
         def sort(data: bytes) -> None:
-            if len(data) == size:
-                self.statusword[axis], self.position[axis], self.control_signal[axis] = unpack(data)
-                if not self.complete[axis]:
-                    self.complete[axis] = True
-                    self._missing -= 1
+            if len(data) != size:
+                answers.odd_size(axis, len(data))
+                return
+            words[axis], positions[axis], signals[axis] = unpack(data)
+            if complete[axis]:
+                answers.again(axis)
+                return
+            complete[axis] = True
+            answers.missing -= 1
 
         return sort
 
     def _part_of_tpdo(
         self, axis: int, part: int, layout: struct.Struct, places: list[list[int]]
     ) -> Callable[[bytes], None]:
-        """For one of a drive's two TPDOs, with the lists that its values go to."""
-        size, unpack = layout.size, layout.unpack
+        """For one of a drive's TPDOs, with its bit and the lists that its values go to."""
+        size, unpack, answers = layout.size, layout.unpack, self.answers
 
         def sort(data: bytes) -> None:
-            if len(data) == size:
-                for place, value in zip(places, unpack(data), strict=True):
-                    place[axis] = value
-                self._note_part(axis, part)
+            if len(data) != size:
+                answers.odd_size(axis, len(data))
+                return
+            for place, value in zip(places, unpack(data), strict=True):
+                place[axis] = value
+            answers.part(axis, part)
 
         return sort
 
-    def _note_part(self, axis: int, part: int) -> None:
-        self._parts[axis] |= part
-        if self._parts[axis] == self._whole[axis] and not self.complete[axis]:
-            self.complete[axis] = True
-            self._missing -= 1
-
-    def _emcy(self, axis: int) -> Callable[[bytes], None]:
+    def _emcy(self, axis: int, name: str, warnings: frozenset[int]) -> Callable[[bytes], None]:
         def sort(data: bytes) -> None:
             message = EmergencyMessage.decode(data)
-            if message is not None and not message.is_reset:
-                self.emergencies[axis].append(message)
+            if message is None or message.is_reset:
+                return
+            if message.code in warnings:
+                text = f"{name}: {message} (a warning of this kind of drive)"
+                self.reports[text] = self.reports.get(text, 0) + 1
+                return
+            self.emergencies[axis].append(message)
 
         return sort
 

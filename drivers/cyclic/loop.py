@@ -10,12 +10,12 @@ import can
 from drivers.bus.ports import frame_port
 from drivers.cyclic.cycle import Cycle
 from drivers.cyclic.ending import how_it_is_left
-from drivers.cyclic.job import HomingJob, Job
+from drivers.cyclic.following import Follower
+from drivers.cyclic.homing import home
 from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
-from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import StreamResult
-from drivers.motion.following import Follower
-from drivers.motion.homing import home
+from drivers.frames.job import HomingJob, Job
+from drivers.frames.ring import Ring
+from drivers.frames.samples import StreamResult
 
 
 class Loop:
@@ -68,6 +68,8 @@ class Loop:
         recorded = watch.fine
         if recorded:
             recorded = self._follower.stream()
+        if watch.fine:
+            self._follower.arrive()
         if watch.halting:
             quick_stop(self.cycle, recorded)
         else:
@@ -82,7 +84,7 @@ class Loop:
 
     def _result(self, torque: tuple[str, ...], moving: tuple[str, ...]) -> StreamResult:
         cycle = self.cycle
-        cycle.publish()
+        cycle.hand_out_all()
         outcome, reason = cycle.watch.verdict()
         reports = [f"{text} ({count} times)" for text, count in cycle.exchange.reports.items()]
         if cycle.exchange.send_failures:
@@ -98,6 +100,7 @@ class Loop:
             notes=(*self._notes, *cycle.watch.notes(), *reports, *filter(None, [cycle.delays.words()])),
             missed_for=cycle.delays.missed,
             overflows=cycle.exchange.overflows(),
+            doubtful=cycle.exchange.answers.words(),
             pauses=tuple(self._follower.pauses),
             torque_unconfirmed=torque,
             rest_unconfirmed=moving,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from drivers.cia402 import objects
 from drivers.cia402.states import LEVEL, Goal, State, has_torque, refusal, state_of
+from drivers.cyclic.answers import DOUBLES_FORGIVEN
 from drivers.cyclic.cycle import Cycle
 
 DISABLE_SECONDS = 1.0
@@ -64,6 +65,7 @@ def enable(cycle: Cycle) -> bool:
             _refuse_enable(cycle, goal)
             return False
         cycle.watch.enabled = goal is Goal.OPERATION_ENABLED
+    cycle.exchange.answers.forgiven = DOUBLES_FORGIVEN
     if job.brake_release > 0:
         hold_for(cycle, job.brake_release)
     return cycle.watch.fine

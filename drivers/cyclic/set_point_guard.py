@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from drivers.cyclic.job import Job
+from drivers.frames.job import Job
 
 MARGIN = 0.01
 """Relative, on acceleration limits."""

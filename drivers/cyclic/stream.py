@@ -21,12 +21,11 @@ from typing import IO, Any
 
 from numpy.typing import NDArray
 
-import drivers
-from drivers.cyclic.job import Job
-from drivers.cyclic.requests import Request, StreamControl
-from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import Samples, StreamResult
 from drivers.errors import BusError
+from drivers.frames.job import Job
+from drivers.frames.requests import Request, StreamControl
+from drivers.frames.ring import Ring
+from drivers.frames.samples import Samples, StreamResult
 
 log = logging.getLogger(__name__)
 
@@ -41,6 +40,11 @@ REQUESTED = {
 }
 """What the cyclic process says of a request, and what that adds to the reason of who asked."""
 
+
+class BusNotOpened(BusError):
+    """The cyclic process could not open the bus: no drive was told anything."""
+
+
 OnSamples = Callable[[Samples], None]
 
 
@@ -52,7 +56,7 @@ def run_stream(job: Job, on_samples: OnSamples, control: StreamControl) -> Strea
     raised then.
 
     Raises:
-        BusError: the cyclic process could not open the bus.
+        BusNotOpened: the cyclic process could not open the bus.
     """
     ring = Ring.create(len(job.links), job.ring_capacity)
     with tempfile.TemporaryFile() as errors, _signals_abort(control):
@@ -72,13 +76,15 @@ def run_stream(job: Job, on_samples: OnSamples, control: StreamControl) -> Strea
         result = _result(answer, process.returncode, errors, job)
     for note in result.notes:
         log.info("cyclic process: %s", note)
+    for words in result.doubtful:
+        log.warning("%s", words)
     if (asked := control.reason) and result.reason in REQUESTED:
         return replace(result, reason=asked + REQUESTED[result.reason])
     return result
 
 
 def _start(job: Job, ring: Ring, errors: IO[bytes]) -> subprocess.Popen[bytes]:
-    root = str(Path(drivers.__file__).parent.parent)
+    root = str(Path(__file__).resolve().parents[2])
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "drivers.cyclic", str(ring.descriptor)],
@@ -136,16 +142,25 @@ def _result(answer: bytes, code: int, errors: IO[bytes], job: Job) -> StreamResu
     if answer.strip():
         message = json.loads(answer)
         if "bus_error" in message:
-            raise BusError(message["bus_error"])
+            raise BusNotOpened(message["bus_error"])
         fields = message["result"]
-        lists = ("notes", "pauses", "torque_unconfirmed", "rest_unconfirmed", "restarted")
+        lists = ("notes", "doubtful", "pauses", "torque_unconfirmed", "rest_unconfirmed", "restarted")
         return StreamResult(**fields | {name: tuple(fields[name]) for name in lists})
     errors.seek(0)
     log.error("the cyclic process failed: %s", errors.read().decode(errors="replace").strip())
     reason = f"the cyclic process ended without a result (exit code {code})"
     # The drives have missed their master by now and stopped by themselves; nobody has seen it.
     return StreamResult(
-        "aborted", reason, 0, 0, 0, torque_unconfirmed=job.drives, rest_unconfirmed=job.drives
+        outcome="aborted",
+        reason=reason,
+        cycles=None,
+        missed_cycles=None,
+        late_cycles=None,
+        incomplete_cycles=None,
+        incomplete_before=None,
+        overflows=None,
+        torque_unconfirmed=job.drives,
+        rest_unconfirmed=job.drives,
     )
 
 

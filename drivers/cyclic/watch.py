@@ -14,12 +14,12 @@ from drivers.cia402.states import (
     state_of,
 )
 from drivers.cyclic.exchange import OPERATIONAL, Exchange
-from drivers.cyclic.job import Job
+from drivers.cyclic.motion_checks import MotionChecks
 from drivers.cyclic.pacemaker import Pacemaker
-from drivers.cyclic.requests import Request
-from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import Outcome
-from drivers.motion.motion_checks import MotionChecks
+from drivers.frames.job import Job
+from drivers.frames.requests import Request
+from drivers.frames.ring import Ring
+from drivers.frames.samples import Outcome
 
 _STATE_BITS = 0x6F
 _ENABLED_BITS = 0x27

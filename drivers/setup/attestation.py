@@ -9,14 +9,24 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 
 
-def refuse_unattested(robot: Robot, attested: bool) -> None:
-    """Refuse to move an arm with drives that lose their position with the supply.
+def refuse_unattested(robot: Robot, attested: bool, doubt: str | None = None) -> None:
+    """Refuse to move an arm with drives that lose their position with the supply, or whose zero has moved.
+
+    Args:
+        robot: the arm.
+        attested: whether somebody has said since the opening where it stands.
+        doubt: what speaks against the drives' positions.
 
     Raises:
         DriveError: names the first such joint.
     """
     if attested:
         return
+    if doubt is not None:
+        raise DriveError(
+            f"{doubt}: its zero has moved, or it was moved while nothing drove it; look where it stands and"
+            " attest that (`armhil home`, or --stands-at) before it moves"
+        )
     for joint, drive in zip(robot.joint, robot.drive, strict=True):
         if drive.position_reference == "homing":
             raise DriveError(

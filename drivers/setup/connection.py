@@ -4,29 +4,41 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
-from drivers.bus.access import BusLock, describe_cob_id, listen_for_traffic
+import robots
+from drivers.bus.access import describe_cob_id, listen_for_traffic
 from drivers.bus.budget import BusBudget
-from drivers.bus.channel import Channel
+from drivers.bus.bus_lock import BusLock
 from drivers.cia402 import objects
 from drivers.cia402.states import State, state_of
-from drivers.cyclic.job import Budgets
-from drivers.cyclic.layout import DriveLink, master_cob_ids
 from drivers.errors import BusError, DriveError
+from drivers.frames.channel import Channel
+from drivers.frames.job import Budgets
+from drivers.frames.layout import DriveLink, master_cob_ids
+from drivers.frames.units import Units
 from drivers.setup.drive import DriveReport, configure, refuse
 from drivers.setup.guarding import acknowledge_fault, arm, prove
 from drivers.setup.mapping import refuse_shared_cob_ids, transmitted_cob_ids
 from drivers.setup.restarts import Settings, lasting_settings, lost_setting
 from drivers.setup.sdo import SdoAccess, SdoNetwork
-from drivers.units import Units
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 log = logging.getLogger(__name__)
 
-_ACKNOWLEDGE = "acknowledge it before enabling"
+
+def acknowledge_command(robot: Robot, channel: Channel) -> str:
+    """What to type to go on after a fault of this arm on this bus."""
+    shipped = robot.folder.resolve().parent == Path(robots.__file__).resolve().parent
+    words = ["armhil acknowledge", robot.folder.name if shipped else str(robot.folder)]
+    if channel.interface != robot.bus.interface:
+        words.append(f"--interface {channel.interface}")
+    if str(channel) != f"{robot.bus.interface}:{robot.bus.channel}":
+        words.append(f"--channel {channel.name}")
+    return " ".join(words)
 
 
 class Connection:
@@ -42,6 +54,8 @@ class Connection:
         self.reports: tuple[DriveReport, ...] = ()
         """What the set-up found, in the order of the axes."""
         self._robot, self._channel, self._budgets = robot, channel, budgets
+        self.way_on = f"look at the arm, then `{acknowledge_command(robot, channel)}`"
+        """What a refusal ends with where somebody has to look."""
         self._units = Units.of(robot)
         self._nodes = tuple(drive.node_id for drive in robot.drive)
         self._names = tuple(
@@ -194,11 +208,11 @@ class Connection:
         self._note_boot_ups(self.network())
         for name in self._names:
             if name in self._restarted:
-                raise DriveError(f"{name} has started anew since it was configured; {_ACKNOWLEDGE}")
+                raise DriveError(f"{name} has started anew since it was configured; {self.way_on}")
         for sdo, settings, report in zip(self.drives, self._settings, self.reports, strict=True):
             if (lost := lost_setting(sdo, settings, report)) is not None:
                 self._restarted.add(sdo.drive)
-                raise DriveError(f"{sdo.drive} has lost its configuration ({lost}); {_ACKNOWLEDGE}")
+                raise DriveError(f"{sdo.drive} has lost its configuration ({lost}); {self.way_on}")
 
     def _has_restarted(self) -> bool:
         try:
@@ -220,7 +234,7 @@ class Connection:
         for sdo, name in zip(self.drives, self._names, strict=True):
             state = state_of(sdo.read_int(objects.STATUSWORD))
             if state in (State.FAULT, State.FAULT_REACTION):
-                raise DriveError(f"{name} is in state {state.value!r}; {_ACKNOWLEDGE}")
+                raise DriveError(f"{name} is in state {state.value!r}; {self.way_on}")
 
     def actual_position(self) -> FloatArray:
         """(n,) joint positions, rad or m (6064h).
@@ -231,6 +245,14 @@ class Connection:
         return self._units.position(
             [sdo.read_int(objects.ACTUAL_POSITION, signed=True) for sdo in self.drives]
         )
+
+    def home_offsets(self) -> tuple[int | None, ...]:
+        """Home offset (607Ch) of each drive, in its units of position; None where it has none.
+
+        Raises:
+            DriveError: a drive does not answer.
+        """
+        return tuple(sdo.read_optional(objects.HOME_OFFSET, signed=True) for sdo in self.drives)
 
     def temperatures(self) -> FloatArray:
         """(n,) °C; NaN where the description names no object.

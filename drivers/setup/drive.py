@@ -8,15 +8,16 @@ from dataclasses import dataclass, field
 from drivers.cia402 import objects
 from drivers.cia402.emcy import describe_emcy
 from drivers.cia402.states import TORQUE_STATES, State, state_of
-from drivers.cyclic.layout import DriveLink, MappedObject
 from drivers.errors import DriveError
+from drivers.frames.layout import DriveLink, MappedObject
 from drivers.setup.device_needs import compare_identity
 from drivers.setup.eds import read_device_file
 from drivers.setup.findings import Finding
 from drivers.setup.guarding import has_consumer, set_abort_option, set_deadline
 from drivers.setup.limits import compare_limits
-from drivers.setup.mapping import map_pdos
-from drivers.setup.period import interpolation_period
+from drivers.setup.mapping import PdoPlan, map_pdos
+from drivers.setup.mode import choose_mode, set_mode, set_period, start_up
+from drivers.setup.profiles import Profile, choose_profile
 from drivers.setup.sdo import SdoAccess
 from drivers.setup.synchronisation import sync_findings
 from robots.description import Drive, Robot
@@ -24,14 +25,6 @@ from robots.description import Drive, Robot
 HEARTBEAT_MILLISECONDS = 100
 READY_TIMEOUT = 3.0
 """s that a drive may take for its self-test."""
-MODE_TIMEOUT = 1.0
-"""s that a drive may take to show a mode that it accepted."""
-
-_MODE_NAMES = {
-    objects.HOMING: "homing",
-    objects.INTERPOLATED_POSITION: "ip",
-    objects.CYCLIC_SYNCHRONOUS_POSITION: "csp",
-}
 
 
 @dataclass(frozen=True)
@@ -61,6 +54,12 @@ class DriveReport:
     settings: dict[str, int | None] = field(default_factory=dict)
     """Objects for safety and units, by index (and subindex); None where the drive does not have one."""
     findings: tuple[Finding, ...] = ()
+    profile: Profile = field(default_factory=lambda: choose_profile(None, None, None))
+    """Which kind of drive it was taken for."""
+    plan: PdoPlan | None = None
+    """Its PDOs as they are mapped."""
+    signals: tuple[MappedObject | None, MappedObject | None] = (None, None)
+    """Control signal and velocity."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -77,6 +76,13 @@ class DriveReport:
             interpolated=self.mode == objects.INTERPOLATED_POSITION,
             heartbeat=self.heartbeat,
             watches=self.watches,
+            rpdo=0 if self.plan is None else self.plan.rpdo,
+            tpdos=() if self.plan is None else self.plan.tpdos,
+            control_signal=self.signals[0],
+            velocity=self.signals[1],
+            idle_tpdos=() if self.plan is None else self.plan.idle,
+            warnings=self.profile.warnings,
+            tpdo_delay=self.profile.tpdo_delay,
         )
 
     @property
@@ -104,24 +110,25 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     findings: list[Finding] = []
     _refuse_torque(sdo)
     identity = _identity(sdo, drive, findings)
+    profile = choose_profile(drive.profile, identity[0], identity[1], sdo.drive)
+    start_up(sdo, profile, robot.bus.cycle_time, findings)
     modes = sdo.read_optional(objects.SUPPORTED_MODES)
     control_signal = _mapped(sdo, drive.control_signal.index, drive.control_signal.subindex)
     wanted = drive.velocity
     velocity = None if wanted is None else _mapped(sdo, wanted.index, wanted.subindex)
-    mode = _choose_mode(sdo, modes, findings)
-    map_pdos(sdo, drive.node_id, control_signal, mode == objects.INTERPOLATED_POSITION, velocity)
-    set_mode(sdo, mode)
-    _set_period(sdo, robot.bus.cycle_time)
+    mode = choose_mode(sdo, modes, findings)
+    interpolated = mode == objects.INTERPOLATED_POSITION
+    plan = map_pdos(sdo, drive.node_id, control_signal, interpolated, velocity)
+    findings += plan.findings
+    set_mode(sdo, mode, shown=not profile.mode_shown_when_enabled)
+    set_period(sdo, robot.bus.cycle_time, profile, findings)
     heartbeat = _set_heartbeat(sdo, findings)
     findings += set_abort_option(sdo)
     deadline = set_deadline(sdo, watch_seconds)
     watches = has_consumer(sdo)
     findings += file_findings(robot, axis, identity)
-    settings = {
-        name: sdo.read_optional(index, subindex, signed=signed)
-        for name, (index, subindex, signed) in objects.SETTINGS.items()
-    }
-    findings += _watch_findings(watches, deadline)
+    settings = read_settings(sdo)
+    findings += watch_findings(watches, deadline)
     findings += sync_findings(sdo)
     findings += _standing_error(settings)
     findings += compare_limits(robot, axis, settings)
@@ -143,7 +150,18 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
         statusword=sdo.read_int(objects.STATUSWORD),
         settings=settings,
         findings=tuple(findings),
+        profile=profile,
+        plan=plan,
+        signals=(control_signal, velocity),
     )
+
+
+def read_settings(sdo: SdoAccess) -> dict[str, int | None]:
+    """Objects for safety and units, by index (and subindex); None where the drive does not have one."""
+    return {
+        name: sdo.read_optional(index, subindex, signed=signed)
+        for name, (index, subindex, signed) in objects.SETTINGS.items()
+    }
 
 
 def file_findings(robot: Robot, axis: int, identity: tuple[int | None, ...]) -> list[Finding]:
@@ -184,7 +202,8 @@ def refuse(reports: tuple[DriveReport, ...], names: tuple[str, ...]) -> None:
         raise DriveError(forbidding[0] + more)
 
 
-def _watch_findings(watches: bool, deadline: bool) -> list[Finding]:
+def watch_findings(watches: bool, deadline: bool) -> list[Finding]:
+    """How the drive notices a lost master; one that cannot is refused."""
     if watches:
         return []
     if deadline:
@@ -195,7 +214,8 @@ def _watch_findings(watches: bool, deadline: bool) -> list[Finding]:
         Finding(
             "refusal",
             "1016",
-            "no heartbeat consumer and no RPDO deadline (1400:05): the drive would go on without a master",
+            "no heartbeat consumer and no RPDO deadline (1400:05): the drive would go on without a master "
+            "(node guarding, 100C, is not spoken here)",
         )
     ]
 
@@ -245,47 +265,9 @@ def _identity(sdo: SdoAccess, drive: Drive, findings: list[Finding]) -> tuple[in
     return found
 
 
-def _choose_mode(sdo: SdoAccess, modes: int | None, findings: list[Finding]) -> int:
-    """Cyclic synchronous position; interpolated position for drives that have only that."""
-    if modes is None:
-        findings.append(Finding("warning", "6502", "supported modes absent: csp is tried"))
-        return objects.CYCLIC_SYNCHRONOUS_POSITION
-    for mode in (objects.CYCLIC_SYNCHRONOUS_POSITION, objects.INTERPOLATED_POSITION):
-        if modes >> (mode - 1) & 1:
-            if mode == objects.INTERPOLATED_POSITION:
-                findings.append(Finding("info", "6502", "no csp: interpolated position mode is used"))
-            return mode
-    raise DriveError(
-        f"{sdo.drive}: 6502 = 0x{modes:08X} has neither cyclic synchronous position mode (bit 7) nor "
-        "interpolated position mode (bit 6)"
-    )
-
-
 def _mapped(sdo: SdoAccess, index: int, subindex: int) -> MappedObject:
     """An object with the width that the drive itself gives it."""
     return MappedObject(index, subindex, 8 * len(sdo.read(index, subindex)))
-
-
-def set_mode(sdo: SdoAccess, mode: int) -> None:
-    """Set 6060h, and wait until 6061h shows the same: a drive may stay in its old mode without a word.
-
-    Raises:
-        DriveError: the drive refuses the mode, or does not show it in time.
-    """
-    if mode == objects.INTERPOLATED_POSITION and sdo.read_optional(objects.INTERPOLATION_SUBMODE) is not None:
-        sdo.write_checked(objects.INTERPOLATION_SUBMODE, 0, 0, 2)  # linear
-    sdo.write(objects.MODE, 0, mode, 1)
-    deadline = time.monotonic() + MODE_TIMEOUT
-    while (shown := sdo.read_int(objects.MODE_DISPLAY, signed=True)) != mode:
-        if time.monotonic() > deadline:
-            raise DriveError(f"{sdo.drive}: mode {mode} ({_MODE_NAMES[mode]}) was set but 6061 shows {shown}")
-        time.sleep(0.02)
-
-
-def _set_period(sdo: SdoAccess, cycle_time: float) -> None:
-    value, power = interpolation_period(cycle_time)
-    sdo.write_checked(objects.INTERPOLATION_PERIOD, 1, value, 1)
-    sdo.write_checked(objects.INTERPOLATION_PERIOD, 2, power, 1)
 
 
 def _set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from drivers.cia402 import objects
 from drivers.cia402.emcy import describe_emcy
 from drivers.cia402.states import Command, State, state_of
-from drivers.cyclic.layout import heartbeat_cob_id
 from drivers.errors import DriveError
+from drivers.frames.layout import heartbeat_cob_id
 from drivers.setup.findings import Finding
 from drivers.setup.sdo import SdoAccess, SdoNetwork
 
@@ -106,9 +106,11 @@ def prove(network: SdoNetwork, drives: Sequence[SdoAccess], master: int, seconds
         for sdo in drives
         if state_of(sdo.read_int(objects.STATUSWORD)) is not State.FAULT
     }
-    for sdo in drives:
+    watching = list(waiting.values())
+    for sdo in watching:
         sdo.node.emcy.reset()
-    arm(drives, master, seconds)
+    # A drive in fault is left alone: a lost heartbeat would take the place of what stopped it (603F).
+    arm(watching, master, seconds)
     for _ in range(_BEATS):
         network.network.send_message(heartbeat_cob_id(master), bytes([_SUPPOSED_STATE]))
         time.sleep(_BEAT_SECONDS)
@@ -117,7 +119,7 @@ def prove(network: SdoNetwork, drives: Sequence[SdoAccess], master: int, seconds
     while silent and time.monotonic() < deadline:
         time.sleep(0.01)
         silent = {node: sdo for node, sdo in silent.items() if not _noticed(sdo)}
-    disarm(drives)
+    disarm(watching)
     if silent:
         names = ", ".join(sdo.drive for sdo in silent.values())
         raise DriveError(

@@ -9,8 +9,10 @@ import numpy as np
 
 from drivers.cia402 import objects
 from drivers.errors import DriveError
-from drivers.setup.drive import set_mode
+from drivers.setup.mode import set_mode
 from drivers.setup.sdo import SdoAccess
+from drivers.setup.told_units import Settings
+from drivers.setup.units_check import unknown_velocity_unit, velocity_scale
 from robots.description import Robot
 from robots.drive_description import LARGEST_HOMING_SPEED
 
@@ -82,17 +84,28 @@ class Homing:
         return names.index(self.joint)
 
 
-def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing) -> None:
+def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Settings) -> None:
     """Method, speeds, acceleration and home offset, each read back; then homing mode. Torque stays off.
 
+    Args:
+        sdo: the drive.
+        robot: the description.
+        homing: the search.
+        settings: read from the drive at set-up: what units its velocities have.
+
     Raises:
-        DriveError: the drive has no homing mode, refuses a value or changes it.
+        DriveError: the drive has no homing mode, an unknown unit of velocity, refuses a value or changes it.
     """
     modes = sdo.read_optional(objects.SUPPORTED_MODES)
     if modes is not None and not modes >> (objects.HOMING - 1) & 1:
         raise DriveError(f"{sdo.drive}: 6502 = 0x{modes:08X} has no homing mode (bit 5)")
     axis = homing.axis(robot)
-    size = abs(float(robot.counts_per_output_unit[axis]))
+    if unknown_velocity_unit(robot, axis, settings):
+        raise DriveError(
+            f"{sdo.drive}: 60A9 = 0x{settings['60A9']:08X} is no unit of velocity that is known here: the "
+            "speed of its homing cannot be given; set 60A9 to 0x00B44700 (rev/min)"
+        )
+    size = abs(float(robot.counts_per_output_unit[axis])) / velocity_scale(robot, axis, settings)
     across = np.abs(robot.transmission_matrix)
     speed = homing.share * float((across @ robot.velocity_limits)[axis]) * size
     acceleration = homing.share * float((across @ robot.acceleration_limits)[axis]) * size

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import pi
 
 import numpy as np
 
-from drivers.cyclic.job import following_error_window
+from drivers.frames.job import following_error_window
 from drivers.setup.findings import Finding
+from drivers.setup.told_units import Settings
+from drivers.setup.units_check import compare_units, velocity_scale
 from robots.description import Robot
-
-Settings = Mapping[str, int | None]
-"""Values read from a drive, by ``index`` or ``index:subindex`` in hexadecimal; None where it has none."""
 
 NEAR = 0.01
 """Relative difference below which two limits are the same."""
@@ -21,9 +19,6 @@ WIDE = 2.0
 UNLIMITED = 0xFFFF_FFFF
 LONGEST_FOLLOWING_TIME = 100
 """ms of following error that a drive may watch before it reacts (6066)."""
-
-_POSITION_POLARITY = 0x80
-"""Bit of 607E."""
 
 _STOP_NAMES = {
     "605A": "quick stop",
@@ -54,44 +49,13 @@ def compare_limits(robot: Robot, axis: int, settings: Settings) -> list[Finding]
         settings: read from the drive.
     """
     return [
-        *_units(robot, axis, settings),
+        *compare_units(robot, axis, settings),
         *_position(robot, axis, settings),
         *_following(robot, axis, settings),
         *_speed(robot, axis, settings),
         *_torque(robot, axis, settings),
         *_stops(settings),
     ]
-
-
-def _units(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
-    """608F, 6091 and the sign (607E), described otherwise, move the arm by the wrong amount or way."""
-    drive = robot.drive[axis]
-    found = []
-    counts, turns = settings.get("608F:01"), settings.get("608F:02")
-    if counts:
-        per_turn = counts / (turns or 1)
-        if abs(per_turn - drive.encoder_counts) > NEAR * drive.encoder_counts:
-            found.append(
-                Finding(
-                    "refusal",
-                    "608F",
-                    f"the drive counts {per_turn:g} per motor revolution, encoder_counts is "
-                    f"{drive.encoder_counts}",
-                )
-            )
-    motor, shaft = settings.get("6091:01"), settings.get("6091:02")
-    if motor and shaft:
-        gear = motor / shaft
-        if gear == 1 != drive.gear:
-            found.append(Finding("info", "6091", "gear ratio 1: the drive's positions are the motor's"))
-        elif abs(gear - drive.gear) > NEAR * drive.gear:
-            found.append(
-                Finding("refusal", "6091", f"the drive's gear ratio is {gear:g}, gear is {drive.gear:g}")
-            )
-    if (settings.get("607E") or 0) & _POSITION_POLARITY:
-        text = "the drive turns the sign of its positions (bit 7): the description must mean it so"
-        found.append(Finding("warning", "607E", text))
-    return found
 
 
 def _position(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
@@ -157,7 +121,7 @@ def _speed(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
     size = abs(float(robot.counts_per_output_unit[axis]))
     turns = 60 / (2 * pi) if robot.joint[axis].kind == "revolute" else 60.0
     wanted = {
-        "607F": (speed * size, "counts/s"),
+        "607F": (speed * size / velocity_scale(robot, axis, settings), "velocity units"),
         "6080": (speed * robot.drive[axis].gear * turns, "rpm"),
     }
     found = []

@@ -35,7 +35,9 @@ def lost_setting(sdo: SdoAccess, settings: Settings, report: DriveReport) -> str
     Raises:
         DriveError: no answer.
     """
-    if (mode := sdo.read_int(objects.MODE_DISPLAY, signed=True)) != report.mode:
+    # A drive that shows its mode only when enabled keeps it in 6060.
+    display = objects.MODE if report.profile.mode_shown_when_enabled else objects.MODE_DISPLAY
+    if (mode := sdo.read_int(display, signed=True)) != report.mode:
         return f"6061 reads {mode}, {report.mode} was set"
     for (index, subindex), wanted in settings.items():
         found = sdo.read_int(index, subindex)

@@ -8,9 +8,9 @@ import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from drivers.bus.access import open_bus
-from drivers.bus.channel import Channel
-from drivers.cyclic.layout import emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id
 from drivers.errors import BusError, DriveError
+from drivers.frames.channel import Channel
+from drivers.frames.layout import emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id
 
 RESPONSE_TIMEOUT = 1.0
 """s; generous, because set-up is not urgent and the machine may be busy."""
@@ -18,8 +18,33 @@ RESPONSE_TIMEOUT = 1.0
 BOOT_UP = 0
 """What a heartbeat carries as NMT state once, after a start (CiA 301, 7.2.8.3.3)."""
 
-_ABSENT = (0x0602_0000, 0x0609_0011)
-"""Abort codes: object does not exist, subindex does not exist."""
+_ABSENT = (0x0602_0000, 0x0609_0011, 0x0800_0000, 0x0601_0000, 0x0601_0001, 0x0604_0043)
+"""Abort codes of a read: object or subindex does not exist; and with what else drives say so."""
+_WIDTHS = {
+    (0x1000, 0): 4,
+    (0x1001, 0): 1,
+    (0x1005, 0): 4,
+    (0x1006, 0): 4,
+    (0x1014, 0): 4,
+    (0x1017, 0): 2,
+    (0x6007, 0): 2,
+    (0x603F, 0): 2,
+    (0x6040, 0): 2,
+    (0x6041, 0): 2,
+    **{(index, 0): 2 for index in range(0x605A, 0x605F)},
+    (0x6060, 0): 1,
+    (0x6061, 0): 1,
+    (0x6066, 0): 2,
+    **{(index, 0): 2 for index in range(0x6071, 0x6075)},
+    (0x6077, 0): 2,
+    (0x6078, 0): 2,
+    (0x607E, 0): 1,
+    (0x6098, 0): 1,
+    (0x60C0, 0): 2,
+    (0x60C2, 1): 1,
+    (0x60C2, 2): 1,
+}
+"""Bytes of objects of the standards that are narrower than an expedited answer (CiA 301, CiA 402-2)."""
 
 _ABORTS = {
     0x0504_0001: "unknown SDO command",
@@ -40,6 +65,21 @@ _ABORTS = {
 }
 
 
+def abort_words(code: int) -> str:
+    """What an abort of a drive means."""
+    return f"the drive refuses: {_ABORTS.get(code, 'aborted')} (SDO abort 0x{code:08X})"
+
+
+def aborted(error: DriveError) -> int | None:
+    """The abort code of a drive that refused; None where something else went wrong."""
+    cause = error.__cause__
+    return cause.code if isinstance(cause, SdoAbortedError) else None
+
+
+_RECORDS = (0x1003, 0x1010, 0x1011, 0x1016, 0x1018, 0x1029, 0x607D, 0x608F, 0x6091, 0x6092, 0x6099, 0x60C1)
+"""Arrays and records: subindex 0 is their number of entries."""
+
+
 class SdoAccess:
     """The object dictionary of one drive.
 
@@ -51,6 +91,8 @@ class SdoAccess:
     def __init__(self, node: canopen.RemoteNode, drive: str) -> None:
         self.node = node
         self.drive = drive
+        self.widths: dict[tuple[int, int], int] = dict(_WIDTHS)
+        """Bytes of objects, for answers that do not say how many they carry."""
         self.written: dict[tuple[int, int], bytes] = {}
         """What each object was told last, by index and subindex."""
         node.sdo.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT
@@ -62,9 +104,20 @@ class SdoAccess:
             DriveError: no answer, or the drive aborts the transfer.
         """
         try:
-            return bytes(self.node.sdo.upload(index, subindex))
+            with self.node.sdo.open(index, subindex, buffering=0) as answer:
+                sized, data = answer.size is not None, bytes(answer.read())
         except (SdoAbortedError, SdoCommunicationError) as error:
             raise self._failed("reading", index, subindex, error) from error
+        # An expedited answer need not say how many of its four bytes count (CiA 301, 7.2.4.3.6).
+        return data if sized else data[: self.width(index, subindex, len(data))]
+
+    def width(self, index: int, subindex: int, most: int) -> int:
+        """Bytes of an object; of PDO parameters and arrays by their subindex."""
+        if subindex == 0 and (0x1400 <= index < 0x1C00 or index in _RECORDS):
+            return 1
+        if 0x1400 <= index < 0x1600 or 0x1800 <= index < 0x1A00:
+            return {1: 4, 2: 1, 3: 2, 5: 2, 6: 1}.get(subindex, most)
+        return self.widths.get((index, subindex), most)
 
     def read_int(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:
         """An integer object of whatever width the drive gives it."""
@@ -110,8 +163,7 @@ class SdoAccess:
         self, doing: str, index: int, subindex: int, error: SdoAbortedError | SdoCommunicationError
     ) -> DriveError:
         if isinstance(error, SdoAbortedError):
-            words = _ABORTS.get(error.code, "aborted")
-            reason = f"the drive refuses: {words} (SDO abort 0x{error.code:08X})"
+            reason = abort_words(error.code)
         else:
             reason = f"no answer within {RESPONSE_TIMEOUT:g} s"
         return DriveError(f"{self.drive}: {doing} {index:04X}:{subindex:02X}: {reason}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drivers.cia402 import objects
-from drivers.cyclic.layout import SYNC_COB_ID
+from drivers.frames.layout import SYNC_COB_ID
 from drivers.setup.findings import Finding
 from drivers.setup.sdo import SdoAccess
 

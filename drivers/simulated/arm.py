@@ -14,8 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from drivers.bus.channel import Channel
-from drivers.errors import BusError, DriveError
+from drivers.errors import BusError, BusOccupied, DriveError
+from drivers.frames.channel import Channel
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.scenario import Scenario
 from drivers.simulated.truth import PlantTruth
@@ -39,6 +39,7 @@ class SimulatedArm:
         scenario: what the arm has besides, or the file that says so; only the process of the drives reads it.
         seal: file into which that process writes the truth instead of telling it, see
             :mod:`drivers.simulated.seal`.
+        profile: kind of drives, of :data:`drivers.simulated.quirks.KINDS`.
 
     Raises:
         BusError: the bus cannot be opened or is occupied.
@@ -56,6 +57,7 @@ class SimulatedArm:
         truth: PlantTruth | None = None,
         scenario: str | Path | Scenario | None = None,
         seal: str | Path | None = None,
+        profile: str = "cia402",
     ) -> None:
         order = {
             "robot": str(robot_source),
@@ -67,6 +69,7 @@ class SimulatedArm:
             "truth": truth.as_dict() if truth is not None else None,
             "scenario": _plain(scenario),
             "seal": str(seal) if seal is not None else None,
+            "profile": profile,
         }
         self._process = subprocess.Popen(
             [sys.executable, "-m", "drivers.simulated"],
@@ -138,8 +141,8 @@ class SimulatedArm:
             raise DriveError("the simulated drives' process ended before it started") from None
         answer = self._answer()
         if "error" in answer:
-            kind = BusError if answer["error"] == "BusError" else DriveError
-            raise kind(answer["message"])
+            kinds = {kind.__name__: kind for kind in (BusError, BusOccupied)}
+            raise kinds.get(answer["error"], DriveError)(answer["message"])
         return None if answer["truth"] is None else PlantTruth.from_dict(answer["truth"])
 
     def _answer(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.homing import HOMING_MODE, Homing
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.set_points import AxisMode
@@ -20,10 +21,14 @@ class AxisCommand:
         dictionary: has controlword, mode, targets and limits.
         machine: the drive's power state machine.
         homing: its search for home.
+        device: units and quirks of the drive.
     """
 
-    def __init__(self, dictionary: ObjectDictionary, machine: StateMachine, homing: Homing) -> None:
+    def __init__(
+        self, dictionary: ObjectDictionary, machine: StateMachine, homing: Homing, device: Device
+    ) -> None:
         self._dictionary, self._machine, self._homing = dictionary, machine, homing
+        self._scale, self._quirks = PositionScale(device), device.quirks
         self._target_known = False
         self.limited = False
         """Whether the latest target was outside 607D."""
@@ -79,17 +84,18 @@ class AxisCommand:
         if self.homes:
             return self._homing.target(period)
         key = (0x60C1, 1) if self._interpolates else (0x607A, 0)
-        if not self._target_known:
-            self._dictionary.set(*key, position - zero)
+        if not self._target_known or self._quirks.holds_set_points(self._dictionary):
+            self._dictionary.set(*key, self._scale.units(position - zero))
         wanted = self._dictionary.integer(*key)
         low, high = self._dictionary.integer(0x607D, 1), self._dictionary.integer(0x607D, 2)
         allowed = min(max(wanted, low), high)
         self.limited = allowed != wanted
-        return allowed + zero
+        return self._scale.increments(allowed) + zero
 
     def deceleration(self) -> float:
-        """Ramp of the present stop, counts/s²."""
-        return stop_ramp(self._dictionary, self._machine.state, halted=self.halted, homes=self.homes)
+        """Ramp of the present stop, increments/s²."""
+        ramp = stop_ramp(self._dictionary, self._machine.state, halted=self.halted, homes=self.homes)
+        return self._scale.speed(ramp)
 
     def command_homing(self, zero: int) -> None:
         """Bit 4 in homing mode, under torque.
@@ -101,7 +107,8 @@ class AxisCommand:
             self._homing.forget()
             return
         start = bool(self._dictionary.integer(0x6040) & _MODE_BIT) and not self.halted
-        self._homing.command(start, self._dictionary.integer(0x6062) + zero)
+        set_point = self._scale.increments(self._dictionary.integer(0x6062)) + zero
+        self._homing.command(start, set_point)
 
     @property
     def _interpolates(self) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from drivers.errors import DriveError
 from drivers.simulated import noise
 from drivers.simulated.control_loop import ControlLoop
+from drivers.simulated.device import described_increments
 from drivers.simulated.disturbances import Block, Disturbances
 from drivers.simulated.physics.entry_points import compiled
 from drivers.simulated.plant import STEP_RATE, Plant
@@ -65,19 +66,22 @@ class Bench:
         robot: the description; its controller is what the drives run.
         truth: the arm that is driven.
         scenario: what the arm has besides.
+        counts: of the encoders per rad (or m) of drive output, signed, (n,); as described where None.
 
     Raises:
         DriveError: the SYNC period is no multiple of the controller's sample time, or the scenario does not
             fit the arm.
     """
 
-    def __init__(self, robot: Robot, truth: PlantTruth, scenario: Scenario = EMPTY) -> None:
+    def __init__(
+        self, robot: Robot, truth: PlantTruth, scenario: Scenario = EMPTY, counts: FloatArray | None = None
+    ) -> None:
         self.robot = robot
         self.seed = truth.seed
         sample_time = robot.controller.sample_time
         self._steps = max(1, math.ceil(sample_time * STEP_RATE - 1e-9))
         self.plant = Plant(robot, truth, sample_time / self._steps, scenario)
-        self._counts_per_unit = robot.counts_per_output_unit
+        self._counts_per_unit = described_increments(robot) if counts is None else counts
         drives = self.plant.arm.drives
         self._loop = ControlLoop(
             robot.controller,
@@ -289,5 +293,4 @@ class Bench:
 
 def is_multiple(period: float, sample_time: float) -> bool:
     """True where a SYNC period (s) holds a whole number, at least one, of controller samples."""
-    ratio = period / sample_time
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
+    return round(period / sample_time) >= 1 and abs(period / sample_time - round(period / sample_time)) < 1e-6

@@ -7,14 +7,16 @@ clock, given by the caller.
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
 
 from drivers.simulated.axis_command import AxisCommand
 from drivers.simulated.bench import is_multiple
+from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.emergency import Emergency, record_error
 from drivers.simulated.heartbeats import Heartbeats
 from drivers.simulated.homing import Homing
-from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, Entry, ObjectDictionary, SdoAbort
+from drivers.simulated.modes import Modes
+from drivers.simulated.nmt import Nmt
+from drivers.simulated.object_dictionary import Entry, ObjectDictionary
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.process_data import ProcessData
 from drivers.simulated.readings import Encoder, FollowingErrorWatch
@@ -27,15 +29,6 @@ from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 
 
-class Nmt(IntEnum):
-    """NMT states as heartbeats carry them."""
-
-    INITIALISING = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
-
-
 class Drive:
     """The node of one axis.
 
@@ -44,15 +37,27 @@ class Drive:
         axis: index of the drive from 0.
         serial: serial number, object 1018:04.
         send: puts a frame on the bus: COB-ID and payload.
+        device: what the drive is built of; the one that the description means where None.
     """
 
-    def __init__(self, robot: Robot, axis: int, serial: int, send: Callable[[int, bytes], None]) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        axis: int,
+        serial: int,
+        send: Callable[[int, bytes], None],
+        device: Device | None = None,
+    ) -> None:
         self.node_id = robot.drive[axis].node_id
         self._robot, self._axis, self._serial = robot, axis, serial
         self._send = send
         signal = robot.drive[axis].control_signal
         self._control_key = (signal.index, signal.subindex)
-        self._encoder = Encoder(robot.drive[axis], abs(float(robot.counts_per_output_unit[axis])))
+        self._device = device or Device.described(robot, axis)
+        self._scale = PositionScale(self._device)
+        revolute = robot.joint[axis].kind == "revolute"
+        increments = abs(self._device.increments_per_output_unit(revolute))
+        self._encoder = Encoder(robot.drive[axis], increments, self._scale)
         saturation = robot.controller.saturation[axis] / signal.per_count
         self._current_share = 1.0 / saturation
         self.temperature = MotorTemperature()
@@ -71,17 +76,18 @@ class Drive:
         for key in self._encoder.velocity_units:
             if not dictionary.has(*key):
                 dictionary.add(Entry(*key, "i", "ro", 0, None, None, mappable=True))
-        set_parameters(dictionary, self._robot, self._axis, self._serial)
+        set_parameters(dictionary, self._robot, self._axis, self._serial, self._device)
+        quirks = self._device.quirks
+        quirks.apply(dictionary, self.node_id)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
-        dictionary.guards[0x6060] = self._guard_mode
         for key, value in self.changed_values.items():
             dictionary.set(*key, value)
-        dictionary.listeners[0x6060] = lambda subindex, value: dictionary.set(0x6061, 0, value)
-        self.process_data = ProcessData(dictionary, self._has_torque)
-        self._sdo = SdoServer(dictionary)
+        self._modes = Modes(dictionary, self._has_torque, quirks.mode_shown_late)
+        self.process_data = ProcessData(dictionary, self._has_torque, quirks)
+        self._sdo = SdoServer(dictionary, sized=not quirks.unsized)
         self._heartbeats = Heartbeats(dictionary)
-        self.homing = Homing(dictionary, self._robot.drive[self._axis].encoder_counts)
-        self._asked = AxisCommand(dictionary, self.machine, self.homing)
+        self.homing = Homing(dictionary, self._device.increments, self._scale)
+        self._asked = AxisCommand(dictionary, self.machine, self.homing, self._device)
         self._following = FollowingErrorWatch(dictionary)
         self._stop_end = StopEnd(self.machine, brake)
         self.sync_period = self.period
@@ -152,8 +158,13 @@ class Drive:
             self.fail(Emergency.RPDO_TIMEOUT)
 
     def _take(self, data: bytes | None) -> None:
-        if data is None or not self.process_data.unpack(data):
+        if data is None:
             return
+        if not self.process_data.unpack(data):
+            self._report(Emergency.RPDO_LENGTH)  # not processed, and no fault (CiA 301, table 26)
+            return
+        if self.dictionary.integer(0x603F) == Emergency.RPDO_LENGTH:
+            self._report(Emergency.NO_ERROR)
         if self.process_data.sets_target:
             self._asked.note_target()
         if self.process_data.commands:
@@ -191,6 +202,7 @@ class Drive:
             reached=not self.homing.active if self._asked.homes else self._asked.halted and self._stands,
         )
         self.dictionary.set(0x6041, 0, word)
+        self._modes.follow()
 
     # -- power -----------------------------------------------------------------------------------
 
@@ -210,7 +222,7 @@ class Drive:
         return self._asked.mode
 
     def deceleration(self) -> float:
-        """Ramp of the present stop, counts/s²."""
+        """Ramp of the present stop, increments/s²."""
         return self._asked.deceleration()
 
     def fail(self, code: int) -> None:
@@ -248,6 +260,8 @@ class Drive:
         else:
             self._following.restart()
             self.process_data.restart()
+            if (code := self._device.quirks.warning) != 0:
+                self._send(0x080 + self.node_id, code.to_bytes(2, "little") + bytes(6))
             if not self._parameters_fit():
                 self.machine.cut(State.SWITCHED_ON)
                 self.fail(Emergency.PARAMETER)
@@ -257,14 +271,6 @@ class Drive:
         same_period = abs(self.period - self.sync_period) < 1e-9
         whole_steps = is_multiple(self.period, self._robot.controller.sample_time)
         return self._asked.follows_targets and same_period and whole_steps
-
-    def _guard_mode(self, subindex: int, value: int | bytes) -> None:
-        assert isinstance(value, int)
-        supported = self.dictionary.integer(0x6502)
-        if value != 0 and not (value > 0 and supported >> (value - 1) & 1):
-            raise SdoAbort(VALUE_RANGE)
-        if self._has_torque():
-            raise SdoAbort(DEVICE_STATE)
 
     def _abort_connection(self, code: int) -> None:
         """The master is gone: what 6007 says where there is torque, and an EMCY in any case."""

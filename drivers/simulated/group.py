@@ -12,6 +12,7 @@ import numpy as np
 from drivers.bus.error_frames import BUS_OFF, ERROR_FLAG
 from drivers.bus.ports import Frame
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
+from drivers.simulated.device import Device, described_devices, increments_per_output_unit
 from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency
 from drivers.simulated.faults import NO_FAULTS, Faults
@@ -43,6 +44,7 @@ class DriveGroup:
         scenario: what the arm has besides.
         noise_seed: of its noise; the truth's own where None. The drives stay the same ones.
         send_together: puts the TPDOs of one SYNC on the bus; ``send``, one after the other, where None.
+        devices: what the drives are built of, one for each axis; those that the description means where None.
     """
 
     def __init__(
@@ -55,15 +57,18 @@ class DriveGroup:
         *,
         noise_seed: int | None = None,
         send_together: Callable[[Sequence[Frame]], None] | None = None,
+        devices: Sequence[Device] | None = None,
     ) -> None:
         noisy = truth if noise_seed is None else replace(truth, seed=noise_seed)
-        self.bench = Bench(robot, noisy, scenario)
+        built = tuple(devices) if devices is not None else described_devices(robot)
+        self._increments = increments_per_output_unit(robot, built)
+        self.bench = Bench(robot, noisy, scenario, self._increments)
         self.bench.compile_ahead()
         self._robot = robot
         self._faults = faults
-        self._counts = np.abs(robot.counts_per_output_unit)
         self.drives = tuple(
-            Drive(robot, axis, serial_number(robot, truth.seed, axis), self._put) for axis in range(robot.n)
+            Drive(robot, axis, serial_number(robot, truth.seed, axis), self._put, device)
+            for axis, device in enumerate(built)
         )
         self._by_node = {drive.node_id: drive for drive in self.drives}
         for wrong in faults.identities:
@@ -169,7 +174,7 @@ class DriveGroup:
 
     def _show_position(self) -> None:
         """Where the arm rests: a drive knows its encoder and its state before the first SYNC."""
-        here = np.rint(self.bench.plant.drive_position() * self._robot.counts_per_output_unit)
+        here = np.rint(self.bench.plant.drive_position() * self._increments)
         for axis, drive in enumerate(self.drives):
             drive.observe(int(here[axis]), int(here[axis]), 0)
 
@@ -188,11 +193,12 @@ class DriveGroup:
         set_points = self.bench.set_points
         for axis, mode in enumerate(modes):
             if mode is AxisMode.STOPPING:
-                set_points.deceleration[axis] = self.drives[axis].deceleration() / self._counts[axis]
+                ramp = self.drives[axis].deceleration()
+                set_points.deceleration[axis] = ramp / abs(self._increments[axis])
         return np.array(modes, dtype=np.int64)
 
     def _targets(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        here = np.rint(self.bench.plant.drive_position() * self._robot.counts_per_output_unit)
+        here = np.rint(self.bench.plant.drive_position() * self._increments)
         return np.array([float(drive.target(int(here[axis]))) for axis, drive in enumerate(self.drives)])
 
     def _count_cycle(self) -> None:

@@ -16,11 +16,16 @@ class Heartbeats:
         self._dictionary = dictionary
         self._next = 0.0
         self._master_due: float | None = None
+        dictionary.listeners[0x1017] = lambda subindex, value: self._begin_anew()
         dictionary.listeners[0x1016] = lambda subindex, value: self.forget_master()
 
     @property
     def _period(self) -> float:
         return self._dictionary.integer(0x1017) / 1000.0
+
+    def _begin_anew(self) -> None:
+        """A changed period acts at once: the next heartbeat is due."""
+        self._next = 0.0
 
     def boot(self, now: float) -> None:
         """The first one comes a period from now."""

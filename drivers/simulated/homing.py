@@ -5,6 +5,7 @@ Positions are counts of the encoder itself, which knows nothing of where the dri
 
 from __future__ import annotations
 
+from drivers.simulated.device import PositionScale
 from drivers.simulated.object_dictionary import ObjectDictionary
 
 HOMING_MODE = 6
@@ -19,10 +20,11 @@ class Homing:
     Args:
         dictionary: has method (6098h), speeds (6099h), acceleration (609Ah) and home offset (607Ch).
         index_every: counts between two index pulses of the encoder: one motor revolution.
+        scale: from increments of the encoder to the units of the objects.
     """
 
-    def __init__(self, dictionary: ObjectDictionary, index_every: int) -> None:
-        self._dictionary = dictionary
+    def __init__(self, dictionary: ObjectDictionary, index_every: int, scale: PositionScale) -> None:
+        self._dictionary, self._scale = dictionary, scale
         self._index_every = index_every
         self.active = False
         """Whether the drive moves the axis, or brings it to rest, by itself."""
@@ -73,7 +75,7 @@ class Homing:
             return None
         self._searching, self.attained = False, True
         self.active = self._direction != 0
-        return home - self._dictionary.integer(0x607C)
+        return home - self._scale.increments(self._dictionary.integer(0x607C))
 
     def _home(self, before: int | None, position: int) -> int | None:
         if self._direction == 0:
@@ -89,9 +91,10 @@ class Homing:
 
     def target(self, period: float) -> int:
         """Set-point for the coming SYNC period (s), counts: up to the search's speed, then down to rest."""
-        change = self._dictionary.integer(0x609A) * period
+        change = self._scale.speed(self._dictionary.integer(0x609A)) * period
         if self._searching:
-            self._speed = min(self._speed + change, float(self._dictionary.integer(0x6099, 2)))
+            fastest = self._scale.speed(self._dictionary.integer(0x6099, 2))
+            self._speed = min(self._speed + change, fastest)
         else:
             self._speed = max(self._speed - change, 0.0)
             self.active = self._speed > 0.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,22 +17,23 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.bus.channel import Channel
 from drivers.bus.error_frames import ERROR_FLAG
 from drivers.cia402 import objects
-from drivers.cyclic.job import Budgets, HomingJob, Job, following_error_window, torque_limits
-from drivers.cyclic.layout import DriveLink, second_tpdo_cob_id
 from drivers.cyclic.loop import Loop
-from drivers.cyclic.requests import Request
-from drivers.cyclic.ring import Ring
-from drivers.cyclic.samples import StreamResult
+from drivers.frames.channel import Channel
+from drivers.frames.job import Budgets, HomingJob, Job, following_error_window, torque_limits
+from drivers.frames.layout import DriveLink, second_tpdo_cob_id
+from drivers.frames.requests import Request
+from drivers.frames.ring import Ring
+from drivers.frames.samples import StreamResult
+from drivers.frames.units import Units
 from drivers.setup.guarding import consumer_word
+from drivers.simulated.device import Device
 from drivers.simulated.faults import NO_FAULTS, Faults
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.parameters import control_signal_bits
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.truth import PlantTruth
-from drivers.units import Units
 from robots import Robot
 from robots.arrays import FloatArray
 
@@ -53,12 +54,19 @@ class InProcessBus(can.BusABC):
         robot: the description.
         truth: the arm that is driven.
         faults: what goes wrong.
+        devices: what the drives are built of; as described where None.
     """
 
-    def __init__(self, robot: Robot, truth: PlantTruth, faults: Faults = NO_FAULTS) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        truth: PlantTruth,
+        faults: Faults = NO_FAULTS,
+        devices: Sequence[Device] | None = None,
+    ) -> None:
         self.now = 100.0
         self._waiting: deque[can.Message] = deque()
-        self.group = DriveGroup(robot, truth, self._from_drive, faults)
+        self.group = DriveGroup(robot, truth, self._from_drive, faults, devices=devices)
         self.syncs = 0
         self.on_sync: Callable[[int], None] = lambda number: None
         """Called with the number of each SYNC before the drives hear it."""
@@ -155,6 +163,7 @@ def stream_in_process(
     patience: float = 5.0,
     homing: HomingJob | None = None,
     setup: Callable[[InProcessBus], None] = lambda bus: None,
+    devices: Sequence[Device] | None = None,
 ) -> InProcessRun:
     """Stream a reference to simulated drives, in this process and as fast as it goes.
 
@@ -171,8 +180,9 @@ def stream_in_process(
         patience: s that the drives have to come to rest after the master has gone.
         homing: a search in place of the reference.
         setup: what else the drives are told before they become operational.
+        devices: what the drives are built of; as described where None.
     """
-    bus = InProcessBus(robot, truth, faults)
+    bus = InProcessBus(robot, truth, faults, devices)
     ring = Ring.create(robot.n, _RING_ROWS)
     job = replace(
         _job(robot, reference, budgets or Budgets()), period_ends=period_ends, ring_capacity=_RING_ROWS

@@ -43,6 +43,10 @@ VALUE_RANGE = 0x06090030
 VALUE_TOO_HIGH = 0x06090031
 VALUE_TOO_LOW = 0x06090032
 DEVICE_STATE = 0x08000022
+NO_DATA = 0x08000024
+
+_HISTORY = 0x1003
+"""Its entries beyond its count hold no error."""
 
 Key = tuple[int, int]
 
@@ -100,6 +104,8 @@ class ObjectDictionary:
     """
 
     def __init__(self, node_id: int) -> None:
+        self.absent_code = 0
+        """With what an access to an object that is not there is aborted; by the standard where 0."""
         self._entries = dict(_entries(node_id))
         self._indices = {index for index, _ in self._entries}
         self.values: dict[Key, int | bytes] = {key: entry.default for key, entry in self._entries.items()}
@@ -112,6 +118,16 @@ class ObjectDictionary:
         self._indices.add(entry.index)
         self.values[entry.index, entry.subindex] = entry.default
 
+    def remove(self, index: int) -> None:
+        """Takes an object away with all its sub-indices: this device does not have it."""
+        self._indices.discard(index)
+        for key in [key for key in self._entries if key[0] == index]:
+            del self._entries[key]
+
+    def remove_entry(self, index: int, subindex: int) -> None:
+        """Takes one sub-index away."""
+        self._entries.pop((index, subindex), None)
+
     def entry(self, index: int, subindex: int) -> Entry:
         """The description of a sub-object.
 
@@ -120,7 +136,7 @@ class ObjectDictionary:
         """
         found = self._entries.get((index, subindex))
         if found is None:
-            raise SdoAbort(NO_SUBINDEX if index in self._indices else NO_OBJECT)
+            raise SdoAbort(self.absent_code or (NO_SUBINDEX if index in self._indices else NO_OBJECT))
         return found
 
     def has(self, index: int, subindex: int) -> bool:
@@ -147,6 +163,8 @@ class ObjectDictionary:
         entry = self.entry(index, subindex)
         if entry.access == "wo":
             raise SdoAbort(WRITE_ONLY)
+        if index == _HISTORY and subindex > self.integer(_HISTORY):
+            raise SdoAbort(NO_DATA)
         return entry.encode(self.values[index, subindex])
 
     def write(self, index: int, subindex: int, data: bytes) -> None:

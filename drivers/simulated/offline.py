@@ -6,9 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drivers.cyclic.samples import Samples
 from drivers.errors import DriveError
+from drivers.frames.samples import Samples
 from drivers.simulated.bench import Bench
+from drivers.simulated.device import (
+    described_devices,
+    increments_per_output_unit,
+    units_per_output_unit,
+)
 from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
@@ -100,9 +105,11 @@ def simulate_offline(
         bench.set_period(cycle_time)
     if start is not None:
         bench.stand(np.asarray(start, dtype=np.float64))
-    scale = robot.counts_per_output_unit
+    devices = described_devices(robot)
+    scale = units_per_output_unit(robot, devices)
+    per_increment = scale / increments_per_output_unit(robot, devices)
     targets = np.tile(np.rint(rows @ robot.transmission_matrix.T * scale), (warm_up + periods, 1))
-    found = bench.run(targets)
+    found = bench.run(np.rint(targets / per_increment))
     to_joint = np.linalg.inv(robot.transmission_matrix).T
     cycle = np.arange(len(targets), dtype=np.int64)
     resolution = control_signal_resolution(robot)
@@ -110,7 +117,7 @@ def simulate_offline(
         cycle=cycle,
         time=cycle.astype(np.float64) * bench.period,
         reference=(targets / scale) @ to_joint,
-        position=(found.counts / scale) @ to_joint,
+        position=(np.rint(found.counts * per_increment) / scale) @ to_joint,
         control_signal=control_signal_counts(robot, found.control_signal) * resolution,
         true_position=found.position,
         true_velocity=found.velocity,

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 
-from drivers.simulated.object_dictionary import ObjectDictionary
+from drivers.simulated.device import Device, FactorGroup, Pair
+from drivers.simulated.object_dictionary import Entry, ObjectDictionary
 from robots import Robot
 from robots.arrays import FloatArray
 
-_GEAR_DENOMINATOR = 10_000
 _PROFILE = 0x6000
 _FITTING_BITS, _WIDE_BITS = 16, 32
 _HOMING_SHARE = 0.05
@@ -20,7 +18,9 @@ _FOLLOWING_FLOOR = 0.02
 """Following error that is allowed besides the loop's own lag, rad or m."""
 
 
-def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial: int) -> None:
+def set_parameters(
+    dictionary: ObjectDictionary, robot: Robot, axis: int, serial: int, device: Device | None = None
+) -> None:
     """Fills in what the EDS cannot know.
 
     Args:
@@ -28,27 +28,28 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
         robot: the description.
         axis: index of the drive from 0.
         serial: serial number, object 1018:04.
+        device: what the drive is built of; the one that the description means where None.
     """
     drive = robot.drive[axis]
-    counts = float(robot.counts_per_output_unit[axis])
+    device = device or Device.described(robot, axis)
+    revolute = robot.joint[axis].kind == "revolute"
+    counts = device.increments_per_output_unit(revolute) * float(device.units_per_increment)
     size = abs(counts)
+    velocity = size * float(device.factors.velocity)
     dictionary.set(0x1018, 4, serial)
-    dictionary.set(0x608F, 1, drive.encoder_counts)
-    gear = Fraction(drive.gear).limit_denominator(_GEAR_DENOMINATOR)
-    dictionary.set(0x6091, 1, gear.numerator)
-    dictionary.set(0x6091, 2, gear.denominator)
+    _set_factors(dictionary, device.factors)
     low, high = sorted(float(limit) * counts for limit in output_range(robot)[:, axis])
     dictionary.set(0x607D, 1, _int32(np.floor(low)))
     dictionary.set(0x607D, 2, _int32(np.ceil(high)))
     speed = float(_at_outputs(robot, robot.velocity_limits)[axis])
     acceleration = float(_at_outputs(robot, robot.acceleration_limits)[axis])
-    dictionary.set(0x607F, 0, _uint32(speed * size))
-    dictionary.set(0x6080, 0, _uint32(speed * drive.gear * (60 / (2 * np.pi))))
-    dictionary.set(0x6084, 0, _uint32(acceleration * size))
-    dictionary.set(0x6085, 0, _uint32(acceleration * size))
-    dictionary.set(0x6099, 1, _uint32(_HOMING_SHARE * speed * size))
-    dictionary.set(0x6099, 2, _uint32(_HOMING_SHARE * speed * size))
-    dictionary.set(0x609A, 0, _uint32(_HOMING_SHARE * acceleration * size))
+    dictionary.set(0x607F, 0, _uint32(speed * velocity))
+    dictionary.set(0x6080, 0, _uint32(speed * device.motor_turns * (60 / (2 * np.pi) if revolute else 60.0)))
+    dictionary.set(0x6084, 0, _uint32(acceleration * velocity))
+    dictionary.set(0x6085, 0, _uint32(acceleration * velocity))
+    dictionary.set(0x6099, 1, _uint32(_HOMING_SHARE * speed * velocity))
+    dictionary.set(0x6099, 2, _uint32(_HOMING_SHARE * speed * velocity))
+    dictionary.set(0x609A, 0, _uint32(_HOMING_SHARE * acceleration * velocity))
     dictionary.set(0x6065, 0, _uint32(following_window(robot, axis) * size))
     rated = drive.gain * robot.controller.saturation[axis] / drive.gear
     dictionary.set(0x6076, 0, _uint32(rated * 1000))
@@ -66,6 +67,25 @@ def set_parameters(dictionary: ObjectDictionary, robot: Robot, axis: int, serial
         dictionary.set(0x1A01, number, entry)
     dictionary.set(0x1A01, 0, len(second))
     _set_period(dictionary, robot.bus.cycle_time)
+
+
+def _set_factors(dictionary: ObjectDictionary, factors: FactorGroup) -> None:
+    """608F, 6091, 6092, 607E, 60A8 and 60A9, or their absence."""
+    pairs: dict[int, Pair | None] = {
+        0x608F: factors.resolution,
+        0x6091: factors.gear_ratio,
+        0x6092: factors.feed,
+    }
+    for index, pair in pairs.items():
+        if pair is None:
+            dictionary.remove(index)
+            continue
+        for subindex, value in enumerate(pair, start=1):
+            dictionary.set(index, subindex, value)
+    for index, unit in ((0x60A8, factors.position_unit), (0x60A9, factors.velocity_unit)):
+        if unit is not None:
+            dictionary.add(Entry(index, 0, "I", "ro", unit, None, None, mappable=False))
+    dictionary.set(0x607E, 0, factors.polarity)
 
 
 def control_signal_bits(robot: Robot, axis: int) -> int:

@@ -15,10 +15,19 @@ from drivers.simulated.object_dictionary import (
     ObjectDictionary,
     SdoAbort,
 )
+from drivers.simulated.quirks import STANDARD, Quirks
 
 _INVALID = 1 << 31
 _EXTENDED = 1 << 29
 _MAX_BITS = 64
+_RESTRICTED = (
+    range(0x080),
+    range(0x101, 0x181),
+    range(0x581, 0x600),
+    range(0x601, 0x680),
+    range(0x6E0, 0x800),
+)
+"""COB-IDs that no configurable object may have (CiA 301, 7.3.5)."""
 _SYNCHRONOUS = range(1, 241)
 
 
@@ -34,6 +43,7 @@ class Pdo:
         mapping: index of the mapping parameters, 0x1600 or 0x1A00.
         received: True for an RPDO, whose objects must be writable.
         locked: whether the parameters are fixed at the moment.
+        quirks: what this kind of drive does otherwise.
     """
 
     def __init__(
@@ -43,7 +53,9 @@ class Pdo:
         mapping: int,
         received: bool,
         locked: Callable[[], bool],
+        quirks: Quirks = STANDARD,
     ) -> None:
+        self._quirks = quirks
         self._dictionary = dictionary
         self._communication = communication
         self._mapping = mapping
@@ -98,17 +110,22 @@ class Pdo:
         if self._locked():
             raise SdoAbort(DEVICE_STATE)
         if subindex == 1:
-            if value & _EXTENDED:
+            if self._quirks.fixed_cob_ids:
+                raise SdoAbort(READ_ONLY)
+            if value & _EXTENDED or any(value & 0x7FF in ids for ids in _RESTRICTED):
                 raise SdoAbort(VALUE_RANGE)
             if self.valid and not value & _INVALID and value & 0x7FF != self.cob_id:
                 raise SdoAbort(DEVICE_STATE)
         elif subindex == 2:
             immediate = self._received and value in (254, 255)
-            if value not in _SYNCHRONOUS and not immediate:
+            types = self._quirks.rpdo_types if self._received else ()
+            if (types and value not in types) or (value not in _SYNCHRONOUS and not immediate):
                 raise SdoAbort(VALUE_RANGE)
 
     def _guard_mapping(self, subindex: int, value: int | bytes) -> None:
         assert isinstance(value, int)
+        if self._quirks.fixed_mapping:
+            raise SdoAbort(READ_ONLY)
         count = self._dictionary.integer(self._mapping, 0)
         if self._locked() or self.valid or (subindex > 0 and count > 0):
             raise SdoAbort(DEVICE_STATE)

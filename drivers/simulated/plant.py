@@ -1,7 +1,7 @@
 """The arm as truth: links, drives and gears with states of their own, moved by compiled code.
 
-The equations stand in :mod:`drivers.simulated.physics.step`. The step is semi-implicit (symplectic) Euler:
-velocities first, positions with the new velocities.
+The equations stand in :mod:`drivers.simulated.physics.step`, which also says at what instants velocities and
+positions are.
 """
 
 from __future__ import annotations
@@ -51,13 +51,17 @@ class Plant:
         self._data = self.model.createData()
         self.arm = assemble(robot, truth, scenario, self.model, step)
         self._n = robot.n
+        self._half_step = 0.5 * self.arm.step_time / self.arm.substeps
         self._described = robot.transmission_matrix
         self.motion = records.resting(np.array(robot.home), len(self.arm.drives))
         self.stand(np.array(robot.home))
 
     @property
     def position(self) -> FloatArray:
-        """Positions of the joints, (n,), rad or m; may be written to while every gear is rigid."""
+        """Positions of the joints, (n,), rad or m; may be written to while every gear is rigid.
+
+        Of the middle of the coming step, half a step ahead of the velocity; at rest there is no difference.
+        """
         return self.motion.position
 
     @property
@@ -102,7 +106,12 @@ class Plant:
 
     def drive_position(self) -> FloatArray:
         """Positions that the encoders see: of the rotors, at the drive outputs, (n,), rad or m."""
-        return np.array(self.motion.motors["position"][: self._n])
+        motors = self.motion.motors[: self._n]
+        return np.asarray(motors["position"] - self._half_step * motors["velocity"])
+
+    def joint_position(self) -> FloatArray:
+        """Positions of the joints at the instant of their velocities, (n,), rad or m."""
+        return np.asarray(self.motion.position - self._half_step * self.motion.velocity)
 
     def drive_velocity(self) -> FloatArray:
         """Velocities of the rotors at the drive outputs, (n,)."""

@@ -19,15 +19,18 @@ from typing import Any
 
 import can
 
-from drivers.bus.access import BusLock, listen_for_traffic, open_bus
-from drivers.bus.channel import Channel
+from drivers.bus.access import listen_for_traffic, open_bus
+from drivers.bus.bus_lock import BusLock
 from drivers.bus.error_frames import ERROR_FLAG
 from drivers.bus.ports import FramePort
 from drivers.cyclic import realtime
-from drivers.errors import BusError, DriveError
+from drivers.errors import BusError, BusOccupied, DriveError
+from drivers.frames.channel import Channel
+from drivers.simulated.device import described_devices
 from drivers.simulated.faults import Faults
 from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
+from drivers.simulated.quirks import quirks_of
 from drivers.simulated.scenario import EMPTY, Scenario, load_scenario
 from drivers.simulated.seal import sealed_content, write_seal
 from drivers.simulated.truth import PlantTruth, draw_truth
@@ -71,6 +74,7 @@ def main() -> int:
         truth = PlantTruth.from_dict(order["truth"]) if order["truth"] else draw_truth(robot, order["seed"])
         scenario = _scenario(order["scenario"])
         scenario.check(robot)
+        quirks = quirks_of(order["profile"])
         with BusLock(channel, LOCK_ROLE):
             _require_silence(channel)
             with open_bus(channel, bitrate=robot.bus.bitrate) as bus:
@@ -84,6 +88,7 @@ def main() -> int:
                     scenario,
                     noise_seed=order["noise_seed"],
                     send_together=sender.together,
+                    devices=described_devices(robot, quirks),
                 )
                 group.boot(time.monotonic())
                 # Answers in time even where ordinary processes keep the processors busy.
@@ -134,7 +139,7 @@ def _require_silence(channel: Channel) -> None:
     heard = listen_for_traffic(channel)
     if heard:
         ids = ", ".join(f"0x{cob_id:03X}" for cob_id in sorted(heard)[:4])
-        raise BusError(
+        raise BusOccupied(
             f"{channel} is occupied: frames arrive on it ({ids}) before the simulated drives started"
         )
 

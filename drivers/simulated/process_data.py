@@ -7,21 +7,28 @@ from collections.abc import Callable
 from drivers.bus.ports import Frame
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.pdo import Pdo
+from drivers.simulated.quirks import STANDARD, Quirks
 
 
 class ProcessData:
-    """One RPDO and two TPDOs.
+    """One RPDO and the TPDOs.
 
     Args:
         dictionary: has their parameters.
         has_torque: whether the drive has torque, and so the mapping is fixed.
+        quirks: what this kind of drive does otherwise.
     """
 
-    def __init__(self, dictionary: ObjectDictionary, has_torque: Callable[[], bool]) -> None:
+    def __init__(
+        self, dictionary: ObjectDictionary, has_torque: Callable[[], bool], quirks: Quirks = STANDARD
+    ) -> None:
         self._dictionary = dictionary
-        self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, has_torque)
-        self.tpdo = Pdo(dictionary, 0x1800, 0x1A00, False, has_torque)
-        self.second_tpdo = Pdo(dictionary, 0x1801, 0x1A01, False, has_torque)
+        self.rpdo = Pdo(dictionary, 0x1400, 0x1600, True, has_torque, quirks)
+        self.tpdos = tuple(
+            Pdo(dictionary, 0x1800 + number, 0x1A00 + number, False, has_torque, quirks)
+            for number in range(quirks.tpdos)
+        )
+        self.tpdo, self.second_tpdo = self.tpdos[:2]
         self._waiting: bytes | None = None
         self._age = 0.0
         self._syncs = 0
@@ -85,6 +92,6 @@ class ProcessData:
         """The TPDOs that belong to the latest SYNC: COB-ID and payload."""
         return [
             (pdo.cob_id, pdo.pack())
-            for pdo in (self.tpdo, self.second_tpdo)
+            for pdo in self.tpdos
             if pdo.valid and self._syncs % pdo.transmission_type == 0
         ]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from drivers.simulated.device import PositionScale
 from drivers.simulated.object_dictionary import ObjectDictionary
 from robots.description import Drive
 
-_LOWEST, _HIGHEST = -(2.0**31), 2.0**31 - 1
+_LOWEST, _HIGHEST = -(2**31), 2**31 - 1
 
 
 class Encoder:
@@ -13,16 +14,18 @@ class Encoder:
 
     Args:
         described: the drive.
-        counts_per_unit: of the drive output, rad or m.
+        increments_per_unit: of the drive output, rad or m.
+        scale: from increments to the units of the objects.
     """
 
-    def __init__(self, described: Drive, counts_per_unit: float) -> None:
+    def __init__(self, described: Drive, increments_per_unit: float, scale: PositionScale) -> None:
         self.velocity_units = {(0x606C, 0): 1.0}
-        """Objects that tell the velocity, with encoder counts per second in one unit of each."""
+        """Objects that tell the velocity, with the drive's velocity units in one unit of each."""
+        self._scale = scale
         if described.velocity is not None:
             key = described.velocity.index, described.velocity.subindex
             self.velocity_units[key] = described.velocity.counts_per_second
-        self._counts_per_unit = counts_per_unit
+        self._counts_per_unit = increments_per_unit
         self._zero = None if described.position_reference == "homing" else 0
         self._position = 0
         self._speed = 0.0
@@ -58,16 +61,23 @@ class Encoder:
             set_point: encoder counts.
 
         Returns:
-            Following error, counts.
+            Following error, position units.
         """
-        zero = self.zero
-        dictionary.set(0x6062, 0, set_point - zero)
-        dictionary.set(0x6064, 0, self._position - zero)
+        zero, units = self.zero, self._scale.units
+        wanted, reached = units(set_point - zero), units(self._position - zero)
+        dictionary.set(0x6062, 0, _int32(wanted))
+        dictionary.set(0x6064, 0, _int32(reached))
+        velocity = self._scale.velocity(self._speed)
         for key, unit in self.velocity_units.items():
-            dictionary.set(*key, round(max(_LOWEST, min(self._speed / unit, _HIGHEST))))
-        error = set_point - self._position
-        dictionary.set(0x60F4, 0, error)
+            dictionary.set(*key, _int32(velocity / unit))
+        error = units(set_point - self._position)
+        dictionary.set(0x60F4, 0, _int32(error))
         return error
+
+
+def _int32(value: float) -> int:
+    """As far as the object reaches."""
+    return round(max(_LOWEST, min(value, _HIGHEST)))
 
 
 class FollowingErrorWatch:
@@ -91,7 +101,7 @@ class FollowingErrorWatch:
         """Whether the drive must stop now.
 
         Args:
-            error: counts.
+            error: position units.
             follows: whether the axis is led along set-points.
             period: s since the look before.
         """

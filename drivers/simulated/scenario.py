@@ -54,6 +54,7 @@ class Scenario(BaseModel):
     static_friction: tuple[friction.StaticFriction, ...] = ()
     nonlinear_viscous_friction: tuple[friction.NonlinearViscousFriction, ...] = ()
     load_dependent_friction: tuple[friction.LoadDependentFriction, ...] = ()
+    directional_efficiency: tuple[friction.DirectionalEfficiency, ...] = ()
     drifting_friction: tuple[friction.DriftingFriction, ...] = ()
     position_dependent_friction: tuple[friction.PositionDependentFriction, ...] = ()
     joint_elasticity: tuple[gear.JointElasticity, ...] = ()

@@ -33,10 +33,15 @@ class _Transfer:
 
 
 class SdoServer:
-    """Answers SDO requests from an object dictionary, frame by frame."""
+    """Answers SDO requests from an object dictionary, frame by frame.
 
-    def __init__(self, dictionary: ObjectDictionary) -> None:
-        self._dictionary = dictionary
+    Args:
+        dictionary: of the node.
+        sized: whether expedited answers say how many bytes they carry.
+    """
+
+    def __init__(self, dictionary: ObjectDictionary, *, sized: bool = True) -> None:
+        self._dictionary, self._sized = dictionary, sized
         self._transfer: _Transfer | None = None
         self._block: BlockDownload | BlockUpload | None = None
 
@@ -139,7 +144,7 @@ class SdoServer:
         self._transfer = None
         data = self._dictionary.read(index, subindex)
         if len(data) in (1, 2, 3, 4):
-            command = 0x43 | (4 - len(data)) << 2
+            command = 0x43 | (4 - len(data)) << 2 if self._sized else 0x42
             return _HEADER.pack(command, index, subindex) + data.ljust(4, b"\0")
         self._transfer = _Transfer(index, subindex, upload=True, data=bytearray(data))
         return _HEADER.pack(0x41, index, subindex) + struct.pack("<I", len(data))

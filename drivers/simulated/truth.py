@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from drivers.simulated.device import described_increments
 from robots import Robot, rigid_body_model
 from robots.arrays import FloatArray
 from robots.standard import cad_parameters, link_parameter_names
@@ -179,4 +180,5 @@ def _encoder_noise(robot: Robot) -> tuple[float, ...]:
     known = ENCODER_NOISE_DEGREES.get(robot.name)
     if known is not None and len(known) == robot.n:
         return tuple(float(value) for value in np.deg2rad(known))
-    return tuple(float(value) for value in 0.5 / np.abs(robot.counts_per_output_unit))
+    increments = described_increments(robot)
+    return tuple(float(value) for value in 0.5 / np.abs(increments))

@@ -11,15 +11,15 @@ import numpy as np
 from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
 from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms, only_plain_friction
-from ident.closed_loop.friction_rows import friction_rows, together
-from ident.closed_loop.kernel.extended import closed_loop_with_extras
-from ident.closed_loop.kernel.loop import closed_loop
-from ident.closed_loop.kernel.rigid_bodies import mass_and_bias
-from ident.closed_loop.kernel.values import RUNS, TERM_HEAD, Drives, Dynamics, Run
+from ident.closed_loop.friction_rows import friction_rows, shares_at_new_velocity, together
 from ident.closed_loop.simulate import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.effects.simulated import DriveChange
 from ident.errors import IdentificationError
+from ident.kernels.extended import closed_loop_with_extras
+from ident.kernels.loop import closed_loop
+from ident.kernels.rigid_bodies import mass_and_bias
+from ident.kernels.values import RUNS, TERM_HEAD, Drives, Dynamics, Run
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 
@@ -40,13 +40,16 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         rows = parts.friction
         if parts.extra.friction:
             rows = together(rows, friction_rows(parts.extra.friction, robot.velocity_limits, h), ())
-        dynamics = _dynamics(frames, parts, coordinates, lifted_terms(rows, coordinates), rows.strength)
+        terms = lifted_terms(rows, coordinates)
+        dynamics = _dynamics(frames, parts, coordinates, terms, rows.strength)
+        dynamics = _centred(dynamics, recording.position[0], h)
         ending, sample = closed_loop(axes, dynamics, drives, run, leading.substeps)
     else:
         extras, terms, strength = extras_of(
             parts.extra, coordinates, parts.friction, recording.time, h, leading.substeps, leading.speeds
         )
         dynamics = _dynamics(frames, parts, coordinates, terms, strength)
+        dynamics = _centred(dynamics, recording.position[0], h)
         start = recording.position[0], leading.velocity
         run = run._replace(start=coordinates.start(*start, _load(dynamics, *start)))
         ending, sample = closed_loop_with_extras(
@@ -142,7 +145,19 @@ def _dynamics(
         terms=terms,
         spans=_spans(terms, coordinates.count),
         strength=strength,
+        shares=np.ones(strength.size),
     )
+
+
+def _centred(dynamics: Dynamics, position: FloatArray, h: float) -> Dynamics:
+    """With friction shared out between old and new velocity, by the mass at a posture (n,)."""
+    m = dynamics.inertia.shape[0]
+    rows = dynamics.terms[:, TERM_HEAD:]
+    mass = mass_matrix(dynamics, position)
+    shares = shares_at_new_velocity(
+        dynamics.terms[:, :TERM_HEAD], rows[:, :m], rows[:, m:], dynamics.strength, mass, h
+    )
+    return dynamics._replace(shares=shares)
 
 
 def _run(coordinates: Coordinates, leading: Leading) -> Run:

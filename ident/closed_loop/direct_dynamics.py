@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
+from ident.closed_loop.friction_rows import shares_at_new_velocity
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.effects import State
 from ident.errors import IdentificationError, MassMatrixError
@@ -27,8 +28,8 @@ class DirectDynamics:
         IdentificationError: a link's identified mass is zero, so that pin cannot hold it.
     """
 
-    def __init__(self, structure: ModelStructure, parts: TorqueParts) -> None:
-        """A model's structure with one parameter vector's parts."""
+    def __init__(self, structure: ModelStructure, parts: TorqueParts, position: FloatArray, h: float) -> None:
+        """A model's structure with one parameter vector's parts; posture (n,) at the start; step, s."""
         self._parts = parts
         self._pin = _loaded_links(structure.rigid_body, parts.links)
         self._pin.gravity.linear = parts.gravity
@@ -37,8 +38,11 @@ class DirectDynamics:
         rows = parts.friction
         self._inverse_width, self._linear, self._direction = rows.heads[:, :3].T
         self._speed_rows = rows.speed
-        self._held = np.maximum(rows.strength, 0.0)[:, np.newaxis] * rows.torque
-        self._pushing = np.minimum(rows.strength, 0.0)[:, np.newaxis] * rows.torque
+        mass = self.mass_matrix(position)
+        shares = shares_at_new_velocity(rows.heads, rows.speed, rows.torque, rows.strength, mass, h)
+        self._at_new = (shares * rows.strength)[:, np.newaxis] * rows.torque
+        self._at_old = ((1.0 - shares) * rows.strength)[:, np.newaxis] * rows.torque
+        self._h = h
 
     def mass_matrix(self, position: FloatArray) -> FloatArray:
         """M(q) with the drives' inertia, n × n.
@@ -51,19 +55,30 @@ class DirectDynamics:
         check_mass_matrix(mass, position)
         return mass
 
-    def step(self, position: FloatArray, velocity: FloatArray, torque: FloatArray, h: float) -> FloatArray:
-        """Joint velocity (n,) after ``h`` seconds of joint torque (n,)."""
+    def step(
+        self, position: FloatArray, velocity: FloatArray, last: FloatArray, torque: FloatArray
+    ) -> FloatArray:
+        """Joint velocity (n,) after a step under joint torque (n,).
+
+        Args:
+            position: (n,) in the middle of the step.
+            velocity: (n,) before it.
+            last: (n,) velocity a step earlier, from which follows that in the middle.
+            torque: (n,) held over the step.
+        """
+        h = self._h
         mass = self.mass_matrix(position)
-        gravity = pinocchio.nonLinearEffects(self._pin, self._data, position, velocity)
-        pushing = self._laws(velocity)[0] @ self._pushing
-        push = h * (torque - gravity - pushing - self._parts.constant - self._parts.damping @ velocity)
-        implicit = mass + h * self._parts.damping
+        middle = velocity + 0.5 * (velocity - last)
+        gravity = pinocchio.nonLinearEffects(self._pin, self._data, position, middle)
+        old = self._laws(velocity)[0] @ self._at_old
+        push = h * (torque - gravity - old - self._parts.constant - self._parts.damping @ velocity)
+        implicit = mass + 0.5 * h * self._parts.damping
         return self._solve_with_friction(position, velocity, push, implicit, h)
 
     def _solve_with_friction(
         self, position: FloatArray, velocity: FloatArray, push: FloatArray, implicit: FloatArray, h: float
     ) -> FloatArray:
-        """Newton on (M + hD) (v⁺ − v) + h f(v⁺) = push, as ``ident.closed_loop.kernel.implicit_step``."""
+        """Newton on (M + hD/2) (v⁺ − v) + h f(v⁺) = push, as ``ident.kernels.friction.implicit_step``."""
         enough = _NEWTON_TOLERANCE * float(np.abs(push).max())
         guess = velocity
         friction, slope = self._friction(position, guess)
@@ -98,8 +113,8 @@ class DirectDynamics:
     def _friction(self, position: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Torque (n,) of speed terms and of all that is not linear, and its slope over velocity (n, n)."""
         law, steepness = self._laws(velocity)
-        torque = law @ self._held
-        slope = (self._held.T * steepness) @ self._speed_rows
+        torque = law @ self._at_new
+        slope = (self._at_new.T * steepness) @ self._speed_rows
         if not self._parts.others:
             return torque, slope
         n = velocity.shape[0]

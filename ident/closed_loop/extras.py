@@ -9,10 +9,10 @@ import numpy as np
 
 from ident.closed_loop.coordinates import Coordinates, Gear
 from ident.closed_loop.friction_rows import FASTEST, FrictionRows, friction_rows, together
-from ident.closed_loop.kernel.values import CHANGING_HEAD, LAW_CELLS, LINEAR, TERM_HEAD, Extras
 from ident.effects import FrictionSign
 from ident.effects.simulated import DriveChange, FrictionTorque, SimulatedParts, Table
 from ident.errors import IdentificationError
+from ident.kernels.values import CHANGING_HEAD, LAW_CELLS, LINEAR, LOAD_SIDES, TERM_HEAD, Extras
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -149,7 +149,7 @@ def _changing(
         tables.add(torque.curve),
         tables.add(torque.course),
         tables.add(_over_speed(torque, coordinates.robot)),
-        float(torque.load_row is not None),
+        0 if torque.load_row is None else LOAD_SIDES[torque.load_side],
     ]
     return np.concatenate([head, load, position])
 

@@ -7,13 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ident.closed_loop.kernel.values import BRISTLE, LAW_CELLS, LINEAR, SLIP, TABULATED, TANH
 from ident.effects import FrictionSign, SpeedTerm
 from ident.effects.simulated import Bristle, FrictionTorque, SpeedLaw
+from ident.kernels.values import BRISTLE, LAW_CELLS, LINEAR, SLIP, TABULATED, TANH
 from robots.arrays import FloatArray
 
 _SHARP = 1e-6
 """Width of the smooth sign that stands for an exact one, as a share of the arm's velocity limits."""
+
+_SHORT = 1e-3
+"""Steps that are shorter, as a share of a term's time constant, take it as the mean of old and new."""
 
 FASTEST = 3.0
 """End of a tabulated law, as a multiple of the speed at the arm's velocity limits."""
@@ -87,6 +90,37 @@ def friction_rows(torques: Iterable[FrictionTorque], limits: FloatArray, h: floa
                     rows.laws.append(part)
                     rows.add(head, speed, share, sign)
     return rows.rows()
+
+
+def shares_at_new_velocity(
+    heads: FloatArray,
+    speed: FloatArray,
+    torque: FloatArray,
+    strength: FloatArray,
+    mass: FloatArray,
+    h: float,
+) -> FloatArray:
+    """How much of each term a step takes at its new velocity, (K,); the rest is taken at the old one.
+
+    A term at the new velocity alone is half a step early, so that viscous friction acts as inertia and dry
+    friction turns too soon; the mean of both would let stiff friction at standstill swing for ever. The share
+    1/(1 − e⁻ᶻ) − 1/z, with z the step times the rate at which the term alone would stop the arm, is one half
+    where the step is short and one where friction is stiff; decay at a constant rate comes out exact
+    (exponential fitting: Liniger and Willoughby 1970). Terms of other laws than ``LINEAR`` and ``TANH`` are
+    taken at the new velocity, those of negative strength at the old one.
+
+    Args:
+        heads: (K, 4) as of ``FrictionRows``.
+        speed, torque: (K, m) rows.
+        strength: (K,).
+        mass: (m, m) of the arm, with its drives.
+        h: step, s.
+    """
+    admittance = np.sum(speed * torque / np.maximum(np.abs(np.diag(mass)), 1e-300), axis=1)
+    z = h * np.abs(strength * heads[:, 0] * admittance)
+    fitted = np.where(z > _SHORT, 1.0 / -np.expm1(-np.maximum(z, _SHORT)) - 1.0 / np.maximum(z, _SHORT), 0.5)
+    share = np.where((heads[:, 1] == LINEAR) | (heads[:, 1] == TANH), fitted, 1.0)
+    return np.asarray(np.where(strength > 0.0, share, 0.0))
 
 
 def together(usual: FrictionRows, more: FrictionRows, apart: Collection[int]) -> FrictionRows:

@@ -1,4 +1,4 @@
-"""Closed-loop simulation: the source of the instruments (METHOD 3)."""
+"""Closed-loop simulation: the source of the instruments (method.md 3)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from functools import partial
 
 import numpy as np
 
-from ident.closed_loop.chain import chain_frames
 from ident.closed_loop.control_law import ControlLaw, fed_forward
 from ident.closed_loop.direct_dynamics import DirectDynamics
-from ident.closed_loop.set_points import set_point_accelerations, set_points
+from ident.closed_loop.integral_rule import as_it_integrates
 from ident.closed_loop.start import start_velocity
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.errors import IdentificationError, SimulationDivergedError
+from ident.parameters.chain import chain_frames
+from ident.parameters.regressor import RegressorModel
+from ident.preparation.set_points import set_point_accelerations, set_points
 from ident.recording import Recording
-from ident.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -145,6 +146,7 @@ def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Lead
     if recording.reference is None:
         raise IdentificationError(f"{recording.name}: no position reference was recorded")
     per_sample = _controller_samples(robot, recording)
+    robot = as_it_integrates(robot, recording)
     # Not the product of a library that spreads it over threads: small, and the same bits everywhere.
     targets = np.einsum("sj,dj->sd", recording.reference, robot.transmission_matrix)
     velocity = start_velocity(recording, robot.velocity_limits)
@@ -175,25 +177,29 @@ def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leadin
         IdentificationError: as :func:`simulate`.
     """
     robot, recording = leading.robot, leading.recording
-    dynamics = DirectDynamics(structure, parts)
+    h = robot.controller.sample_time / leading.substeps
+    dynamics = DirectDynamics(structure, parts, recording.position[0], h)
     transmission = robot.transmission_matrix
     position, velocity = recording.position[0].copy(), leading.velocity.copy()
     law = ControlLaw(
         robot.controller, transmission @ position, recording.control_signal[0], transmission @ velocity
     )
-    h = robot.controller.sample_time / leading.substeps
+    # As in ``ident.kernels.loop``: velocities between steps, positions in the middle of each.
+    position += 0.5 * h * velocity
+    last = velocity
     samples = recording.time.shape[0]
     run = SimulatedRun(recording.time, *(np.empty((samples, robot.n)) for _ in range(3)))
     for step in range(samples * leading.per_sample):
         sample, part = divmod(step, leading.per_sample)
         added = leading.added[step] if leading.added.size else None
-        signal = law.step(leading.points[step], leading.speeds[step], transmission @ position, added)
+        seen = position - 0.5 * h * velocity
+        signal = law.step(leading.points[step], leading.speeds[step], transmission @ seen, added)
         if part == 0:
-            run.position[sample], run.velocity[sample] = position, velocity
+            run.position[sample], run.velocity[sample] = seen, velocity
             run.control_signal[sample] = signal
         torque = robot.joint_torque(signal)
         for _ in range(leading.substeps):
-            velocity = dynamics.step(position, velocity, torque, h)
+            last, velocity = velocity, dynamics.step(position, velocity, last, torque)
             position = position + h * velocity
         if part == leading.per_sample - 1:
             check_stable(velocity, RUNAWAY * robot.velocity_limits, float(recording.time[sample]))

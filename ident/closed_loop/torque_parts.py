@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pinocchio
 
-from ident.base import random_states
 from ident.closed_loop.friction_rows import FrictionRows, speed_term_rows
 from ident.effects import (
     Effect,
@@ -27,7 +26,8 @@ from ident.effects import (
 )
 from ident.effects.simulated import HasSimulatedParts, SimulatedParts
 from ident.errors import IdentificationError
-from ident.regressor import RegressorModel
+from ident.parameters.base import random_states
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 

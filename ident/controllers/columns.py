@@ -15,8 +15,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from ident.closed_loop.set_points import set_point_accelerations, set_points
 from ident.controllers.structure import Timing
+from ident.preparation.set_points import set_point_accelerations, set_points
 from ident.recording import Recording
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Controller, Robot

@@ -1,4 +1,4 @@
-"""Identify the drives' controller from (q_r, q_mes) → v_τ, where it is not known (METHOD 3)."""
+"""Identify the drives' controller from (q_r, q_mes) → v_τ, where it is not known (method.md 3)."""
 
 from __future__ import annotations
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.covariance import weighted_score_covariance
 from ident.covariances.problem import EstimatedRows
-from ident.restricted import regression_whitening
-from ident.whitening import Whitening
+from ident.statistics.covariance import weighted_score_covariance
+from ident.statistics.restricted import regression_whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
 

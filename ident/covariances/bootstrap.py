@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.covariances.problem import EstimatedRows
-from ident.whitening import lag1_autocorrelation
+from ident.statistics.whitening import lag1_autocorrelation
 from robots.arrays import FloatArray
 
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.discrepancy.examination import examine
 from ident.discrepancy.scene import make_scene
 from ident.discrepancy.unrepeated import noise_level
+from ident.parameters.base import BaseParameters
 from ident.recording import Recording
 from robots.arrays import FloatArray
 

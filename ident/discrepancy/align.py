@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import base_parameters
 from ident.discrepancy.examination import examine
 from ident.discrepancy.scene import Scene, make_scene
-from ident.regressor import RegressorModel
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots.description import Robot
 
 _log = logging.getLogger(__name__)
@@ -22,10 +22,6 @@ _STILL = 0.01
 _FARTHEST = 3.0
 _FARTHEST_TIME = 0.003
 """Samples or seconds, whichever is more, by which channels of one log may be apart; beyond is an effect."""
-
-
-TAKEN_BY_ALIGNMENT = ("time_delay", "current_loop_lag")
-"""Effects that cannot be told from a lag of the channels, so not be found where that had to be estimated."""
 
 
 def lag_is_known(robot: Robot) -> bool:

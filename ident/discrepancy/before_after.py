@@ -1,7 +1,7 @@
 """What each finding changes: the relative errors, and gate 1 of the revised DWH-test.
 
 Gate 1 asks whether the simulated arm is the real one, so that its motion can serve as instruments. Where it
-is not, an effect is missing (METHOD 5.2); adding the effect has to bring simulation and measurement together.
+is not, an effect is missing (method.md 5.2); adding it has to bring simulation and measurement together.
 So the gate is run for the model without and with each finding, with the parameters that the search found, on
 the validation recordings, which neither chose the name nor were fitted.
 """
@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.extension import extended_prior
@@ -28,9 +27,10 @@ from ident.errors import IdentificationError
 from ident.estimators import stack, weighted_least_squares
 from ident.exogeneity import GateSettings, SimulationAgreement, TestedRows, simulation_agreement
 from ident.exogeneity.instruments import instruments_gate
-from ident.observation import Rows
+from ident.parameters.base import BaseParameters
+from ident.parameters.regressor import RegressorModel
+from ident.preparation.observation import Rows
 from ident.recording import Recording
-from ident.regressor import RegressorModel
 from ident.results import Gate
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
@@ -219,6 +219,13 @@ def _gate(stage: Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
         None if stage.prior is None else ~np.isfinite(np.diag(stage.prior.covariance))[kept],
     )
     return gate, ""
+
+
+def gate_of(
+    base: BaseParameters, beta: FloatArray, prior: Prior | None, recordings: Sequence[Recording]
+) -> tuple[Gate | None, str]:
+    """Gate 1 of a model with base parameters (b,) on recordings, or the reason why there is none."""
+    return _gate(Stage(base, beta, prior), make_scenes(base.model.robot, recordings))
 
 
 def _margins(robot: Robot) -> GateSettings:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene, make_scene
 from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
 from ident.recording import Recording
 from robots.arrays import FloatArray
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Trial
-from ident.discrepancy.present import Present
 from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
+from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 
@@ -30,7 +30,9 @@ class Component:
         return self.family.shapes(examination.base.model.robot, self.place)
 
     def effect(self, examination: Examination, present: Present) -> PlacedEffect:
-        return self.family.effect(examination.base.model.robot, self.place, self.shape, present)
+        """The effect, its columns made of the present model less the effect itself."""
+        others = present.without(self.family.name, self.place)
+        return self.family.effect(examination.base.model.robot, self.place, self.shape, others)
 
 
 def shapes_of(examination: Examination, components: Sequence[Component]) -> list[Shape]:

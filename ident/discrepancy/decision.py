@@ -10,11 +10,12 @@ import numpy as np
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library, Trial
-from ident.discrepancy.present import Present
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
 from ident.discrepancy.shape_search import best_shapes
 from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.vocabulary import confused_with
+from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 _FORMS = frozenset(family.name for family in WITHOUT_A_NAME)
@@ -50,8 +51,8 @@ class Choice:
         ranking: best score of each family and place, best first.
         threshold: what a score has to exceed.
         excess: residual sum of squares beyond noise before the choice.
-        unexplained: the same beyond what is left without a missing effect, too; beside a finding, on the
-            joints on which the chosen one acts.
+        unexplained: the same beyond what is left without a missing effect, too, on the joints on which the
+            chosen one acts: what another effect does to other joints is not for it to explain.
         p_value: chance that a clean arm reaches the chosen score somewhere, by calibration.
     """
 
@@ -69,7 +70,6 @@ def choose(
     library: Library,
     present: Present,
     settings: SearchSettings,
-    beside: bool = False,
 ) -> Choice:
     """Rank all trials, alone and in pairs, and decide.
 
@@ -78,8 +78,6 @@ def choose(
         library: every trial on them.
         present: the present model, to refine shapes with.
         settings: thresholds.
-        beside: whether something was found before, so that what it leaves on its joints is not for a further
-            candidate to explain that acts on others.
     """
     rows = examination.torque.shape[0]
     calibration = _Calibration.of(library, rows, settings)
@@ -94,7 +92,7 @@ def choose(
     needed = _needed(best, by_noise, threshold)
     if not passing:
         return Choice(None, (), tuple(ranking), needed, excess, excess, calibration.p_value(best.value))
-    even = _Even(examination, library, settings, beside)
+    even = _Even(examination, library, settings)
     best = _simplest(best, ranking, even)
     chosen, rivals = best, ranking
     left = excess - best.gain
@@ -222,7 +220,7 @@ def _known_to_look_alike(one: Score, other: Score) -> bool:
     others = [trial for trial in other.trials if trial.key not in shared]
     return bool(others) and all(
         any(
-            trial.place.joints == rival.place.joints and rival.family.name in trial.family.confused_with
+            trial.place.joints == rival.place.joints and rival.family.name in confused_with(trial.family.name)
             for trial in mine
         )
         for rival in others
@@ -242,13 +240,10 @@ class _Even:
     examination: Examination
     library: Library
     settings: SearchSettings
-    beside: bool
 
     def unexplained(self, *scores: Score) -> float:
-        """Residual sum of squares beyond noise and the usual misfit that candidates should explain."""
+        """Residual sum of squares beyond noise and the usual misfit on the joints on which candidates act."""
         misfit = self.settings.misfit_of(self.examination)
-        if not self.beside:
-            return float(self.examination.excess - misfit * self.examination.torque.shape[0])
         joint = self.examination.joint_of_rows
         trials = [trial for score in scores for trial in score.trials]
         acts = np.flatnonzero(self.library.joints_of(trials, joint))

@@ -12,15 +12,18 @@ periods is one block, because misfit repeats with them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ident.discrepancy.bounded import DEPENDENT
 from ident.discrepancy.examination import Examination
-from robots.arrays import FloatArray, IntArray
+from ident.discrepancy.scene import Scene
+from ident.statistics.whitening import Whitening
+from robots.arrays import BoolArray, FloatArray, IntArray
 
-_BLOCK = 0.5
+BLOCK = 0.5
 """s; several times as long as the loop takes to answer, and short enough for two dozen in a usual period."""
 
 _NOTHING = 1e-290
@@ -90,26 +93,35 @@ def _between_blocks(examination: Examination, moments: FloatArray) -> FloatArray
 
 def blocks_of(examination: Examination) -> IntArray:
     """Which block of time each whitened row of the data is in: (data rows,)."""
+    return block_labels(examination.scenes, examination.segment, examination.used, examination.whitening)
+
+
+def block_labels(
+    scenes: Sequence[Scene], segment: IntArray, used: BoolArray, whitening: Whitening
+) -> IntArray:
+    """The same of any rows: (whitened rows,).
+
+    Args:
+        scenes: the recordings.
+        segment: (rows,) which recording a row is of.
+        used: rows × joints that count.
+        whitening: what the rows are whitened with.
+    """
     labels, first = [], 0
-    for k, scene in enumerate(examination.scenes):
-        rows = int((examination.segment == k).sum())
+    for k, scene in enumerate(scenes):
+        rows = int((segment == k).sum())
         time = np.arange(rows) * scene.recording.sample_time * scene.decimation
         if scene.period is not None:
             time = time % (scene.period * scene.recording.sample_time)
-        label = first + (time / _BLOCK).astype(np.int64)
+        label = first + (time / BLOCK).astype(np.int64)
         first = int(label.max()) + 1
         labels.append(label)
     whole = np.concatenate(labels)[:, np.newaxis, np.newaxis]
-    whitening = examination.whitening
     # The rows that whitening keeps, but not mixed.
     plain = replace(
         whitening,
         coefficients=tuple(np.zeros_like(a) for a in whitening.coefficients),
         sigma=np.ones_like(whitening.sigma),
     )
-    kept = plain.apply(
-        np.broadcast_to(whole.astype(np.float64), (*examination.used.shape, 1)),
-        examination.segment,
-        examination.used,
-    )
+    kept = plain.apply(np.broadcast_to(whole.astype(np.float64), (*used.shape, 1)), segment, used)
     return np.asarray(np.rint(kept[:, 0]), dtype=np.int64)

@@ -14,12 +14,17 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
-from ident.whitening import Whitening, autoregressive_whitening, block_whitening, lag1_autocorrelation
+from ident.parameters.base import BaseParameters
+from ident.statistics.whitening import (
+    Whitening,
+    autoregressive_whitening,
+    block_whitening,
+    lag1_autocorrelation,
+)
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LARGEST_CORRELATION = 0.98

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.effects.family import PlacedEffect
+from ident.parameters.base import BaseParameters
 from robots.arrays import BoolArray
 
 

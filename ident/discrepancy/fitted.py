@@ -11,8 +11,8 @@ from ident.discrepancy.component import Component
 from ident.discrepancy.deviations import instrumented
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import effect_rows
-from ident.discrepancy.present import Present
 from ident.discrepancy.solved import solve
+from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.closed_loop import simulate
 from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
 
@@ -27,9 +27,17 @@ class Gap:
     floor: FloatArray
 
     def explainable(self, level: FloatArray) -> FloatArray:
-        """sqrt(max(level² − floor², 0)), METHOD 6.1."""
+        """sqrt(max(level² − floor², 0)), method.md 6.1."""
         floor = np.where(np.isfinite(self.floor), self.floor, 0.0)
         return np.asarray(np.sqrt(np.maximum(level**2 - floor**2, 0.0)))
+
+    @property
+    def closed(self) -> float | None:
+        """Share of the explainable gap's energy, in units of the floors, that is closed; None without one."""
+        before, after = self.explainable(self.before), self.explainable(self.after)
+        unit = np.where(np.isfinite(self.floor) & (self.floor > 0), self.floor, 1.0)
+        whole = float(np.sum((before / unit) ** 2))
+        return None if whole == 0.0 else float(1.0 - np.sum((after / unit) ** 2) / whole)
 
 
 def torque_residual(base: BaseParameters, beta: FloatArray, scene: Scene) -> FloatArray:
@@ -72,12 +80,12 @@ class LoopTrace:
 class LoopGap:
     """Closed-loop differences, rms per joint or drive (n,): q_mes − q_s in rad (or m), v_τ − v_s.
 
-    ``error`` is q_mes − q_s of the first recording, samples × joints.
+    ``errors`` are q_mes − q_s of each recording, samples × joints.
     """
 
     position: FloatArray
     control_signal: FloatArray
-    error: FloatArray
+    errors: tuple[FloatArray, ...]
 
 
 def closed_loop_gap(
@@ -96,7 +104,7 @@ def closed_loop_gap(
         position += (errors[-1] ** 2).sum(axis=0)
         signal += ((scene.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
         samples += run.time.shape[0]
-    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples), errors[0]), ""
+    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples), tuple(errors)), ""
 
 
 def position_floor(scenes: Sequence[Scene]) -> FloatArray:

@@ -13,9 +13,9 @@ from itertools import product
 import numpy as np
 
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.present import Present
 from ident.discrepancy.scene import Scene
 from ident.effects.family import EffectFamily, Place, PlacedEffect
+from ident.parameters.present import Present
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _IN_SPAN = 1e-3

@@ -1,34 +1,38 @@
 """The closed loop of some recordings, ready to be simulated many times.
 
 A simulation of the present model under the same references and the same control law makes the same torque
-as the arm, reversals and standstills included, but for noise and for what the model lacks. Friction is
-that of bristles here, which bend before they slide, since a sign of the velocity cannot hold a load.
+as the arm, reversals and standstills included, but for noise and for what the model lacks. A sign of the
+velocity cannot hold a load: friction is that of bristles here, which bend before they slide, or a smooth
+function of the speed, whichever the recordings say.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.closed_loop.chain import chain_frames
 from ident.closed_loop.compiled import run_compiled
 from ident.closed_loop.friction_rows import FrictionRows
-from ident.closed_loop.kernel.values import TANH
 from ident.closed_loop.simulate import Leading, SimulatedRun, leading_of
-from ident.closed_loop.torque_parts import TorqueParts
+from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.discrepancy.scene import Scene
 from ident.effects import FrictionSign, RigidBody
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from ident.errors import IdentificationError
+from ident.kernels.values import TANH
+from ident.parameters.chain import chain_frames
+from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
-from ident.regressor import RegressorModel
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 
 SETTLING = 1.0
 """s after the start until the arm is in its periodic motion and the friction it stood with is forgotten."""
+
+Standstill = tuple[Bristle | FrictionSign, ...]
+"""(n,) how the dry friction of each drive turns its sign at standstill."""
 
 COARSE, FINE = 1, 4
 """Integration steps per controller sample: for what an effect changes; for what is compared with the arm."""
@@ -52,6 +56,8 @@ class Loop:
     whole: dict[int, tuple[Leading, ...]]
     once: dict[int, tuple[Leading, ...]]
     frames: FloatArray
+    structures: dict[tuple[str, ...], ModelStructure] = field(default_factory=dict, repr=False, compare=False)
+    """Of models with these usual effects, in their order."""
 
     @classmethod
     def of(cls, model: RegressorModel, scenes: Sequence[Scene]) -> Loop:
@@ -186,37 +192,37 @@ def added(parts: TorqueParts, more: SimulatedParts) -> TorqueParts:
     )
 
 
-def with_bristles(parts: TorqueParts, lengths: FloatArray, robot: Robot) -> TorqueParts:
-    """The parts with bristles in place of signs of the velocity.
+def with_standstill(parts: TorqueParts, standstill: Standstill, robot: Robot) -> TorqueParts:
+    """The parts with what holds at standstill in place of signs of the velocity.
 
     Args:
         parts: of a model whose friction signs are exact.
-        lengths: (n,) way over which the dry friction of each drive builds up, rad (or m).
+        standstill: of each drive.
         robot: says which drive a term belongs to.
     """
     usual, bent = parts.friction, []
     signs = (usual.heads[:, 1] == TANH) & (usual.heads[:, 2] == 0.0)
     for k in np.flatnonzero(signs):
         row = usual.speed[k]
-        law = Bristle(float(lengths[_drive_of(robot, row)]), "exponential")
+        law = standstill[_drive_of(robot, row)]
         bent.append(FrictionTorque(row, usual.strength[k] * usual.torque[k], law))
     friction = FrictionRows(
         usual.heads[~signs], usual.speed[~signs], usual.torque[~signs], usual.strength[~signs], usual.laws
     )
-    extra = replace(parts.extra, friction=(*bent, *_bent(parts.extra.friction, lengths, robot)))
+    extra = replace(parts.extra, friction=(*bent, *_bent(parts.extra.friction, standstill, robot)))
     return replace(parts, friction=friction, extra=extra)
 
 
-def bristled(parts: SimulatedParts, lengths: FloatArray, robot: Robot) -> SimulatedParts:
+def with_standstill_of(parts: SimulatedParts, standstill: Standstill, robot: Robot) -> SimulatedParts:
     """The same of one effect."""
-    return replace(parts, friction=_bent(parts.friction, lengths, robot))
+    return replace(parts, friction=_bent(parts.friction, standstill, robot))
 
 
 def _bent(
-    friction: Sequence[FrictionTorque], lengths: FloatArray, robot: Robot
+    friction: Sequence[FrictionTorque], standstill: Standstill, robot: Robot
 ) -> tuple[FrictionTorque, ...]:
     return tuple(
-        replace(torque, law=Bristle(float(lengths[_drive_of(robot, torque.speed_row)]), "exponential"))
+        replace(torque, law=standstill[_drive_of(robot, torque.speed_row)])
         if isinstance(torque.law, FrictionSign) and torque.direction == 0
         else torque
         for torque in friction

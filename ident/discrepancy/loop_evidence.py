@@ -10,22 +10,21 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 from scipy.signal import lfilter
 
-from ident.base import BaseParameters
 from ident.closed_loop import SimulatedRun
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.discrepancy.loop import (
     COARSE,
     FINE,
     Loop,
+    Standstill,
     added,
-    bristled,
     depends_on_time,
     repeated,
     sample_of,
     settled,
+    with_standstill_of,
 )
 from ident.discrepancy.loop_parts import sharp_twin, sharpened, simulated_parts
-from ident.discrepancy.present import Present
 from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.scene import Scene, without_drift
 from ident.effects import Effect, State
@@ -33,7 +32,9 @@ from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.errors import IdentificationError
-from ident.regressor import RegressorModel
+from ident.parameters.base import BaseParameters
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
 
@@ -43,10 +44,6 @@ _TAPS = 12
 """Rows over which the loop answers a torque."""
 _PROBE = 1.0
 """What an effect is simulated with changes the torque by so many times the noise, where it shows most."""
-_STIFF = ("joint_elasticity", "backlash")
-"""Gears swing too fast for a coarse integration."""
-_WHOLE = ("joint_elasticity", "backlash", "saturation")
-"""Effects whose size is in their shape: their factor is 1."""
 _REST, _REST_SPEED = 0.1, 0.002
 """s of a drive below this share of its speed limit are a rest."""
 
@@ -58,7 +55,7 @@ class LoopEvidence:
     Attributes:
         loop: the recordings.
         base: the model.
-        lengths: (n,) pre-sliding way of each drive's dry friction, rad (or m).
+        standstill: how each drive's dry friction turns its sign.
         parts: the model as the simulation takes it.
         runs: of the model, per number of integration steps.
         motion: per recording the simulated motion at the middle of each row of the settling and one period.
@@ -69,7 +66,7 @@ class LoopEvidence:
     loop: Loop
     base: BaseParameters
     present: Present
-    lengths: FloatArray
+    standstill: Standstill
     parts: TorqueParts
     runs: dict[int, tuple[SimulatedRun, ...]]
     motion: tuple[State, ...]
@@ -102,12 +99,13 @@ class LoopEvidence:
         """
         twin = self.twin(effect)
         values = self.probe(effect)
-        substeps = FINE if effect.name in _STIFF or self.parts.extra.springs else COARSE
+        substeps = FINE if effect.stiff or self.parts.extra.springs else COARSE
         columns = []
         for k, value in enumerate(values):
             only = np.zeros(values.size)
             only[k] = value
-            change = self.change(bristled(twin.simulated(only), self.lengths, self.robot), substeps)
+            more = with_standstill_of(twin.simulated(only), self.standstill, self.robot)
+            change = self.change(more, substeps)
             if change is None:
                 return None
             columns.append(change / value)
@@ -130,12 +128,13 @@ class LoopEvidence:
 
     def probe(self, effect: PlacedEffect) -> FloatArray:
         """(p,) a value of each parameter that shows but stays within what is linear."""
-        if effect.name in _WHOLE:
+        if effect.whole:
             return np.ones(len(effect.parameter_names))
         columns = self.screen([effect])
         size = np.sqrt(np.mean(columns**2, axis=0)) / self.noise[:, np.newaxis]
         values = _PROBE / np.maximum(size.max(axis=0), 1e-12)
-        return np.asarray(np.copysign(values, effect.shape[0]) if effect.name == "time_delay" else values)
+        negative = np.array([high <= 0.0 for _, high in effect.bounds])
+        return np.asarray(np.where(negative, -values, values))
 
     def column(self, index: int, step: float) -> FloatArray:
         """What a step of a base parameter does, per unit: rows × drives.
@@ -147,7 +146,7 @@ class LoopEvidence:
         moved = np.zeros(base.independent.size)
         moved[index] = step
         shift = np.linalg.lstsq(base.relation, moved, rcond=None)[0]
-        parts = simulated_parts(self.loop, base, standard + shift, self.lengths)
+        parts = simulated_parts(self.loop, base, standard + shift, self.standstill)
         substeps = FINE if parts.extra.springs else COARSE
         change = self.loop.torque(self.loop.run(parts, substeps)) - self.loop.torque(self.run(substeps))
         return np.asarray(change / step)
@@ -254,7 +253,7 @@ def _drifts(effect: Placed) -> bool:
 
 
 def loop_evidence(
-    loop: Loop, base: BaseParameters, beta: FloatArray, lengths: FloatArray
+    loop: Loop, base: BaseParameters, beta: FloatArray, standstill: Standstill
 ) -> tuple[LoopEvidence, FloatArray, FloatArray]:
     """Simulate a model: the evidence, what it leaves of the measured torque, and what of that is noise.
 
@@ -264,7 +263,7 @@ def loop_evidence(
         IdentificationError: the loop cannot be simulated with these parameters.
     """
     standard = base.standard_from(beta, base.model.prior())
-    parts = simulated_parts(loop, base, standard, lengths)
+    parts = simulated_parts(loop, base, standard, standstill)
     runs = loop.run(parts, FINE)
     motion = tuple(_motion(loop, scene, run) for scene, run in zip(loop.scenes, runs, strict=True))
     left, noise = [], []
@@ -279,7 +278,7 @@ def loop_evidence(
     rest, unrepeated = loop.rows(left), loop.rows(noise)
     size = np.sqrt(np.mean(unrepeated**2, axis=0))
     present = Present(base.model, standard)
-    evidence = LoopEvidence(loop, base, present, lengths, parts, {FINE: runs}, motion, size)
+    evidence = LoopEvidence(loop, base, present, standstill, parts, {FINE: runs}, motion, size)
     return evidence, rest, unrepeated
 
 

@@ -11,16 +11,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import BaseParameters
+from ident.discrepancy.confirmation import Shown, shown_share
+from ident.discrepancy.deviations import block_labels
 from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
 from ident.discrepancy.gap import Gap
-from ident.discrepancy.loop import Loop
+from ident.discrepancy.loop import Loop, Standstill
 from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence
-from ident.discrepancy.presliding import presliding
+from ident.discrepancy.presliding import standstill_of
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
-from ident.whitening import autoregressive_whitening
+from ident.parameters.base import BaseParameters
+from ident.statistics.whitening import Whitening, autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray
 
 _STEPS = 3
@@ -52,8 +54,8 @@ def examine_in_loop(
     """
     known = None if before is None else before.loop
     loop = Loop.of(base.model, scenes) if known is None else known.loop
-    lengths = presliding(loop, base, start) if known is None else known.lengths
-    evidence, rest, noise = loop_evidence(loop, base, start, lengths)
+    standstill = standstill_of(loop, base, start) if known is None else known.standstill
+    evidence, rest, noise = loop_evidence(loop, base, start, standstill)
     segment = loop.segment()
     used = evidence.moving() if before is None else before.used
     whitening = autoregressive_whitening(noise, segment, used, 0) if before is None else before.whitening
@@ -69,7 +71,7 @@ def examine_in_loop(
     for step in range(_STEPS):
         if step:
             try:
-                moved, rest, _ = loop_evidence(loop, base, beta, lengths)
+                moved, rest, _ = loop_evidence(loop, base, beta, standstill)
             except IdentificationError:
                 break
             evidence = moved.after(evidence)
@@ -123,29 +125,33 @@ def _columns(evidence: LoopEvidence, which: Sequence[int]) -> FloatArray:
 
 
 def loop_gap(
-    scenes: Sequence[Scene], lengths: FloatArray, models: Sequence[tuple[BaseParameters, FloatArray]]
-) -> Gap | None:
-    """rms per drive between the torque of the recordings and that of the simulated loop.
+    scenes: Sequence[Scene], standstill: Standstill, models: Sequence[tuple[BaseParameters, FloatArray]]
+) -> tuple[Gap, Shown] | None:
+    """rms per drive between the torque of the recordings and that of the simulated loop, and what they show.
 
     Args:
         scenes: recordings.
-        lengths: pre-sliding ways of the drives' friction.
+        standstill: how the drives' dry friction turns its sign.
         models: two, before and after a finding, with their base parameters.
 
     Returns:
         None where they cannot be simulated.
     """
-    levels, floor = [], np.zeros(0)
+    left, floor = [], np.zeros(0)
     try:
         loop = Loop.of(models[0][0].model, scenes)
         for base, beta in models:
-            evidence, rest, noise = loop_evidence(loop, base, beta, lengths)
+            evidence, rest, noise = loop_evidence(loop, base, beta, standstill)
             moving = evidence.moving()
-            levels.append(_rms(rest, moving))
+            left.append(rest)
             floor = _rms(noise, moving)
     except IdentificationError:
         return None
-    return Gap(levels[0], levels[1], floor)
+    by_noise = Whitening("block", tuple(np.empty(0) for _ in floor), floor)
+    before, after = (by_noise.apply(rest[:, :, np.newaxis], loop.segment(), moving)[:, 0] for rest in left)
+    blocks = block_labels(scenes, loop.segment(), moving, by_noise)
+    gap = Gap(_rms(left[0], moving), _rms(left[1], moving), floor)
+    return gap, shown_share(before, after, blocks)
 
 
 def _rms(rows: FloatArray, used: BoolArray) -> FloatArray:

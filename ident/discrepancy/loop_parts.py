@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from ident.base import BaseParameters
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
-from ident.discrepancy.loop import Loop, added, bristled, with_bristles
-from ident.discrepancy.present import Present
+from ident.discrepancy.loop import Loop, Standstill, added, with_standstill, with_standstill_of
 from ident.effects import Effect, FrictionSign
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import form_of
-from ident.regressor import RegressorModel
+from ident.parameters.base import BaseParameters
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -49,31 +49,27 @@ def sharp_twin(robot: Robot, effect: PlacedEffect, present: Present) -> Placed:
 
 
 def simulated_parts(
-    loop: Loop, base: BaseParameters, standard: FloatArray, lengths: FloatArray
+    loop: Loop, base: BaseParameters, standard: FloatArray, standstill: Standstill
 ) -> TorqueParts:
     """A model with its standard parameters (p,) as the simulation takes it."""
     model = base.model
     usual = [effect for effect in model.effects if not isinstance(effect, Placed)]
     plain = sum(len(effect.parameter_names) for effect in usual)
     structure = _structure(loop, model, tuple(usual))
-    parts = with_bristles(structure.parts(standard[:plain]), lengths, loop.robot)
+    parts = with_standstill(structure.parts(standard[:plain]), standstill, loop.robot)
     start = plain
     for effect in model.effects[len(usual) :]:
         end = start + len(effect.parameter_names)
         assert isinstance(effect, Placed)
         twin = sharp_twin(loop.robot, effect, Present(model, standard))
-        parts = added(parts, bristled(twin.simulated(standard[start:end]), lengths, loop.robot))
+        parts = added(parts, with_standstill_of(twin.simulated(standard[start:end]), standstill, loop.robot))
         start = end
     return parts
 
 
-_STRUCTURES: dict[int, tuple[Loop, ModelStructure]] = {}
-
-
 def _structure(loop: Loop, model: RegressorModel, usual: tuple[Effect, ...]) -> ModelStructure:
-    kept = _STRUCTURES.get(id(loop))
-    if kept is None or kept[0] is not loop:
-        _STRUCTURES.clear()
-        kept = (loop, ModelStructure(sharpened(RegressorModel(model.robot, usual))))
-        _STRUCTURES[id(loop)] = kept
-    return kept[1]
+    """Of the usual effects, which stay the same as effects are found: kept with the recordings."""
+    names = tuple(effect.name for effect in usual)
+    if names not in loop.structures:
+        loop.structures[names] = ModelStructure(sharpened(RegressorModel(model.robot, usual)))
+    return loop.structures[names]

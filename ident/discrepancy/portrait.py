@@ -96,6 +96,8 @@ def _over(
 
     series = pick([_quantity(scene, quantity, torque) for scene, torque in zip(scenes, torques, strict=True)])
     first, last = pick(before), pick(after)
+    if not series.size:  # the joint stands still
+        return Portrait(joint, quantity, series, first, first, last, last)
     edges = np.unique(np.quantile(series, np.linspace(0, 1, _BINS + 1)))
     bins = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, max(edges.size - 2, 0))
     count = np.maximum(np.bincount(bins), 1)

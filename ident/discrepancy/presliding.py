@@ -1,44 +1,72 @@
-"""The way over which a drive's dry friction builds up after a reversal, as recordings show it."""
+"""How the dry friction of the drives turns its sign at standstill, as recordings show it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from ident.base import BaseParameters
-from ident.discrepancy.loop import FINE, Loop
+from ident.discrepancy.loop import FINE, Loop, Standstill
 from ident.discrepancy.loop_parts import simulated_parts
+from ident.effects import FrictionSign
+from ident.effects.simulated import Bristle
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
 _LENGTHS = (2e-6, 1e-5, 5e-5, 2.5e-4)
 """rad (or m) over which dry friction builds up in gears that are sound."""
+_WIDTHS = (5e-4, 2e-3, 8e-3, 3.2e-2)
+"""rad/s (or m/s) over which dry friction that is a smooth function of the speed turns its sign."""
 _FLAT = 1e-6
 """A bend of a logarithm of losses that tells nothing."""
 _NEARER = (1.8, 1.25)
 """Steps, nearer and nearer, of the points beside the best one so far."""
 
+Law = Bristle | FrictionSign
 
-def presliding(loop: Loop, base: BaseParameters, beta: FloatArray) -> FloatArray:
-    """(n,) the pre-sliding way that goes best with the recordings, one for all drives.
 
-    A drive whose friction builds up more slowly than that of the others is a finding: it has no way of its
-    own here, and the median is not moved by it. Drives count by how surely they tell their way.
+def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray) -> Standstill:
+    """What goes best with the recordings: bristles that bend over a way, or friction smoothed over a speed.
+
+    One size for all drives. A drive whose friction builds up more slowly than that of the others is a
+    finding: it has no size of its own here, and the median is not moved by it. Drives count by how surely
+    they tell theirs. Of the two laws the likelier is taken, each drive with a noise of its own: Σ log loss.
 
     Raises:
         IdentificationError: the loop cannot be simulated with these parameters.
     """
     standard = base.standard_from(beta, base.model.prior())
-    grid, measured = np.array(_LENGTHS), loop.measured()
+    measured, drives = loop.measured(), loop.robot.n
+
+    def losses(law: Law) -> FloatArray:
+        parts = simulated_parts(loop, base, standard, (law,) * drives)
+        return np.asarray(np.sum((measured - loop.torque(loop.run(parts, FINE))) ** 2, axis=0))
+
+    best = [_best(losses, _bristles, _LENGTHS), _best(losses, _smoothed, _WIDTHS)]
+    law = min(best, key=lambda found: found[1])[0]
+    return (law,) * drives
+
+
+def _bristles(length: float) -> Law:
+    return Bristle(length, "exponential")
+
+
+def _smoothed(width: float) -> Law:
+    return FrictionSign("tanh", width)
+
+
+def _best(
+    losses: Callable[[Law], FloatArray], law: Callable[[float], Law], sizes: tuple[float, ...]
+) -> tuple[Law, float]:
+    """The law at its best size, and Σ log loss over the drives with it."""
+    grid, size = np.array(sizes), sizes[0]
     for step in (*_NEARER, 1.0):
-        losses = []
-        for length in grid:
-            parts = simulated_parts(loop, base, standard, np.full(loop.robot.n, length))
-            left = measured - loop.torque(loop.run(parts, FINE))
-            losses.append(np.sum(left**2, axis=0))
-        best = [_lowest(np.log(grid), np.log(loss)) for loss in np.array(losses).T]
+        found = np.array([losses(law(one)) for one in grid])
+        best = [_lowest(np.log(grid), np.log(loss)) for loss in found.T]
         points, weights = np.array(best).T
-        length = float(np.exp(np.quantile(points, 0.5, weights=weights, method="inverted_cdf")))
-        grid = length * np.array([1.0 / step, 1.0, step])
-    return np.full(loop.robot.n, length)
+        size = float(np.exp(np.quantile(points, 0.5, weights=weights, method="inverted_cdf")))
+        grid = size * np.array([1.0 / step, 1.0, step])
+    return law(size), float(np.log(losses(law(size))).sum())
 
 
 def _lowest(points: FloatArray, values: FloatArray) -> tuple[float, float]:

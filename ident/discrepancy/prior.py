@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters
+from ident.parameters.base import BaseParameters
 from robots.arrays import BoolArray, FloatArray
 
 _FRICTION = ("Fv", "Fc", "Fvp", "Fcp", "Fvn", "Fcn", "Fvm", "Fcm")
@@ -24,6 +24,8 @@ class Prior:
     source: str
     noise: FloatArray | None = None
     """(n,) rms torque noise of the recording that the model was accepted on, N·m (or N), where known."""
+    misfit: FloatArray | None = None
+    """(n,) rms misfit κ of that recording, N·m (or N), where known; the search by evidence starts from it."""
 
     def rows(self) -> tuple[FloatArray, FloatArray]:
         """Rows R β = t of unit variance that say the same: R (k, b) and t (k,), k the parameters held."""

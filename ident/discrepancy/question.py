@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ident.base import BaseParameters
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.settings import DEFAULTS, SearchSettings
 from ident.effects.family import EffectFamily
+from ident.parameters.base import BaseParameters
+from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
-from ident.regressor import RegressorModel
 from robots.description import Robot
 
 Progress = Callable[[str, float], None]

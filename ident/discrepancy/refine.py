@@ -10,13 +10,17 @@ from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import fitted
 from ident.discrepancy.library import effect_rows
-from ident.discrepancy.present import Present
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.discrepancy.shape_search import best_shapes
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 
 _EVALUATIONS, _AGAIN = 40, 8
-"""Evaluations per shape: of the search, and once what the present model had taken up is given back."""
+"""Evaluations per shape: of the search, and of each round of a refit."""
+
+_ROUNDS = 2
+"""Of a refit: in the first the effects are sized without each other's torque."""
 
 _SURE = 5.0
 """Standard deviations by which a parameter differs from zero to be simulated."""
@@ -31,28 +35,48 @@ def refine(examination: Examination, components: Sequence[Component], present: P
         present: the present model, for effects that ask it for torques.
     """
     best = best_shapes(examination, components, present, 0.5, _EVALUATIONS)
-    if examination.loop is None:
+    if examination.loop is not None:
+        return with_deviations(examination, best, present)
+    return refit(examination, best, present)
+
+
+def refit(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
+    """Fit some effects together once more, each beside all the others.
+
+    Columns that ask the model for its torques are made of the model with everything that is found: friction
+    of a load is that of the payload, too.
+
+    Args:
+        examination: of the model without any of them.
+        components: at about their shapes.
+        present: that model.
+    """
+    best = list(components)
+    for _ in range(_ROUNDS):
         present = _beside(examination, best, present)
         best = best_shapes(examination, best, present, 0.1, _AGAIN)
     return with_deviations(examination, best, present)
 
 
 def _beside(examination: Examination, components: Sequence[Component], present: Present) -> Present:
-    """The present model without what its parameters had taken up of the effects.
+    """The model with the effects at their fitted sizes, and without what its parameters had taken up of them.
 
     They were fitted without them: a ripple of a gear makes the links behind it look lighter, and a column of
     lighter links finds a larger ripple.
     """
     fit = fitted(examination, components, present)
     effects = [component.effect(examination, present) for component in components]
+    values = fit.of_effects(fit.parameters)
     torque = sum(
-        np.concatenate([effect_rows(scene, effect) for scene in examination.scenes]) @ values
-        for effect, values in zip(effects, fit.of_effects(fit.parameters), strict=True)
+        np.concatenate([effect_rows(scene, effect) for scene in examination.scenes]) @ size
+        for effect, size in zip(effects, values, strict=True)
     )
     white = examination.whiten([np.asarray(torque)[:, :, np.newaxis]])
     beta = examination.beta - examination.taken_up(white)[:, 0]
     base = examination.base
-    return Present(present.model, base.standard_from(beta, base.model.prior()))
+    standard = base.standard_from(beta, base.model.prior())
+    whole = RegressorModel(base.model.robot, (*base.model.effects, *effects))
+    return Present(whole, np.concatenate([standard, *values]))
 
 
 def added_values(refined: Refined) -> list[FloatArray]:

@@ -12,13 +12,10 @@ from ident.discrepancy.component import Component, at_point, inner, shapes_of, v
 from ident.discrepancy.deviations import deviations
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import Fit, at_measured, fitted
-from ident.discrepancy.present import Present
 from ident.discrepancy.solved import solve
 from ident.effects.family import PlacedEffect, Shape
+from ident.parameters.present import Present
 from robots.arrays import BoolArray, FloatArray
-
-_FACTOR_OF_ONE = ("joint_elasticity", "backlash")
-"""Effects whose size is in their shape, so that their factor is 1 where the shape is right."""
 
 _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
@@ -68,16 +65,17 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
             sigma[parameters.size :], shapes, values_of(components), strict=True
         )
     ]
+    effects = tuple(component.effect(examination, present) for component in components)
     starts = np.cumsum([len(component.shape) for component in components])[:-1]
     factors = fit.of_effects(parameters)
     per_shape = [
-        beside_factor(component, of_noise, factor)
-        for component, of_noise, factor in zip(
-            components, np.split(np.array(physical), starts), factors, strict=True
+        beside_factor(effect, of_noise, factor)
+        for effect, of_noise, factor in zip(
+            effects, np.split(np.array(physical), starts), factors, strict=True
         )
     ]
     return Refined(
-        tuple(component.effect(examination, present) for component in components),
+        effects,
         factors,
         fit.of_effects(sigma),
         tuple(per_shape),
@@ -111,7 +109,9 @@ def _of_present(
     draws = np.random.default_rng(0).standard_normal((_MODELS, beta.size))
     for change, draw in zip(changes, draws, strict=True):
         moved = base.standard_from(beta + root @ draw, base.model.prior()) - known
-        other = Present(present.model, present.standard + moved)
+        standard = present.standard.copy()
+        standard[: moved.size] += moved
+        other = Present(present.model, standard)
         solved = solve(examination, components, other, fit.parameters)
         if solved is not None:
             change[:] = (solved[2] - fit.columns) @ fit.parameters
@@ -153,14 +153,14 @@ def _slopes(
     return slopes[0], slopes[1]
 
 
-def beside_factor(component: Component, deviations: FloatArray, factor: FloatArray) -> FloatArray:
+def beside_factor(effect: PlacedEffect, deviations: FloatArray, factor: FloatArray) -> FloatArray:
     """Deviations of an effect's shape (s,), with what its factor says of the form being not quite that.
 
     Noise is the least of it where the form is wrong: a stiffness that goes with a factor of 0.8 is known to a
     fifth, however clearly the data prefer it to any other.
     """
-    if component.family.name not in _FACTOR_OF_ONE or not factor.size:
+    if not effect.whole or not factor.size:
         return deviations
-    sizes = np.abs(np.array(component.shape))
+    sizes = np.abs(np.array(effect.shape))
     wrong = np.hypot(deviations, sizes * (1.0 - float(factor[0])))
     return np.asarray(np.where(deviations > 0.0, wrong, deviations))

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ident.base import BaseParameters
+from ident.discrepancy.confirmation import Confirmation
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.gap import Gap, LoopTrace
 from ident.discrepancy.portrait import Portrait
+from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
 from ident.discrepancy.where import Habitat
 from ident.effects.family import PlacedEffect, Scope, joint_words
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
-DiagnosisVerdict = Literal["clean", "named", "ambiguous", "unnamed"]
+DiagnosisVerdict = Literal["clean", "named", "ambiguous", "not_confirmed", "unnamed"]
 
 Mode = Literal["prior", "refit"]
 """Against a model that existed before, or after a refit of the base parameters."""
@@ -52,8 +54,9 @@ class Candidate:
 class Finding:
     """One missing effect, where it sits, how sure that is, and the gap with and without it.
 
-    Joints count from 1. ``indistinguishable_from`` holds what this data cannot tell from it.
-    ``held_out_gain`` is the share of the explainable gap that it closes on the validation recordings.
+    Joints count from 1. ``indistinguishable_from`` holds what this data cannot tell from it. ``gap`` is that
+    of the final model less this finding alone, and with it, on the validation recordings; ``held_out_gain``
+    is the share of the explainable gap that it closes there, and ``confirmation`` whether it is there at all.
     """
 
     effect: str
@@ -68,6 +71,7 @@ class Finding:
     indistinguishable_from: tuple[Candidate, ...]
     mode: Mode
     gap: Gap
+    confirmation: Confirmation
     placed: PlacedEffect
     portrait: Portrait
     ranking: tuple[Candidate, ...] = ()
@@ -88,6 +92,10 @@ class Diagnosis:
     Attributes:
         verdict: of the whole.
         findings: none where the arm is clean or the residual has no name.
+        rejected: findings that the recordings that were not fitted contradict, beside others that they
+            confirm; no part of the model.
+        ranking: candidates beside the final model, best first, whether one passed or not.
+        unexplained: per joint, what the final model leaves on the validation recordings, worst first.
         description: in words, what is left where nothing explains it.
         habitats: where the last residual lives, per joint.
         unrepeated: what does not repeat and should not be there.
@@ -99,6 +107,9 @@ class Diagnosis:
 
     verdict: DiagnosisVerdict
     findings: tuple[Finding, ...]
+    rejected: tuple[Finding, ...]
+    ranking: tuple[Candidate, ...]
+    unexplained: tuple[Unexplained, ...]
     description: str
     habitats: tuple[Habitat, ...]
     unrepeated: tuple[Unrepeated, ...]
@@ -111,6 +122,13 @@ class Diagnosis:
     beta: FloatArray
     covariance: FloatArray
     examinations: tuple[Examination, ...] = field(repr=False, default=())
+
+    def nearest(self, joint: int) -> Candidate | None:
+        """The best candidate of the ranking that acts on a joint (from 0), alone; None where none scores."""
+        return next(
+            (one for one in self.ranking if one.score > 0.0 and one.joints == ((joint + 1,),)),
+            None,
+        )
 
 
 def _parameter_words(parameter: FoundParameter) -> str:

@@ -4,37 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ident.discrepancy.results import Finding
-from ident.effects.family import EffectFamily
-
-AT_REVERSALS = (
-    "static_friction",
-    "stribeck_friction",
-    "hysteresis",
-    "backlash",
-    "joint_elasticity",
-)
-"""Effects that may show at reversals alone, which are looked at in closed loop."""
+from ident.discrepancy.accepted import Accepted
+from ident.effects.vocabulary import confused_with
 
 
-def forms_of_found(
-    findings: Sequence[Finding], families: Sequence[EffectFamily]
-) -> set[tuple[str, tuple[int, ...]]]:
+def forms_of_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:
     """Names and joints (from 0) that are known to pass for what was found there.
 
     Where friction falls with speed, the friction that lets go at a reversal is a part of that: another name
     for the same, on the drive that has it, is no further effect.
     """
-    alike = {family.name: set(family.confused_with) for family in families}
     return {
-        (name, finding.placed.place.joints)
-        for finding in findings
-        for name, others in alike.items()
-        if name in alike.get(finding.effect, ()) or finding.effect in others
+        (name, finding.placed.place.joints) for finding in findings for name in confused_with(finding.effect)
     }
 
 
-def joints_not_told(findings: Sequence[Finding]) -> set[int]:
+def joints_not_told(findings: Sequence[Accepted]) -> set[int]:
     """Joints (from 0) of findings that have more than one name: what one leaves may be the other's part."""
     joints = {
         joint

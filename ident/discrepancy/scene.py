@@ -10,7 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
-from ident.observation import observed_torque
+from ident.preparation.observation import observed_torque
 from ident.recording import Recording
 from ident.signals import (
     DecimationFilter,
@@ -99,7 +99,7 @@ def make_scene(
         recording: one uninterrupted piece.
         started: s from the start of the first recording to the start of this one.
         as_identified: with the rows of an identification: ends trimmed by the settings alone, not as those
-            of a record that is cut in motion, and torque without the filter of the positions.
+            of a record that is cut in motion, and torque through the filter that the rows go through.
 
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
@@ -111,7 +111,7 @@ def make_scene(
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
     everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
-    torque = observed_torque(robot, recording, everything)
+    torque = observed_torque(robot, recording, everything, as_rows=as_identified)
     period = repeat_length(recording.reference, recording.sample_time)
     if not as_identified and period is not None:
         # Both sides of the model through one filter: what is quicker then passes for nothing that is slower.

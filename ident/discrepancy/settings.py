@@ -24,9 +24,9 @@ class SearchSettings:
     """What the search goes by.
 
     Attributes:
-        smallest_share: a finding takes away at least this multiple of the noise's own energy.
+        smallest_share: a finding takes away at least this multiple of the noise's own energy; where noise is
+            not told from repeats that energy is not known, and likelihood alone decides.
         smallest_share_in_loop: the same where the rows are those of the simulated loop.
-        smallest_share_without_repeats: the same where noise is not told from repeats.
         least_score: no finding scores less, whatever the noise alone could give.
         false_alarm: chance that noise alone gives a finding on a clean arm.
         alike: two candidates count as told apart where the worse leaves this many times more of the
@@ -47,7 +47,6 @@ class SearchSettings:
 
     smallest_share: float = 0.02
     smallest_share_in_loop: float = 0.005
-    smallest_share_without_repeats: float = 0.1
     least_score: float = 30.0
     false_alarm: float = 0.01
     alike: float = 0.5
@@ -67,7 +66,7 @@ class SearchSettings:
         """What a finding takes away at least, as a multiple of the noise's energy."""
         if examination.loop is not None:
             return self.smallest_share_in_loop
-        return self.smallest_share if examination.repeats else self.smallest_share_without_repeats
+        return self.smallest_share if examination.repeats else 0.0
 
     def misfit_of(self, examination: Examination) -> float:
         """What is left without a missing effect, as a multiple of the noise's energy."""

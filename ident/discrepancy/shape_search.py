@@ -11,9 +11,9 @@ from scipy.optimize import minimize
 
 from ident.discrepancy.component import Component, at_point, grid_step, inner, shapes_of, values_of
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.present import Present
 from ident.discrepancy.solved import simulated_gain, solve
 from ident.effects.family import Shape
+from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 _SIMULATED = 10

@@ -10,8 +10,8 @@ from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled
-from ident.discrepancy.loop import FINE, bristled
-from ident.discrepancy.present import Present
+from ident.discrepancy.loop import FINE, with_standstill_of
+from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 
@@ -48,7 +48,7 @@ def simulated_gain(examination: Examination, components: Sequence[Component], pr
     residual = left = examination.residual
     for component, values in zip(components, np.split(solved[0], np.cumsum(solved[3])[:-1]), strict=True):
         twin = loop.twin(component.effect(examination, present))
-        change = loop.change(bristled(twin.simulated(values), loop.lengths, loop.robot), FINE)
+        change = loop.change(with_standstill_of(twin.simulated(values), loop.standstill, loop.robot), FINE)
         if change is None:
             return 0.0
         white = examination.whiten([change[:, :, np.newaxis]])

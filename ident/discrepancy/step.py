@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from ident.base import BaseParameters
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.clone import with_clone
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.loop_examination import examine_in_loop
-from ident.discrepancy.present import Present
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.scene import Scene
 from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError
-from ident.whitening import Whitening
+from ident.parameters.base import BaseParameters
+from ident.parameters.present import Present
+from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
 _log = logging.getLogger(__name__)
@@ -50,6 +50,7 @@ class Step:
         before: Step | None = None,
         whitening: Whitening | None = None,
         start: FloatArray | None = None,
+        simulated: bool = True,
     ) -> Step:
         """Examine a model.
 
@@ -60,6 +61,8 @@ class Step:
             before: the step that it extends, whose noise model and loop it keeps.
             whitening: noise model; found from the recordings where None.
             start: β (b,) to begin with; needed where the step before was examined in closed loop.
+            simulated: whether what the model leaves on a simulation of itself is taken off: not needed where
+                nothing is looked for beside it.
         """
         if before is not None:
             whitening = before.examination.whitening
@@ -71,9 +74,9 @@ class Step:
             return cls(base, prior, examination, Present(base.model, standard), plain)
         examination = examine(base, scenes, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
-        return cls(
-            base, prior, with_clone(examination, standard, plain), Present(base.model, standard), plain
-        )
+        if simulated:
+            examination = with_clone(examination, standard, plain)
+        return cls(base, prior, examination, Present(base.model, standard), plain)
 
     def in_loop(self) -> Step | None:
         """The same model in closed loop; None where the recordings or the model have none."""

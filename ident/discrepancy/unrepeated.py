@@ -12,7 +12,7 @@ from scipy.stats import chi2, norm, poisson
 from scipy.stats import f as f_distribution
 
 from ident.discrepancy.examination import Examination
-from ident.whitening import autoregressive_whitening
+from ident.statistics.whitening import autoregressive_whitening
 from robots.arrays import FloatArray
 
 _LOW_ORDER = 1

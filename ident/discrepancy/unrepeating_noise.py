@@ -10,7 +10,7 @@ from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.examination import Examination, inflated_deviation
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.scoring import best_per_place, singles
-from ident.whitening import Whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
 _TAKEN = 6
@@ -32,13 +32,16 @@ def noise_beyond_vocabulary(examination: Examination, library: Library) -> White
     assert order == 0, "rows of Ω alone are not filtered"
     sizes = used.sum(axis=0)
     per_joint = np.split(left[: int(sizes.sum())], np.cumsum(sizes)[:-1])
-    factors = [inflated_deviation(series) for series in per_joint]
+    # A joint that stands still has no rows, and its deviation weighs nothing.
+    factors = [inflated_deviation(series) if series.size else 1.0 for series in per_joint]
     return replace(examination.whitening, sigma=examination.whitening.sigma * np.array(factors))
 
 
 def _left(examination: Examination, library: Library) -> FloatArray:
     """Whitened (N,): the residual without the effects that explain it best beside each other."""
     chosen = _best_together(examination, library)
+    if not chosen:
+        return examination.residual
     columns = [library.columns[:, trial.columns] @ np.linalg.pinv(trial.parameters) for trial in chosen]
     bounds = [trial.effect.bounds for trial in chosen]
     together = np.concatenate(columns, axis=1)
@@ -52,8 +55,9 @@ def _best_together(examination: Examination, library: Library) -> list[Trial]:
     The rows' deviations are such that as many rows are independent as the residual has squares.
     """
     rows = max(2, round(float(examination.residual @ examination.residual)))
-    chosen = [best_per_place(singles(library, library.score, rows))[0].trials[0]]
-    while len(chosen) < _TAKEN:
+    alone = best_per_place(singles(library, library.score, rows))
+    chosen = [found.trials[0] for found in alone[:1]]
+    while chosen and len(chosen) < _TAKEN:
         index = np.concatenate([np.arange(trial.start, trial.end) for trial in chosen])
         solved = np.linalg.lstsq(library.gram[np.ix_(index, index)], library.score[index], rcond=1e-9)[0]
         products = library.score - library.gram[:, index] @ solved

@@ -18,7 +18,8 @@ class Habitat:
     """One joint's residual against what it could depend on.
 
     ``shares`` maps each quantity to the share of the residual's variance that its course over that
-    quantity explains (correlation ratio), less what chance would give.
+    quantity explains (correlation ratio), less what chance would give; both are zero of a joint that stands
+    still.
     """
 
     joint: int
@@ -31,6 +32,8 @@ class Habitat:
 
     def sentence(self) -> str:
         """In words, the joint counted from 1."""
+        if self.rms == 0.0:
+            return f"joint {self.joint + 1}: no row in which it moves"
         quantity, share = self.strongest
         if share < 0.1:
             return f"joint {self.joint + 1}: rms {self.rms:.3g}, with no single quantity"
@@ -52,7 +55,8 @@ def habitats(
     for joint in range(joints):
         values, quantities = _series(scenes, residuals, torques, joint)
         shares = tuple((name, correlation_ratio(series, values)) for name, series in quantities.items())
-        found.append(Habitat(joint, float(np.sqrt(np.mean(values**2))), shares))
+        rms = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+        found.append(Habitat(joint, rms, shares))
     return tuple(found)
 
 
@@ -81,6 +85,8 @@ def _series(
 
 def correlation_ratio(quantity: FloatArray, values: FloatArray) -> float:
     """Share of the variance of values (samples,) between bins of a quantity, adjusted for chance."""
+    if not values.size:
+        return 0.0
     edges = np.unique(np.quantile(quantity, np.linspace(0, 1, _BINS + 1)))
     bins = np.clip(np.searchsorted(edges, quantity, side="right") - 1, 0, max(edges.size - 2, 0))
     count = np.bincount(bins)

@@ -7,30 +7,30 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import base_parameters
-from ident.discrepancy.align import TAKEN_BY_ALIGNMENT, aligned, lag_is_known
-from ident.discrepancy.component import Component
+from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.align import aligned, lag_is_known
+from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
-from ident.discrepancy.extension import extended, extended_prior
-from ident.discrepancy.found import findings_of, portrait_of, shown_gap
-from ident.discrepancy.gap import Gap, LoopGap, LoopTrace, closed_loop_gap, position_floor, torque_residual
+from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.refine import added_values, refine
-from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
-from ident.discrepancy.reversals import AT_REVERSALS, forms_of_found, joints_not_told
+from ident.discrepancy.results import Diagnosis
+from ident.discrepancy.reversals import forms_of_found, joints_not_told
 from ident.discrepancy.scene import Scene, make_scenes
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step
-from ident.discrepancy.unrepeated import Unrepeated, unrepeated
+from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
+from ident.discrepancy.validation import Validation, ranking_of
+from ident.discrepancy.verdict import Left, description, verdict_of
 from ident.discrepancy.where import Habitat, habitats
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import WITHOUT_A_NAME
 from ident.effects.placed import Placed
 from ident.errors import IdentificationError
-from ident.regressor import RegressorModel
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 
 _log = logging.getLogger(__name__)
 
@@ -65,19 +65,29 @@ class _Search:
 
     def __init__(self, question: Question, step: Step, scenes: tuple[Scene, ...], progress: Progress) -> None:
         self.question = question
-        self.step = step
-        self.first = step
+        self.course = Course.begun(scenes, step)
         self.scenes = scenes
         self.progress = progress
         robot = step.base.model.robot
         self.validation = make_scenes(robot, question.validation)
-        self.findings: list[Finding] = []
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
         self.forms: set[tuple[str, tuple[int, ...]]] = set()
         """Effects and joints that are no further effect beside what was found there."""
         self.form = ""
         """What the residual is, where it has a form without a name."""
+
+    @property
+    def step(self) -> Step:
+        return self.course.step
+
+    @property
+    def first(self) -> Step:
+        return self.course.first
+
+    @property
+    def findings(self) -> list[Accepted]:
+        return self.course.findings
 
     def run(self) -> Diagnosis:
         """Search, name, add; again and again."""
@@ -101,11 +111,11 @@ class _Search:
             return
         if self._is_the_arm(in_loop):
             self._leave_to_motion()
-            self.step = in_loop
-            reversing = [family for family in self.question.families if family.name in AT_REVERSALS]
+            self.course.step = self.course.reversing = in_loop
+            reversing = [family for family in self.question.families if family.shows != "motion"]
             self._search(reversing, len(self.findings) + 1)
             if self.step is in_loop:
-                self.step = moving
+                self.course.step = moving
         strange = self._strange_joint(in_loop)
         if strange is not None and not self.findings and not self._more_than_clean():
             self.form = (
@@ -117,7 +127,7 @@ class _Search:
         """What findings do at reversals, and joints on which motion leaves more than has a name."""
         if not self.findings:
             return
-        self.forms = forms_of_found(self.findings, self.question.families)
+        self.forms = forms_of_found(self.findings)
         self.settled |= joints_not_told(self.findings)
         left, rows = self.step.examination.excess_of_joints, self.step.examination.rows_of_joints
         self.settled |= set(np.flatnonzero(left > self._worth_a_word_of_a_row() * rows).tolist())
@@ -159,9 +169,7 @@ class _Search:
                 library = self._library(families)
             if not library.trials:
                 break
-            choice = choose(
-                self.step.examination, library, self.step.present, self.question.settings, bool(self.findings)
-            )
+            choice = choose(self.step.examination, library, self.step.present, self.question.settings)
             if choice.chosen is not None and self._form_of_found(choice.chosen):
                 self.settled |= {joint for trial in choice.chosen.trials for joint in trial.place.joints}
                 continue
@@ -171,7 +179,7 @@ class _Search:
             if forms:
                 self.form = f"drive {forms[0].place.joints[0] + 1} has {forms[0].family.sentence}"
                 break
-            self._add(choice.chosen, choice)
+            self.course.add(choice.chosen, choice)
         return choice
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
@@ -181,8 +189,8 @@ class _Search:
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
         whitening = noise_beyond_vocabulary(self.step.examination, library)
-        self.step = Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
-        self.first = self.step
+        first = Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
+        self.course = Course.begun(self.scenes, first)
 
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
@@ -193,7 +201,7 @@ class _Search:
             family
             for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))
             if (with_prior or not (family.needs_prior or family.name in present))
-            and (known or family.name not in TAKEN_BY_ALIGNMENT)
+            and (known or not family.taken_by_alignment)
         )
         return tuple(form for family in families for form in (family, *family.forms))
 
@@ -218,56 +226,40 @@ class _Search:
         beside = [finding.score for finding in self.findings if joints & set(finding.joints)]
         return bool(beside) and chosen.gain < self.question.settings.form_share * max(beside)
 
-    def _add(self, chosen: Score, choice: Choice) -> None:
-        components = [Component.of(trial) for trial in chosen.trials]
-        refined = refine(self.step.examination, components, self.step.present)
-        before = self.step
-        more = int(sum(seen.sum() for seen in refined.seen))
-        after = Step.of(
-            extended(before.base, refined.effects, refined.seen),
-            self.scenes,
-            extended_prior(before.prior, more),
-            before,
-            start=np.concatenate([before.examination.beta, *added_values(refined)]),
-        )
-        gap = shown_gap(self.validation, before, after)
-        picture = portrait_of(self.validation, before, after)
-        self.findings += findings_of(before, refined, choice, gap, picture)
-        for effect in refined.effects:
-            _log.info("found %s at %s", effect.name, effect.place)
-        self.step = after
-
     def _answer(self, choice: Choice | None) -> Diagnosis:
+        validation = Validation(self.validation, self.first.examination.whitening)
+        findings, rejected, last = self.course.validated(validation)
         examination = self.step.examination
         strange = unrepeated(examination, _row_time(self.scenes[0]))
-        places = self._habitats()
-        verdict = self._verdict(choice, strange)
-        position, signal, loop, reason = self._loop_gaps()
+        left = Left(
+            self._habitats(),
+            strange,
+            self.form,
+            choice is not None and self._more_than_clean(),
+            validation.unexplained(self.step),
+            self.first.base.model.robot.identification.torque_margin,
+        )
+        verdict = verdict_of(findings, left)
+        loops = validation.loop_gaps(validation.loop_run(self.first) if findings else last, last)
         return Diagnosis(
             verdict=verdict,
-            findings=tuple(self.findings),
-            description=_description(verdict, places, strange, self.form),
-            habitats=places,
+            findings=tuple(findings),
+            rejected=tuple(rejected),
+            ranking=() if choice is None else ranking_of(choice),
+            unexplained=left.unexplained,
+            description=description(verdict, left),
+            habitats=left.habitats,
             unrepeated=strange,
-            torque=shown_gap(self.validation, self.first, self.step),
-            position=position,
-            control_signal=signal,
-            loop_reason=reason,
-            loop=loop,
+            torque=validation.gap(self.first, self.step),
+            position=loops.position,
+            control_signal=loops.control_signal,
+            loop_reason=loops.reason,
+            loop=loops.trace,
             base=self.step.base,
             beta=examination.beta,
             covariance=examination.covariance,
             examinations=(self.first.examination, examination),
         )
-
-    def _verdict(self, choice: Choice | None, strange: Sequence[Unrepeated]) -> DiagnosisVerdict:
-        if any(finding.indistinguishable_from for finding in self.findings):
-            return "ambiguous"
-        if self.findings:
-            return "named"
-        if choice is not None and self._more_than_clean():
-            return "unnamed"
-        return "unnamed" if strange or self.form else "clean"
 
     def _more_than_clean(self) -> bool:
         """Whether the present model leaves what is worth a word, though it has no name."""
@@ -289,23 +281,6 @@ class _Search:
         torques = [scene.thin(self.step.base.columns(scene.measured) @ beta) for scene in self.scenes]
         return habitats(self.scenes, residuals, torques)
 
-    def _loop_gaps(self) -> tuple[Gap | None, Gap | None, LoopTrace | None, str]:
-        before, reason = self._loop_gap(self.first)
-        after, reason_after = self._loop_gap(self.step)
-        if before is None or after is None:
-            return None, None, None, reason or reason_after
-        floor = position_floor(self.validation)
-        none = np.full_like(floor, np.nan)
-        return (
-            Gap(before.position, after.position, floor),
-            Gap(before.control_signal, after.control_signal, none),
-            LoopTrace(self.validation[0].recording.time, before.error, after.error),
-            "",
-        )
-
-    def _loop_gap(self, step: Step) -> tuple[LoopGap | None, str]:
-        return closed_loop_gap(step.base, step.standard_shown, self.validation)
-
 
 def _row_time(scene: Scene) -> float:
     return scene.recording.sample_time * scene.decimation
@@ -314,17 +289,3 @@ def _row_time(scene: Scene) -> float:
 def _placed(step: Step) -> list[Placed]:
     """Effects that the model has beside the usual ones: found now, or before."""
     return [effect for effect in step.base.model.effects if isinstance(effect, Placed)]
-
-
-def _description(
-    verdict: DiagnosisVerdict, places: Sequence[Habitat], strange: Sequence[Unrepeated], form: str
-) -> str:
-    """What is left, in words, where it has no name."""
-    if verdict != "unnamed":
-        return ""
-    if form:
-        return form
-    if strange:
-        return "; ".join(item.sentence for item in strange)
-    worst = max(places, key=lambda place: place.strongest[1] * place.rms)
-    return f"the residual follows no effect of the vocabulary; {worst.sentence()}"

@@ -6,25 +6,30 @@ from ident.drift.charts import cusum, run_length, trend_threshold
 from ident.drift.common import CommonBase, Relation, common_base, determined_by, in_base_of, in_terms_of
 from ident.drift.comparison import compare
 from ident.drift.geometry import Geometry, geometry_of
+from ident.drift.naming import UNEXPLAINED
 from ident.drift.patterns import Pattern, patterns_of
 from ident.drift.values import (
     Alarm,
     ChangePoint,
     Comparison,
+    Course,
     DriftSettings,
     DriftTest,
     MovedParameter,
     NamedChange,
     Night,
+    Usual,
 )
 from ident.drift.wald import holm, wald_test
 from ident.drift.words import change_words
 
 __all__ = [
+    "UNEXPLAINED",
     "Alarm",
     "ChangePoint",
     "CommonBase",
     "Comparison",
+    "Course",
     "DriftSettings",
     "DriftTest",
     "Geometry",
@@ -33,6 +38,7 @@ __all__ = [
     "Night",
     "Pattern",
     "Relation",
+    "Usual",
     "change_words",
     "common_base",
     "compare",

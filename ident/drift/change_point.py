@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ident.drift.values import Shape
@@ -16,29 +18,54 @@ def change_shape(day: FloatArray, start: int, shape: Shape) -> FloatArray:
     return np.asarray(since / since[-1])
 
 
+@dataclass(frozen=True)
+class Warmth:
+    """Temperature that is taken out together with a change.
+
+    Attributes:
+        celsius: (N,).
+        slope: change per kelvin before there are nights: a scalar, or (c,) of several series.
+        weight: sum of squares of temperature, K², that it counts as.
+    """
+
+    celsius: FloatArray
+    slope: FloatArray
+    weight: float
+
+    def regressors(self) -> FloatArray:
+        """(N + 1, 2): mean and temperature; the last row is the prior's."""
+        apart = self.celsius - self.celsius.mean()
+        last = np.array([0.0, np.sqrt(self.weight)])
+        return np.vstack([np.column_stack([np.ones(apart.size), apart]), last])
+
+    def observed(self, series: FloatArray) -> FloatArray:
+        """(N + 1, …) the series with what the prior says last."""
+        return np.concatenate([series, np.sqrt(self.weight) * np.asarray(self.slope)[np.newaxis]])
+
+
 def find_change(
-    series: FloatArray, day: FloatArray, celsius: FloatArray | None, earliest: int
+    series: FloatArray, day: FloatArray, warmth: Warmth | None, earliest: int
 ) -> tuple[int, Shape]:
     """First night of the change, and whether it is a step or a ramp: least squares over all of both.
 
     Args:
         series: (N,) one chart.
         day: (N,) increasing.
-        celsius: (N,) temperature that is taken out at the same time; None for none.
+        warmth: that is taken out at the same time; None for none.
         earliest: first night that it may begin with, at least 1.
     """
     nights = series.size
-    plain = [np.ones(nights)]
-    if celsius is not None and np.ptp(celsius) > 0.0:
-        plain.append(celsius - celsius.mean())
-    basis, _ = np.linalg.qr(np.column_stack(plain))
+    plain = np.ones((nights, 1)) if warmth is None else warmth.regressors()
+    series = series if warmth is None else warmth.observed(series)
+    basis, _ = np.linalg.qr(plain)
     left = series - basis @ (basis.T @ series)
     best: tuple[float, int, Shape] = (-1.0, nights - 1, "step")
     for shape in ("step", "ramp"):
         for start in range(max(earliest, 1), nights):
             if shape == "ramp" and nights - start < _SHORTEST_RAMP:
                 break
-            column = change_shape(day, start, shape)
+            column = np.zeros(series.size)
+            column[:nights] = change_shape(day, start, shape)
             column = column - basis @ (basis.T @ column)
             size = float(column @ column)
             gain = float(column @ left) ** 2 / size if size > _EMPTY else 0.0

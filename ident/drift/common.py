@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.base import BaseParameters
 from ident.drift.values import Night
 from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
 _REPRESENTED = 1e-5

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 
-from ident.drift.change_point import change_shape, find_change
+from ident.drift.change_point import Warmth, change_shape, find_change
+from ident.drift.doubt import course_of, is_doubtful, is_own_warmth, usual_of, with_kelvin
 from ident.drift.geometry import Geometry
-from ident.drift.learning import beyond_warmth
-from ident.drift.naming import Explained, effect_amounts, explain
-from ident.drift.patterns import Pattern, patterns_of
-from ident.drift.run_to_run import run_to_run_covariance, temperature_slopes
+from ident.drift.history import Expected, Series, expected_of, label_of
+from ident.drift.naming import UNEXPLAINED, Explained, effect_amounts, explain
+from ident.drift.patterns import Pattern
+from ident.drift.prior import NIGHTS as PRIOR_NIGHTS
 from ident.drift.values import (
+    Alarm,
     ChangePoint,
     Comparison,
     DriftSettings,
     DriftTest,
     MovedParameter,
     Night,
+    Stage,
 )
-from ident.drift.wald import holm, wald_test
+from ident.drift.wald import holm, solve_covariance, wald_test
 from ident.drift.watch import OTHER, Watch, watch
 from ident.drift.words import sentence_of, strongest
-from ident.errors import IdentificationError
 from robots.arrays import FloatArray
 
 _DEFAULTS = DriftSettings()
@@ -45,155 +47,155 @@ def compare(
     Raises:
         IdentificationError: no night, other parameters than the baseline's, or a covariance that is none.
     """
-    series = _Series.of(baseline, nights)
-    patterns = patterns_of(geometry)
-    learned = [night for night in series.nights[:-1] if night.clean][: settings.learning_nights]
-    if len(learned) < settings.learning_nights:
-        return _learning(baseline, series, geometry, patterns, settings)
-    return _watching(baseline, series, geometry, patterns, settings, learned)
+    series = Series.of(baseline, nights)
+    usual = expected_of(series, geometry, settings)
+    watched = watch_of(series, usual, geometry, settings)
+    between = _between(usual)
+    stage: Stage = "learning" if usual.nights < settings.learning_nights else "watching"
+    alarms = watched.alarms
+    if stage == "learning" and not alarms:
+        alarms = _whole_change(between, usual, geometry, settings)
+    unchanged = _unchanged(baseline, series, geometry, usual, watched, between, stage)
+    if not alarms:
+        return sentence_of(unchanged, usual.nights, settings)
+    found = _changed(unchanged, series, geometry, usual, watched, alarms, settings)
+    return sentence_of(found or unchanged, usual.nights, settings)
 
 
-@dataclass(frozen=True)
-class _Series:
-    """The baseline and the nights after it, as arrays."""
-
-    nights: tuple[Night, ...]
-    values: FloatArray
-    day: FloatArray
-    celsius: FloatArray | None
-    """(N, n); None where any night has none."""
-
-    @classmethod
-    def of(cls, baseline: Night, nights: Sequence[Night]) -> _Series:
-        if not nights:
-            raise IdentificationError("no night to compare with the baseline")
-        every = (baseline, *nights)
-        for night in every:
-            if night.values.shape != baseline.values.shape:
-                raise IdentificationError(
-                    f"{_label(night)}: {night.values.size} parameters; allowed: the"
-                    f" {baseline.values.size} of the baseline"
-                )
-        warm = [night.celsius for night in every if night.celsius is not None]
-        return cls(
-            every,
-            np.array([night.values for night in every]),
-            np.array([night.day for night in every], dtype=np.float64),
-            np.array(warm) if len(warm) == len(every) else None,
-        )
-
-    def mean_celsius(self) -> FloatArray | None:
-        """(N,) over the joints."""
-        return None if self.celsius is None else self.celsius.mean(axis=1)
-
-
-def _learning(
-    baseline: Night,
-    series: _Series,
-    geometry: Geometry,
-    patterns: Sequence[Pattern],
-    settings: DriftSettings,
-) -> Comparison:
-    """Two runs and their covariances: told where significant *and* large, since arms vary from run to run.
-
-    What most of all varies is friction, with the temperature of gears whose slopes are not known yet: only
-    what lies beyond the warmth that there may be counts as large.
-    """
-    tonight = series.nights[-1]
-    covariance = tonight.covariance + baseline.covariance
-    wald = _one_run(baseline, tonight)
-    change = tonight.values - baseline.values
-    level = settings.false_alarms_per_year / settings.nights_per_year
-    torque, usual = geometry.torque_rms(change), geometry.torque_rms(geometry.beta)
-    beyond = geometry.torque_rms(beyond_warmth(change, baseline, tonight, geometry, patterns, settings))
-    changed = bool((beyond > settings.tolerance * usual).any()) and wald.p_value < level
-    explained = explain(change, covariance, patterns, geometry, settings.level) if changed else None
-    moved = _parameters(change, covariance, geometry, settings.level, None) if changed else ()
-    return _comparison(
-        "changed" if changed else "unchanged",
-        series,
-        geometry,
-        wald,
-        None,
-        moved,
-        explained,
-        None,
-        None,
-        torque,
-        settings,
-    )
-
-
-def _watching(
-    baseline: Night,
-    series: _Series,
-    geometry: Geometry,
-    patterns: Sequence[Pattern],
-    settings: DriftSettings,
-    learned: Sequence[Night],
-) -> Comparison:
-    wald = _one_run(baseline, series.nights[-1])
-    spread = _covariance_of_a_night(baseline, learned, [n for n in series.nights[:-1] if n.clean], settings)
-    watched = watch(
+def watch_of(series: Series, usual: Expected, geometry: Geometry, settings: DriftSettings) -> Watch:
+    """The charts over all nights of a series."""
+    return watch(
         series.values,
-        series.day,
         series.celsius,
-        np.array([n.clean for n in series.nights]),
-        spread,
-        patterns,
+        series.clean,
+        usual.spread,
+        usual.within,
+        usual.prior,
+        usual.patterns,
+        geometry,
         settings,
     )
-    clean = np.array([n.clean for n in series.nights[:-1]] + [False])
-    celsius = series.mean_celsius()
-    tonight, leverage = _beside_usual(series.values, celsius, clean)
-    between = wald_test(
-        tonight,
-        np.zeros_like(tonight),
-        spread * (1.0 + leverage),
+
+
+def _between(usual: Expected) -> DriftTest:
+    return wald_test(
+        usual.tonight,
+        np.zeros_like(usual.tonight),
+        usual.spread * (1.0 + usual.leverage),
         name="Wald, run-to-run variation included",
         null="tonight's parameters are those of the clean nights at this temperature",
-        runs=max(int(clean.sum()), 3),
-    )
-    unchanged = _comparison(
-        "unchanged",
-        series,
-        geometry,
-        wald,
-        between,
-        (),
-        None,
-        None,
-        watched,
-        geometry.torque_rms(tonight),
-        settings,
-    )
-    if not watched.alarms:
-        return unchanged
-    since = _since(watched, series)
-    change, covariance, count = _change(series, spread, since)
-    explained = explain(change, covariance, patterns, geometry, settings.level)
-    if explained.changes:
-        # What is named is known better than the change of every parameter at once.
-        torque = np.sqrt(sum(found.torque_rms**2 for found in explained.changes))
-    else:
-        torque = geometry.torque_rms(_strongest(change, covariance, watched, patterns))
-    if not (torque > settings.negligible * geometry.torque_rms(geometry.beta)).any():
-        return unchanged
-    moved = _parameters(change, covariance, geometry, settings.level, count)
-    return _comparison(
-        "changed", series, geometry, wald, between, moved, explained, since, watched, torque, settings
+        runs=max(usual.nights, 1) + PRIOR_NIGHTS,
     )
 
 
-def _strongest(
-    change: FloatArray, covariance: FloatArray, watched: Watch, patterns: Sequence[Pattern]
+def _whole_change(
+    between: DriftTest, usual: Expected, geometry: Geometry, settings: DriftSettings
+) -> tuple[Alarm, ...]:
+    """While the chart of everything else knows too little: all parameters, beyond what warmth makes."""
+    level = settings.false_alarms_per_year / settings.nights_per_year
+    if between.p_value >= level:
+        return ()
+    warmth = usual.prior.covariance @ solve_covariance(usual.spread, usual.tonight)
+    beyond = geometry.torque_rms(usual.tonight - warmth)
+    if not (beyond > settings.tolerance * geometry.torque_rms(geometry.beta)).any():
+        return ()
+    return (Alarm(OTHER, "wald", between.statistic, float(stats.f.isf(level, *between.df))),)
+
+
+def _unchanged(
+    baseline: Night,
+    series: Series,
+    geometry: Geometry,
+    usual: Expected,
+    watched: Watch,
+    between: DriftTest,
+    stage: Stage,
+) -> Comparison:
+    colder = None
+    if series.celsius is not None:
+        taught = series.celsius[:-1][series.clean[:-1]] if usual.nights else series.celsius[:1]
+        apart = taught.mean(axis=0) - series.celsius[-1]
+        colder = float(apart[np.argmax(np.abs(apart))])
+    return Comparison(
+        state="unchanged",
+        stage=stage,
+        sentence="",
+        wald=_one_run(baseline, series.nights[-1]),
+        between_runs=between,
+        parameters=(),
+        changes=(),
+        since=None,
+        alarms=(),
+        torque_change=geometry.torque_rms(usual.tonight),
+        torque_rms=geometry.torque_rms(geometry.beta),
+        large=False,
+        colder=colder,
+        usual=usual_of(watched, usual),
+        course=course_of(watched, series, ()),
+    )
+
+
+def _changed(
+    unchanged: Comparison,
+    series: Series,
+    geometry: Geometry,
+    usual: Expected,
+    watched: Watch,
+    alarms: tuple[Alarm, ...],
+    settings: DriftSettings,
+) -> Comparison | None:
+    """What has moved and since when; None where it is not worth a word."""
+    since = _since(watched, series, alarms, settings)
+    change, covariance, count = _change(series, usual, since, settings)
+    explained = explain(change, covariance, usual.patterns, geometry, settings.level)
+    pattern = _strongest(alarms, watched)
+    alone = 0.0 if pattern is None else float(effect_amounts(change, covariance, pattern.directions)[0])
+    torque = _torque_of(change, covariance, explained, pattern, geometry)
+    rms = unchanged.torque_rms
+    if not (torque > settings.negligible * rms).any():
+        return None
+    if is_own_warmth(explained, pattern, alone, series.celsius is not None, settings):
+        return None
+    named = tuple(with_kelvin(found, settings) for found in explained.changes)
+    doubtful = is_doubtful(named, series.celsius is not None, settings)
+    return replace(
+        unchanged,
+        state="changed",
+        parameters=_parameters(change, covariance, geometry, settings.level, count),
+        changes=named,
+        course=course_of(watched, series, named),
+        since=since,
+        alarms=alarms,
+        torque_change=torque,
+        large=bool((torque > settings.tolerance * rms).any()),
+        unexplained=explained.unexplained,
+        doubtful=doubtful,
+    )
+
+
+def _torque_of(
+    change: FloatArray,
+    covariance: FloatArray,
+    explained: Explained,
+    pattern: Pattern | None,
+    geometry: Geometry,
 ) -> FloatArray:
-    """Change (b,) by the effect whose chart is furthest beyond its threshold; all of it where none is."""
-    alarm = strongest(watched.alarms)
-    for pattern in patterns:
-        if alarm.chart.startswith(pattern.words):
-            return pattern.directions @ effect_amounts(change, covariance, pattern.directions)
-    return change
+    """(n,) torque that what has moved makes on the trajectory; by ``pattern`` where nothing was named."""
+    if not explained.changes:
+        if pattern is not None:
+            change = pattern.directions @ effect_amounts(change, covariance, pattern.directions)
+        return geometry.torque_rms(change)
+    # What is named is known better than the change of every parameter at once, unless it is not all.
+    torque = np.sqrt(sum(found.torque_rms**2 for found in explained.changes))
+    if explained.unexplained.p_value < UNEXPLAINED:
+        torque = np.maximum(torque, geometry.torque_rms(change))
+    return np.asarray(torque)
+
+
+def _strongest(alarms: Sequence[Alarm], watched: Watch) -> Pattern | None:
+    """Effect whose chart is furthest beyond its threshold; None where all parameters together are."""
+    alarm = strongest(alarms)
+    return next((chart.pattern for chart in watched.charts if chart.words == alarm.chart), None)
 
 
 def _one_run(baseline: Night, tonight: Night) -> DriftTest:
@@ -206,76 +208,45 @@ def _one_run(baseline: Night, tonight: Night) -> DriftTest:
     )
 
 
-def _covariance_of_a_night(
-    baseline: Night, learned: Sequence[Night], clean: Sequence[Night], settings: DriftSettings
-) -> FloatArray:
-    """(b, b) within a run, what the arm varies by from run to run, and what a thermometer may be wrong by.
-
-    The last one matters once the season has left the temperatures that were learned: a sensor that shows a
-    part of the gears' warmth gives slopes that are too small, so a colder hall looks like more friction.
-    """
-    nights = (baseline, *learned) if baseline.clean else learned
-    within = np.mean([night.covariance for night in nights], axis=0)
-    warm = [night.celsius.mean() for night in nights if night.celsius is not None]
-    celsius = np.array(warm) if len(warm) == len(nights) else None
-    values = np.array([night.values for night in nights])
-    spread = within + run_to_run_covariance(values, within, celsius)
-    if celsius is not None:
-        known = np.array([night.values for night in clean])
-        warmth = np.array([night.celsius.mean() for night in clean if night.celsius is not None])
-        slopes = temperature_slopes(known, warmth) * settings.thermometer_sigma
-        spread = spread + np.outer(slopes, slopes)
-    return np.asarray(spread)
-
-
-def _beside_usual(
-    values: FloatArray, celsius: FloatArray | None, clean: np.ndarray
-) -> tuple[FloatArray, float]:
-    """Tonight less what the clean nights make of its temperature, (b,), and the leverage of that."""
-    known = values[clean]
-    if celsius is None:
-        return values[-1] - known.mean(axis=0), 1.0 / len(known)
-    warm = celsius[clean]
-    apart = celsius[-1] - warm.mean()
-    expected = known.mean(axis=0) + temperature_slopes(known, warm) * apart
-    spread = float(((warm - warm.mean()) ** 2).sum())
-    return values[-1] - expected, 1.0 / len(known) + (apart**2 / spread if spread > 0.0 else 0.0)
-
-
-def _since(watched: Watch, series: _Series) -> ChangePoint:
-    alarm = strongest(watched.alarms)
-    if alarm.chart == OTHER:
+def _since(watched: Watch, series: Series, alarms: Sequence[Alarm], settings: DriftSettings) -> ChangePoint:
+    alarm = strongest(alarms)
+    words = [chart.words for chart in watched.charts]
+    if alarm.chart not in words:
         last = len(series.nights) - 1
-        return ChangePoint(last, float(series.day[last]), "step", _label(series.nights[last]))
-    chart = watched.charts.index(alarm.chart)
-    celsius = None if series.celsius is None else watched.celsius[:, chart]
-    index, shape = find_change(watched.series[:, chart], series.day, celsius, watched.first)
-    return ChangePoint(index, float(series.day[index]), shape, _label(series.nights[index]))
+        return ChangePoint(last, float(series.day[last]), "step", label_of(series.nights[last]))
+    chart = words.index(alarm.chart)
+    warmth = None
+    if watched.celsius is not None:
+        weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
+        warmth = Warmth(watched.celsius[:, chart], watched.prior.slope[chart], weight)
+    index, shape = find_change(watched.series[:, chart], series.day, warmth, 1)
+    return ChangePoint(index, float(series.day[index]), shape, label_of(series.nights[index]))
 
 
-def _label(night: Night) -> str:
-    return night.label or f"day {night.day:g}"
-
-
-def _change(series: _Series, spread: FloatArray, since: ChangePoint) -> tuple[FloatArray, FloatArray, int]:
+def _change(
+    series: Series, usual: Expected, since: ChangePoint, settings: DriftSettings
+) -> tuple[FloatArray, FloatArray, int]:
     """Change (b,) of all parameters with the shape of the change point, its covariance, and nights left."""
     column = change_shape(series.day, since.index, since.shape)
-    celsius = series.mean_celsius()
-    design = [np.ones(column.size), column]
-    if celsius is not None and np.ptp(celsius) > 0.0:
-        design.append(celsius - celsius.mean())
-    matrix = np.column_stack(design)
-    solution = np.linalg.lstsq(matrix, series.values, rcond=None)[0]
+    matrix, values = np.ones((column.size, 1)), series.values
+    if (celsius := series.mean_celsius()) is not None:
+        weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
+        warmth = Warmth(celsius, usual.prior.slope, weight)
+        matrix, values = warmth.regressors(), warmth.observed(values)
+        column = np.append(column, 0.0)
+    matrix = np.column_stack([matrix, column])
+    solution = np.linalg.lstsq(matrix, values, rcond=None)[0]
     inverse = np.linalg.pinv(matrix.T @ matrix, hermitian=True)
-    return solution[1], spread * inverse[1, 1], column.size - matrix.shape[1]
+    count = len(series.nights) - 2 + PRIOR_NIGHTS
+    return solution[-1], usual.spread * inverse[-1, -1], count
 
 
 def _parameters(
-    change: FloatArray, covariance: FloatArray, geometry: Geometry, level: float, df: int | None
+    change: FloatArray, covariance: FloatArray, geometry: Geometry, level: float, df: int
 ) -> tuple[MovedParameter, ...]:
     sigma = np.sqrt(np.diag(covariance))
     ratio = np.abs(change) / sigma
-    p_values = 2 * (stats.norm.sf(ratio) if df is None else stats.t.sf(ratio, df))
+    p_values = 2 * stats.t.sf(ratio, df)
     corrected = holm(np.asarray(p_values))
     names, units = geometry.base.names, geometry.base.units
     found = []
@@ -297,36 +268,3 @@ def _parameters(
             )
         )
     return tuple(found)
-
-
-def _comparison(
-    state: str,
-    series: _Series,
-    geometry: Geometry,
-    wald: DriftTest,
-    between: DriftTest | None,
-    moved: tuple[MovedParameter, ...],
-    explained: Explained | None,
-    since: ChangePoint | None,
-    watched: Watch | None,
-    torque: FloatArray,
-    settings: DriftSettings,
-) -> Comparison:
-    found = Comparison(
-        state="changed" if state == "changed" else "unchanged",
-        stage="learning" if watched is None else "watching",
-        sentence="",
-        wald=wald,
-        between_runs=between,
-        parameters=moved,
-        changes=() if explained is None else explained.changes,
-        since=since,
-        alarms=() if watched is None or state == "unchanged" else watched.alarms,
-        torque_change=torque,
-        torque_rms=geometry.torque_rms(geometry.beta),
-        large=state == "changed"
-        and bool((torque > settings.tolerance * geometry.torque_rms(geometry.beta)).any()),
-        unexplained=None if explained is None else explained.unexplained,
-    )
-    learned = sum(night.clean for night in series.nights[:-1])
-    return sentence_of(found, learned, settings)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters
-from ident.observation import Rows
+from ident.parameters.base import BaseParameters
+from ident.preparation.observation import Rows
 from robots.arrays import FloatArray
 
 

@@ -14,6 +14,8 @@ from ident.drift.values import DriftTest, NamedChange
 from ident.drift.wald import solve_covariance
 from robots.arrays import FloatArray
 
+UNEXPLAINED = 1e-4
+"""p-value below which the named changes are not all of it."""
 _NEAR = 6.0
 """Drops of the statistic (−2 log likelihood) that differ by less do not tell effects apart."""
 _MOST = 3

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.drift.geometry import Geometry
+from ident.drift.values import DriftSettings
 from ident.effects.found import Found
 from robots.arrays import FloatArray
 
@@ -21,6 +23,10 @@ _WORDS = {
 _NAME = re.compile(r"([A-Za-z]+?)(p|n|m)?(\d+)")
 _SIDES = {"p": " in the positive direction", "n": " in the negative direction", "m": " (coupled shaft)"}
 _SEEN = 1e-9
+_LEAST_SHARE = 0.002
+"""Share of a joint's torque below which the value of a parameter is nearly zero."""
+WARMTH = "warmth"
+"""Effect of a chart: all gears colder by so many kelvin, as far as no thermometer says so."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,28 @@ def patterns_of(geometry: Geometry) -> tuple[Pattern, ...]:
     scaled together), a body on the tool by its mass and first moments, and effects that a search has found.
     """
     found = [*_per_joint(geometry), *_gains(geometry), *_payload(geometry), *_found(geometry)]
-    return tuple(pattern for pattern in found if _is_seen(pattern, geometry))
+    return tuple(pattern for pattern in found if _is_seen(pattern))
+
+
+def with_warmth(patterns: Sequence[Pattern], settings: DriftSettings) -> tuple[Pattern, ...]:
+    """The effects and, last, the warmth of all gears together: in kelvin, positive where colder."""
+    direction = np.zeros(patterns[0].directions.shape[0]) if patterns else np.zeros(0)
+    for pattern in patterns:
+        share, _ = warmth_share(pattern.effect, settings)
+        if pattern.scale is not None and pattern.joint is not None:
+            direction = direction + share * pattern.scale * pattern.directions[:, 0]
+    if not direction.any():
+        return tuple(patterns)
+    words = "all gears as if colder"
+    return (*patterns, Pattern(WARMTH, None, words, direction[:, np.newaxis], ("K",)))
+
+
+def warmth_share(effect: str, settings: DriftSettings) -> tuple[float, float]:
+    """Relative increase for each kelvin colder, and its deviation; zeros for what is not friction."""
+    return {
+        "coulomb_friction": (settings.coulomb_per_kelvin, settings.coulomb_per_kelvin_sigma),
+        "viscous_friction": (settings.viscous_per_kelvin, settings.viscous_per_kelvin_sigma),
+    }.get(effect, (0.0, 0.0))
 
 
 def payload_inertia(geometry: Geometry) -> FloatArray:
@@ -72,9 +99,17 @@ def _per_joint(geometry: Geometry) -> list[Pattern]:
         said = f"{words} of joint {joint}{_SIDES.get(match[2] or '', '')}"
         direction = _direction(geometry, name)
         leading = int(np.argmax(np.abs(direction)))
-        scale = None if effect == "current_offset" else float(geometry.beta[leading] / direction[leading])
+        value = float(geometry.beta[leading] / direction[leading])
+        has_share = effect != "current_offset" and _is_worth_a_share(value * direction, geometry)
+        scale = value if has_share else None
         found.append(Pattern(effect, joint, said, direction[:, np.newaxis], (unit,), scale))
     return found
+
+
+def _is_worth_a_share(torque_of: FloatArray, geometry: Geometry) -> bool:
+    """A share of a value that is nearly zero says nothing."""
+    usual = np.maximum(geometry.torque_rms(geometry.beta), np.finfo(float).tiny)
+    return bool(np.max(geometry.torque_rms(torque_of) / usual) > _LEAST_SHARE)
 
 
 def _gains(geometry: Geometry) -> list[Pattern]:
@@ -137,5 +172,5 @@ def _direction(geometry: Geometry, standard: str) -> FloatArray:
     return np.asarray(geometry.base.relation[:, names.index(standard)])
 
 
-def _is_seen(pattern: Pattern, geometry: Geometry) -> bool:
+def _is_seen(pattern: Pattern) -> bool:
     return bool(np.abs(pattern.directions).max() > _SEEN)

@@ -99,12 +99,22 @@ def run_to_run_covariance(values: FloatArray, within: FloatArray, celsius: Float
     return np.asarray(common + np.diag(own))
 
 
-def temperature_slopes(values: FloatArray, celsius: FloatArray | None) -> FloatArray:
-    """Change (b,) of the parameters per kelvin over clean nights; zero where there is no temperature."""
-    design = _design(celsius, values.shape[0])
-    if design.shape[1] == 1:
+def temperature_slopes(
+    values: FloatArray, celsius: FloatArray | None, prior: FloatArray, weight: float
+) -> FloatArray:
+    """Change (b,) of the parameters per kelvin over clean nights, drawn towards the prior.
+
+    Args:
+        values: (N, b).
+        celsius: (N,); None gives zeros.
+        prior: (b,) mean change per kelvin before there are nights.
+        weight: sum of squares of temperature, K², that the prior counts as.
+    """
+    if celsius is None:
         return np.zeros(values.shape[1])
-    return np.asarray(np.linalg.lstsq(design, values - values.mean(axis=0), rcond=None)[0][1])
+    apart = celsius - celsius.mean()
+    about = apart @ (values - values.mean(axis=0))
+    return np.asarray((about + weight * prior) / (apart @ apart + weight))
 
 
 def _design(celsius: FloatArray | None, nights: int) -> FloatArray:

@@ -10,8 +10,8 @@ from robots.arrays import FloatArray
 Shape = Literal["step", "ramp"]
 State = Literal["unchanged", "changed"]
 Stage = Literal["learning", "watching"]
-"""While it learns how much the arm differs from night to night, only large changes are told."""
-Detector = Literal["one night", "trend", "anything else", "wald"]
+"""While it learns, what the arm differs by from night to night comes mostly from priors."""
+Detector = Literal["one night", "trend", "size", "anything else", "wald"]
 
 
 @dataclass(frozen=True)
@@ -42,15 +42,21 @@ class DriftSettings:
     Attributes:
         false_alarms_per_year: expected number per arm, over all charts together.
         nights_per_year: how often the arm is checked.
-        learning_nights: clean nights before the charts speak.
+        learning_nights: clean nights from which the run-to-run covariance is estimated; the charts speak from
+            the first night on, wider until then.
         tolerance: change of the torque on a joint, as a share of that joint's rms torque on the trajectory,
             up to which a change is only a warning.
         negligible: the same share, below which a change is not worth a word however sure it is: what a
             smooth temperature model leaves over a year is of that size.
-        friction_per_kelvin: relative change of friction that an arm which is still being learned may show
-            for each kelvin.
-        unknown_warmth: difference of temperature that is allowed for where none is recorded, K.
+        coulomb_per_kelvin, coulomb_per_kelvin_sigma: prior of the relative decrease of Coulomb friction for
+            each kelvin, and by how much arms and joints differ in it.
+        viscous_per_kelvin, viscous_per_kelvin_sigma: the same of viscous friction.
+        hall_sigma: prior deviation of the hall's warmth where no temperature is recorded, K.
+        gear_sigma: deviation of the warmth that one gear has of its own, K; friction that it makes at the
+            prior's coefficients is not worth a word.
         thermometer_sigma: by how much the gears' temperature may differ from what was recorded, K.
+        possible_warmth: what a hall without a thermometer may differ by at the very most, K: up to there a
+            change of friction is doubtful, and no failure.
         level: of the tests that name what has moved, after correction for how many were tried.
     """
 
@@ -59,9 +65,14 @@ class DriftSettings:
     learning_nights: int = 30
     tolerance: float = 0.05
     negligible: float = 0.002
-    friction_per_kelvin: float = 0.02
-    unknown_warmth: float = 15.0
+    coulomb_per_kelvin: float = 0.005
+    coulomb_per_kelvin_sigma: float = 0.005
+    viscous_per_kelvin: float = 0.015
+    viscous_per_kelvin_sigma: float = 0.005
+    hall_sigma: float = 5.0
+    gear_sigma: float = 2.0
     thermometer_sigma: float = 3.0
+    possible_warmth: float = 15.0
     level: float = 0.01
 
 
@@ -112,6 +123,7 @@ class NamedChange:
         explained: drop of the statistic by it.
         p_value: of that drop, corrected for the number of effects tried.
         torque_rms: (n,) of the change on the trajectory per joint, N·m (or N).
+        kelvin: least warmth that would make it, K colder than usual; None where warmth makes none of it.
         alternatives: words of effects that explain it nearly as well.
     """
 
@@ -126,6 +138,7 @@ class NamedChange:
     p_value: float
     torque_rms: FloatArray
     alternatives: tuple[str, ...] = ()
+    kelvin: float | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +162,57 @@ class Alarm:
 
 
 @dataclass(frozen=True)
+class Usual:
+    """What is usual of one chart: prior → posterior, and what was forgiven tonight.
+
+    Attributes:
+        chart: words.
+        unit: of sigma and forgiven: ``%`` of the baseline's value where that has a meaning.
+        prior_sigma: deviation of a night, before there were nights.
+        sigma, low, high: posterior median, 5 % and 95 % points.
+        forgiven: how far tonight might have been off its prediction without an alarm.
+        prior_per_kelvin, prior_per_kelvin_sigma: change per kelvin, before; None without a thermometer.
+        per_kelvin, per_kelvin_sigma: posterior of it.
+    """
+
+    chart: str
+    unit: str
+    prior_sigma: float
+    sigma: float
+    low: float
+    high: float
+    forgiven: float
+    prior_per_kelvin: float | None = None
+    prior_per_kelvin_sigma: float | None = None
+    per_kelvin: float | None = None
+    per_kelvin_sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """One chart over the nights, for a picture.
+
+    Attributes:
+        chart: words.
+        unit: of the amounts: ``%`` of the baseline's value where that has a meaning.
+        labels: (N,) of the nights, the baseline first.
+        day: (N,) since the baseline.
+        amount: (N,) beside the baseline, what the temperature makes taken out.
+        clean: (N,) nights that teach.
+        low, high: between which tonight would have been fine.
+    """
+
+    chart: str
+    unit: str
+    labels: tuple[str, ...]
+    day: FloatArray
+    amount: FloatArray
+    clean: tuple[bool, ...]
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Comparison:
     """Tonight beside the baseline.
 
@@ -166,6 +230,10 @@ class Comparison:
         torque_rms: (n,) of the torque itself there.
         large: whether something has moved, and by more than the tolerance on some joint.
         unexplained: test of what the named changes leave; None where nothing was named.
+        doubtful: whether warmth that nobody measured may be all of it.
+        colder: by how much the thermometers were below the clean nights' mean, K (largest joint).
+        usual: of each chart.
+        course: of the chart that says most: named first, or nearest its limit.
     """
 
     state: State
@@ -181,3 +249,7 @@ class Comparison:
     torque_rms: FloatArray
     large: bool
     unexplained: DriftTest | None = None
+    doubtful: bool = False
+    colder: float | None = None
+    usual: tuple[Usual, ...] = ()
+    course: Course | None = None

@@ -14,13 +14,36 @@ from ident.drift.charts import (
     one_night_threshold,
     trend_threshold,
 )
-from ident.drift.patterns import Pattern
+from ident.drift.geometry import Geometry
+from ident.drift.patterns import WARMTH, Pattern
+from ident.drift.predictive import ChartPrior, Predicted, predict
+from ident.drift.prior import NightPrior, largest_share
 from ident.drift.run_to_run import Recursive, recursive_residuals
 from ident.drift.values import Alarm, DriftSettings
 from ident.drift.wald import solve_covariance
 from robots.arrays import BoolArray, FloatArray
 
 OTHER = "anything else"
+_DOUBT, _SERIOUS_DOUBT = 3.0, 1.5
+"""Scores at which a change beyond the tolerance, and beyond twice the tolerance, is told: the larger it is,
+the less has to speak for it."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """One effect at one place, or one of its amounts.
+
+    Attributes:
+        words: for an operator.
+        pattern: the effect.
+        direction: (b,) change of the parameters per unit.
+        unit: of the amount.
+    """
+
+    words: str
+    pattern: Pattern
+    direction: FloatArray
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -28,103 +51,124 @@ class Watch:
     """The charts over all nights.
 
     Attributes:
-        charts: (c,) words.
+        charts: c of them.
         series: (N, c) amount of each effect, as if nothing else had moved.
-        celsius: (N, c) temperature that belongs to each; zeros where none was recorded.
-        scores: (N, c) standard normal where nothing changes.
+        celsius: (N, c) temperature that belongs to each; None where any night has none.
+        prior: of each chart.
+        predicted: each night beside what those before make of it.
         up, down: (N, c) CUSUMs.
         other: (N,) scores of the size of what is left in all parameters; nan before it is known.
         one_night, trend, other_threshold: thresholds.
-        first: first night that is judged.
+        allowed: (c,) how far the last night may be above its prediction without an alarm of that night.
         alarms: of the last night.
     """
 
-    charts: tuple[str, ...]
+    charts: tuple[Chart, ...]
     series: FloatArray
-    celsius: FloatArray
-    scores: FloatArray
+    celsius: FloatArray | None
+    prior: ChartPrior
+    predicted: Predicted
     up: FloatArray
     down: FloatArray
     other: FloatArray
     one_night: float
     trend: float
     other_threshold: float
-    first: int
+    allowed: FloatArray
     alarms: tuple[Alarm, ...]
+
+    @property
+    def scores(self) -> FloatArray:
+        """(N, c) standard normal where nothing changes."""
+        return self.predicted.scores
 
 
 def watch(
     values: FloatArray,
-    day: FloatArray,
     celsius: FloatArray | None,
     clean: BoolArray,
     spread: FloatArray,
+    within: FloatArray,
+    prior: NightPrior,
     patterns: Sequence[Pattern],
+    geometry: Geometry,
     settings: DriftSettings,
 ) -> Watch:
     """Run all charts and look at the last night.
 
     Args:
         values: (N, b), the baseline first.
-        day: (N,).
         celsius: (N, n) per joint; None where none was recorded.
         clean: (N,) nights that teach what is usual.
-        spread: (b, b) covariance of a night.
+        spread: (b, b) covariance of a night: what the charts' weights rest on.
+        within: (b, b) within a run.
+        prior: of the nights.
         patterns: the effects.
-        settings: the false alarms allowed, and the nights of learning.
+        geometry: of the trajectory.
+        settings: the false alarms allowed, the tolerance, and the nights of learning.
     """
-    names, weights, joints = _functionals(patterns, spread)
-    warm = _temperatures(celsius, joints, values.shape[0])
+    charts = _charts(patterns)
+    weights = _functionals(charts, spread)
+    warm = None if celsius is None else _temperatures(celsius, [c.pattern.joint for c in charts])
     series = values @ weights
-    scores = _scores(series, None if celsius is None else warm, clean)
-    first = 1 + int(np.searchsorted(np.cumsum(clean[1:]), settings.learning_nights)) + 1
-    first = min(first, values.shape[0] - 1)
-    scores[:first] = np.nan
+    chart_prior = _chart_prior(charts, weights, within, prior, warm is not None)
+    predicted = predict(series, warm, clean, chart_prior)
+    first = min(1 + int(np.searchsorted(np.cumsum(clean[1:]), settings.learning_nights)) + 1, len(values) - 1)
     other = _other(values, None if celsius is None else celsius.mean(axis=1), clean, spread, first)
     budget = budget_per_night(settings.false_alarms_per_year, settings.nights_per_year)
     limits = (
-        one_night_threshold(budget.one_night, len(names)),
-        trend_threshold(budget.trend, len(names)),
+        one_night_threshold(budget.one_night, len(charts)),
+        trend_threshold(budget.trend, len(charts)),
         one_night_threshold(budget.other, 1, sides=1),
     )
-    up, down = cusum(scores)
+    up, down = cusum(np.where(_follows_seasons(charts, warm), np.nan, predicted.scores))
     # What nothing explains has to be there again the next night: how the arm varies is not normal far out.
     lasting = float(np.min(other[-2:])) if other.size > 1 else np.nan
-    alarms = _alarms(names, scores[-1], np.maximum(up[-1], down[-1]), lasting, limits)
-    return Watch(names, series, warm, scores, up, down, other, *limits, first, alarms)
+    words = [chart.words for chart in charts]
+    alarms = _alarms(words, predicted.scores[-1], np.maximum(up[-1], down[-1]), lasting, limits)
+    per_unit = np.array([largest_share(chart.direction, geometry) for chart in charts])
+    alarms = alarms or _large(charts, predicted.scores[-1], np.abs(predicted.error[-1]) * per_unit, settings)
+    allowed = _allowed(charts, predicted, limits[0], per_unit, settings)
+    return Watch(charts, series, warm, chart_prior, predicted, up, down, other, *limits, allowed, alarms)
 
 
-def _functionals(
-    patterns: Sequence[Pattern], spread: FloatArray
-) -> tuple[tuple[str, ...], FloatArray, tuple[int | None, ...]]:
+def _charts(patterns: Sequence[Pattern]) -> tuple[Chart, ...]:
+    several = [pattern.directions.shape[1] > 1 for pattern in patterns]
+    return tuple(
+        Chart(f"{p.words} ({k + 1})" if many else p.words, p, direction, p.units[k])
+        for p, many in zip(patterns, several, strict=True)
+        for k, direction in enumerate(p.directions.T)
+    )
+
+
+def _functionals(charts: Sequence[Chart], spread: FloatArray) -> FloatArray:
     """Weights (b, c) that read each amount off the parameters with the least variance: S⁻¹p/(pᵀS⁻¹p)."""
-    names, columns, joints = [], [], []
-    for pattern in patterns:
-        for k, direction in enumerate(pattern.directions.T):
-            weighted = solve_covariance(spread, direction)
-            columns.append(weighted / float(direction @ weighted))
-            several = pattern.directions.shape[1] > 1
-            names.append(f"{pattern.words} ({k + 1})" if several else pattern.words)
-            joints.append(pattern.joint)
-    return tuple(names), np.column_stack(columns), tuple(joints)
+    columns = np.column_stack([chart.direction for chart in charts])
+    weighted = solve_covariance(spread, columns)
+    return np.asarray(weighted / np.einsum("bc,bc->c", columns, weighted))
 
 
-def _temperatures(celsius: FloatArray | None, joints: Sequence[int | None], nights: int) -> FloatArray:
-    if celsius is None:
-        return np.zeros((nights, len(joints)))
+def _chart_prior(
+    charts: Sequence[Chart], weights: FloatArray, within: FloatArray, prior: NightPrior, measured: bool
+) -> ChartPrior:
+    sigma = np.sqrt(np.einsum("bc,bd,dc->c", weights, within + prior.covariance, weights))
+    # Some weeks of a hall without a thermometer do not show what its year holds.
+    least = np.array([float(chart.pattern.effect == WARMTH and not measured) for chart in charts])
+    steep = np.sqrt(np.einsum("bc,bd,dc->c", weights, prior.slope_covariance, weights))
+    slope = prior.slope @ weights
+    if not measured:
+        slope, steep = np.zeros_like(slope), np.zeros_like(steep)
+    return ChartPrior(sigma, least, slope, steep)
+
+
+def _follows_seasons(charts: Sequence[Chart], warm: FloatArray | None) -> BoolArray:
+    """(c,) charts whose slow course says nothing: the warmth of all gears where no thermometer tells it."""
+    return np.array([chart.pattern.effect == WARMTH and warm is None for chart in charts])
+
+
+def _temperatures(celsius: FloatArray, joints: Sequence[int | None]) -> FloatArray:
     mean = celsius.mean(axis=1)
     return np.column_stack([mean if joint is None else celsius[:, joint - 1] for joint in joints])
-
-
-def _scores(series: FloatArray, celsius: FloatArray | None, clean: BoolArray) -> FloatArray:
-    if celsius is None:
-        return normal_scores(recursive_residuals(series, None, clean))
-    scores = np.full(series.shape, np.nan)
-    unique, place = np.unique(celsius, axis=1, return_inverse=True)
-    for k in range(unique.shape[1]):
-        own = np.flatnonzero(place == k)
-        scores[:, own] = normal_scores(recursive_residuals(series[:, own], unique[:, k], clean))
-    return scores
 
 
 def _other(
@@ -137,7 +181,7 @@ def _other(
     """
     found = recursive_residuals(values, celsius, clean)
     size = np.full(values.shape[0], np.nan)
-    for k in range(first, values.shape[0]):
+    for k in first + np.flatnonzero(np.isfinite(found.error[first:]).all(axis=1)):
         size[k] = max(float(found.error[k] @ solve_covariance(spread, found.error[k])), 0.0) ** (1 / 3)
     other = np.full(values.shape[0], np.nan)
     judged = size[first:, np.newaxis]
@@ -172,3 +216,29 @@ def _alarms(
     if not found and other > rest:
         found.append(Alarm(OTHER, "anything else", other, rest))
     return tuple(found)
+
+
+def _large(
+    charts: Sequence[Chart], scores: FloatArray, shares: FloatArray, settings: DriftSettings
+) -> tuple[Alarm, ...]:
+    """Charts off by more torque than the tolerance with less certainty than an alarm otherwise asks for."""
+    found = []
+    for chart, score, share in zip(charts, np.abs(scores), shares, strict=True):
+        if chart.pattern.effect == WARMTH or share <= settings.tolerance:
+            continue
+        limit = _SERIOUS_DOUBT if share > 2.0 * settings.tolerance else _DOUBT
+        if score > limit:
+            found.append(Alarm(chart.words, "size", float(score), limit))
+    return tuple(found)
+
+
+def _allowed(
+    charts: Sequence[Chart], predicted: Predicted, limit: float, per_unit: FloatArray, settings: DriftSettings
+) -> FloatArray:
+    """(c,) amounts up to which neither the chart of one night nor the size of a change would speak."""
+    found = predicted.allowed(limit)
+    warmth = np.array([chart.pattern.effect == WARMTH for chart in charts])
+    for score, times in ((_DOUBT, 1.0), (_SERIOUS_DOUBT, 2.0)):
+        sure = np.maximum(predicted.allowed(score), times * settings.tolerance / per_unit)
+        found = np.where(warmth, found, np.minimum(found, sure))
+    return np.asarray(found)

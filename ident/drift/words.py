@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.drift.patterns import WARMTH
 from ident.drift.values import Alarm, Comparison, DriftSettings, NamedChange
 
 
@@ -51,7 +52,7 @@ def _words(found: Comparison, learned: int, settings: DriftSettings) -> str:
     if found.since is not None:
         how = "growing since" if found.since.shape == "ramp" else "since"
         since = f", {how} {found.since.label}"
-    what = "; ".join(change_words(change) for change in found.changes)
+    what = "; ".join(change_words(change) + _warmth_words(change, found) for change in found.changes)
     if not what and found.alarms and found.alarms[0].detector != "anything else":
         what = f"{strongest(found.alarms).chart} has moved, too little so far to say by how much"
     if not what:
@@ -67,4 +68,23 @@ def _words(found: Comparison, learned: int, settings: DriftSettings) -> str:
     return (
         f"{what}{since}: {found.torque_change[worst]:.2g} N·m rms on joint {worst + 1},"
         f" {share:.2g} % of its torque, {limit} the tolerance of {100 * settings.tolerance:g} %"
+        f"{'; warmth may be all of it' if found.doubtful else ''}"
     )
+
+
+def _warmth_words(change: NamedChange, found: Comparison) -> str:
+    """What warmth would have to be to make a change of friction, beside what the thermometer says."""
+    if change.kelvin is None:
+        return ""
+    measured = "no thermometer" if found.colder is None else f"the thermometer says {_apart(found.colder)}"
+    if change.effect == WARMTH:
+        return f" ({measured})"
+    return f" (would need {abs(change.kelvin):.2g} K {_way(change.kelvin)} at least; {measured})"
+
+
+def _apart(colder: float) -> str:
+    return f"{abs(colder):.0f} K {_way(colder)}"
+
+
+def _way(colder: float) -> str:
+    return "colder" if colder > 0.0 else "warmer"

@@ -32,7 +32,7 @@ def _make(
         return SimulatedParts(gravity=values[0] * turned[0] + values[1] * turned[1])
 
     bounds = ((-0.5, 0.5), (-0.5, 0.5))
-    return Parameters(("tilt_x", "tilt_y"), ("rad", "rad"), bounds), law, parts
+    return Parameters(("tilt_x", "tilt_y"), ("rad", "rad"), bounds, (0.03, 0.03)), law, parts
 
 
 def _across(gravity: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -51,4 +51,9 @@ BASE_TILT = Family(
     _places,
     _make,
     confused_with=("gravity_spring", "payload"),
+    settled_by="put a level on the base: a tilt shows there",
+    told_from={
+        "gravity_spring": "put a level on the base: a tilt shows there, a spring does not",
+        "payload": "put a level on the base: a tilt shows there, a payload does not",
+    },
 )

@@ -7,6 +7,7 @@ import numpy as np
 from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, angle_unit, torque_unit
+from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
@@ -61,7 +62,12 @@ def _make(
     torque, angle = torque_unit(robot, second), angle_unit(robot, second)
     names = tuple(f"{symbol}{place.joints[1] + 1}" for symbol in ("Iam", "Fvm", "Fcm"))
     units = ("kg·m²" if angle == "rad" else "kg", f"{torque}·s/{angle}", torque)
-    return Parameters(names, units, (ANY, ANY, ANY)), law, parts
+    scale = (
+        0.3 * rotor_inertia(robot, second),
+        0.5 * viscous_friction(robot, second),
+        0.5 * dry_friction(robot, second),
+    )
+    return Parameters(names, units, (ANY, ANY, ANY), scale), law, parts
 
 
 def _described(robot: Robot, place: Place) -> float:
@@ -83,4 +89,5 @@ WRIST_COUPLING = Family(
     _places,
     _make,
     _shapes,
+    settled_by="move one of the two axes while the other rests: the coupling shows there",
 )

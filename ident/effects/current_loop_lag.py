@@ -34,7 +34,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, lag=max(0.0, float(values[0]))),))
 
-    return Parameters((f"lag{number(place)}",), ("s",), (POSITIVE,)), law, parts
+    return Parameters((f"lag{number(place)}",), ("s",), (POSITIVE,), (0.003,)), law, parts
 
 
 CURRENT_LOOP_LAG = Family(
@@ -44,4 +44,11 @@ CURRENT_LOOP_LAG = Family(
     each_drive,
     _make,
     confused_with=("time_delay",),
+    taken_by_alignment=True,
+    settled_by="lock the joint and step the control signal: a lag rounds the current",
+    told_from={
+        "time_delay": (
+            "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
+        ),
+    },
 )

@@ -27,6 +27,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import dry_friction, friction_power, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts, Table, Warming
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
@@ -69,13 +70,57 @@ def _make(
     names = tuple(f"{name}{number(place)}" for name in ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat"))
     units = (torque, f"{torque}·s/{angle}", f"{torque}/W", f"{torque}·s/({angle}·W)")
     # Oil gets thinner as it warms; dry friction has been seen to go either way.
-    return Parameters(names, units, (ANY, ANY, ANY, (-np.inf, 0.0))), law, parts
+    dry, viscous = 0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place)
+    power = friction_power(robot, place)
+    scale = (dry, viscous, dry / power, viscous / power)
+    return Parameters(names, units, (ANY, ANY, ANY, (-np.inf, 0.0)), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
 
 
+def _settling(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Friction that is the model's at the start, and moves away from it."""
+    row, sign, (settling,) = drive_row(robot, place), friction_sign(robot), shape
+    torque, angle = torque_unit(robot, place), angle_unit(robot, place)
+
+    def course(time: FloatArray) -> FloatArray:
+        return np.asarray(1.0 - np.exp(-time / settling))
+
+    def law(state: State) -> FloatArray:
+        speed = state.velocity @ row
+        gone = np.zeros_like(speed) if state.time is None else course(state.time)
+        return along(row, gone * sign(speed), gone * speed)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        table = Table.of(course, 0.0, _LONGEST)
+        pairs = zip(values, (sign, None), strict=True)
+        return SimulatedParts(
+            friction=tuple(FrictionTorque(row, v * row, form, course=table) for v, form in pairs)
+        )
+
+    names = tuple(f"{name}{number(place)}" for name in ("Fc_settled", "Fv_settled"))
+    scale = (0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place))
+    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
+
+
+def _settling_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("time_constant", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
+
+
+SETTLING_FRICTION = Family(
+    "drifting_friction",
+    "friction that moves away from that of the model",
+    "drive",
+    each_drive,
+    _settling,
+    _settling_shapes,
+    contains=("coulomb_friction", "viscous_friction", "wrist_coupling"),
+    confused_with=("coulomb_friction", "viscous_friction"),
+)
 DRIFTING_FRICTION = Family(
     "drifting_friction",
     "friction that changes while the gear warms up",
@@ -85,4 +130,7 @@ DRIFTING_FRICTION = Family(
     _shapes,
     contains=("coulomb_friction", "viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
+    further=(SETTLING_FRICTION,),
+    history=True,
+    settled_by="record the same motion cold and warm: only what drifts has changed",
 )

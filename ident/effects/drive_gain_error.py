@@ -32,7 +32,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[0]),))
 
-    return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),)), law, parts
+    return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),), (0.08,)), law, parts
 
 
 DRIVE_GAIN_ERROR = Family(
@@ -43,4 +43,14 @@ DRIVE_GAIN_ERROR = Family(
     _make,
     needs_prior=True,
     confused_with=("payload", "load_dependent_friction"),
+    settled_by=(
+        "record once more with a known payload: it weighs too much where the gain is wrong (armhil gain)"
+    ),
+    told_from={
+        "rotor_inertia": "record once more with a known payload: it weighs too much where the gain is wrong",
+        "payload": "take the tool off and record again: a payload leaves with it, a wrong gain stays",
+        "load_dependent_friction": (
+            "hold a known payload still, reached from both sides: friction turns its sign, a gain does not"
+        ),
+    },
 )

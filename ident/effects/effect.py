@@ -28,7 +28,7 @@ class State:
 class Effect(Protocol):
     """One named cause of joint torque, linear in its parameters.
 
-    ``name`` is the identifier of the vocabulary (METHOD section 6), ``sentence`` says what it is.
+    ``name`` is the identifier of the vocabulary (method.md 6), ``sentence`` says what it is.
     """
 
     @property

@@ -36,6 +36,8 @@ _FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
 _GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3)
 _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
+_ABOUT_ONE = (0.1,)
+"""Deviation of that factor: what links that are known to a tenth leave of it."""
 
 
 def inertia_along(mass: FloatArray, back: FloatArray) -> FloatArray:
@@ -97,7 +99,7 @@ def _elasticity(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
 
-    return Parameters((f"elasticity{number(place)}",), ("1",), _ONE), law, parts
+    return Parameters((f"elasticity{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -121,7 +123,7 @@ def _backlash(
         size = gap * float(values[0])
         return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size, offset_at_link),))
 
-    return Parameters((f"play{number(place)}",), ("1",), _ONE), law, parts
+    return Parameters((f"play{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -151,6 +153,18 @@ JOINT_ELASTICITY = Family(
     _elasticity,
     _elastic_shapes,
     confused_with=("backlash", "current_loop_lag"),
+    shows="both",
+    stiff=True,
+    history=True,
+    settled_by=(
+        "lock the motor and hang known weights on the link, a dial gauge on it: a gear that gives way"
+        " moves in proportion"
+    ),
+    told_from={
+        "current_loop_lag": (
+            "lock the link and step the control signal: the current shows the lag, no gear is in it"
+        ),
+    },
 )
 BACKLASH = Family(
     "backlash",
@@ -160,4 +174,16 @@ BACKLASH = Family(
     _backlash,
     _gap_shapes,
     confused_with=("joint_elasticity", "hysteresis"),
+    shows="both",
+    stiff=True,
+    history=True,
+    settled_by=("lock the motor and push the link both ways, a dial gauge on it: play moves without force"),
+    told_from={
+        "joint_elasticity": (
+            "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
+        ),
+        "hysteresis": (
+            "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
+        ),
+    },
 )

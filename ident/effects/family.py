@@ -17,8 +17,8 @@ from robots.description import Robot
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
 
-Evidence = Literal["motion", "reversal", "whole"]
-"""Where an effect shows: while the joint moves, around its reversals and standstills, or everywhere."""
+Shows = Literal["motion", "reversal", "both"]
+"""When an effect shows: while the joint moves, around its reversals and standstills, or in both."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ def joint_words(joints: Sequence[int]) -> str:
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid and none between.
+    What is ``fixed`` takes the values of its grid and none between. At its ``limits`` the effect is another:
+    friction that grows with a power of one of the speed is viscous.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Shape:
     upper: float
     logarithmic: bool = False
     fixed: bool = False
+    limits: tuple[float, ...] = ()
 
 
 class PresentModel(Protocol):
@@ -106,6 +108,29 @@ class PlacedEffect(Effect, Protocol):
         """What each linear parameter can be in nature, e.g. no negative stiffness."""
         ...
 
+    @property
+    def stiff(self) -> bool: ...
+
+    @property
+    def whole(self) -> bool:
+        """Whether the shapes alone make it, and its factor is 1 where they are right."""
+        ...
+
+    @property
+    def scale(self) -> tuple[float, ...]:
+        """Deviation of each linear parameter before any data are seen, in its unit."""
+        ...
+
+    @property
+    def of_measured(self) -> bool:
+        """Whether its columns are made of the measured torque."""
+        ...
+
+    @property
+    def centre(self) -> tuple[float, ...]:
+        """What each linear parameter is likeliest to be before any data are seen."""
+        ...
+
 
 class EffectFamily(Protocol):
     """One name of the vocabulary.
@@ -115,6 +140,13 @@ class EffectFamily(Protocol):
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
     at one place, each of its own length. ``forms`` are others of the same name with shapes of their own.
+
+    Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
+    integration; ``history``, whether its torque depends on what was before, so that it needs samples in
+    order; ``taken_by_alignment``, whether an estimate of the lag between the channels takes it up.
+    ``settled_by`` is what on the arm shows it where no motion does. Names that easily pass for each other are
+    declared on either of the two (:func:`ident.effects.vocabulary.confused_with`), ``told_from`` with what
+    tells them apart.
     """
 
     @property
@@ -127,7 +159,7 @@ class EffectFamily(Protocol):
     def scope(self) -> Scope: ...
 
     @property
-    def evidence(self) -> Evidence: ...
+    def shows(self) -> Shows: ...
 
     @property
     def needs_prior(self) -> bool: ...
@@ -139,13 +171,24 @@ class EffectFamily(Protocol):
     def contains(self) -> tuple[str, ...]: ...
 
     @property
-    def confused_with(self) -> tuple[str, ...]: ...
+    def stiff(self) -> bool: ...
+
+    @property
+    def history(self) -> bool: ...
+
+    @property
+    def taken_by_alignment(self) -> bool: ...
 
     @property
     def several(self) -> bool: ...
 
     @property
     def forms(self) -> tuple[EffectFamily, ...]: ...
+
+    @property
+    def further(self) -> tuple[EffectFamily, ...]:
+        """Forms that the search by evidence alone asks for; no model file holds them."""
+        ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -22,6 +22,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import rated_torque
 from ident.effects.simulated import DriveChange, SimulatedParts, warmed
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -46,7 +47,8 @@ def _make(
     names = tuple(f"{name}{number(place)}" for name in ("gain_cold", "gain_warm", "gain_heat"))
     square = f"1/({torque_unit(robot, place)})²"
     bounds = ((-0.9, 0.9), (-0.9, 0.9), (-np.inf, 0.0))
-    return Parameters(names, ("1", "1", square), bounds), law, parts
+    scale = (0.08, 0.08, 0.08 / (0.3 * rated_torque(robot, place)) ** 2)
+    return Parameters(names, ("1", "1", square), bounds, scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -62,6 +64,8 @@ GAIN_DRIFT = Family(
     _shapes,
     needs_prior=True,
     contains=("drive_gain_error",),
+    history=True,
+    settled_by="record the same motion cold and warm: a gain that drifts has changed, all else has not",
 )
 
 WITHOUT_A_NAME: tuple[Family, ...] = (GAIN_DRIFT,)

@@ -32,6 +32,9 @@ from robots.description import Robot
 _SMALL = 1e-5
 """rad (or m); a step in which the torque is linear in the error."""
 
+_ERROR = 3e-4
+"""rad (or m), deviation of the error: one minute of arc, what makers promise."""
+
 _DAMPING = 0.03
 """Of the links on the gear, ratio to critical: that of steel and grease."""
 
@@ -99,7 +102,7 @@ def _make(
 
     unit = angle_unit(robot, place)
     names = (f"gear_error_cos{number(place)}", f"gear_error_sin{number(place)}")
-    return Parameters(names, (unit, unit), (ANY, ANY)), law, parts
+    return Parameters(names, (unit, unit), (ANY, ANY), (_ERROR, _ERROR)), law, parts
 
 
 GEAR_RIPPLE = Family(
@@ -111,4 +114,10 @@ GEAR_RIPPLE = Family(
     _shapes,
     confused_with=("torque_ripple",),
     several=True,
+    settled_by="uncouple the motor and turn it alone: an error of the gear is gone",
+    told_from={
+        "torque_ripple": (
+            "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone"
+        ),
+    },
 )

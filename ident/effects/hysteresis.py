@@ -22,6 +22,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import dry_friction
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -72,7 +73,8 @@ def _make(
             friction=(FrictionTorque(row, values[0] * row, Bristle(length, "exponential")),)
         )
 
-    return Parameters((f"hysteresis{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
+    unit, scale = torque_unit(robot, place), (0.5 * dry_friction(robot, place),)
+    return Parameters((f"hysteresis{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -86,6 +88,17 @@ HYSTERESIS = Family(
     each_drive,
     _make,
     _shapes,
-    evidence="reversal",
     confused_with=("static_friction", "backlash"),
+    shows="reversal",
+    history=True,
+    settled_by=(
+        "push the resting joint there and back by less than it takes to break away: hysteresis comes back"
+        " by another way"
+    ),
+    told_from={
+        "static_friction": (
+            "raise the torque of the resting joint slowly, lower it before it breaks away: hysteresis"
+            " comes back by another way"
+        ),
+    },
 )

@@ -39,7 +39,7 @@ def _make(
         load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, load_row=load_row),))
 
-    return Parameters((f"mu{number(place)}",), ("1",), (POSITIVE,)), law, parts
+    return Parameters((f"mu{number(place)}",), ("1",), (POSITIVE,), (0.15,)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -54,4 +54,5 @@ LOAD_DEPENDENT_FRICTION = Family(
     _make,
     _shapes,
     confused_with=("coulomb_friction", "drive_gain_error"),
+    settled_by="record the same motion with a known payload: friction of the load grows",
 )

@@ -20,6 +20,7 @@ from ident.effects.placed import (
     speed_limit,
     torque_unit,
 )
+from ident.effects.scales import viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
@@ -54,11 +55,12 @@ def _make(
     torque = torque_unit(robot, place)
     names = (f"Fn{number(place)}", f"Fn_linear{number(place)}")
     units = (torque, f"{torque}·s/{angle_unit(robot, place)}")
-    return Parameters(names, units, (ANY, ANY)), law, parts
+    scale = (0.7 * viscous_friction(robot, place) * limit, 0.7 * viscous_friction(robot, place))
+    return Parameters(names, units, (ANY, ANY), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("power", "1", _GRID, 0.2, 4.0),)
+    return (Shape("power", "1", _GRID, 0.2, 4.0, limits=(0.0, 1.0)),)
 
 
 NONLINEAR_VISCOUS_FRICTION = Family(
@@ -71,4 +73,10 @@ NONLINEAR_VISCOUS_FRICTION = Family(
     essential=(0,),
     contains=("viscous_friction", "coulomb_friction", "wrist_coupling"),
     confused_with=("stribeck_friction", "viscous_friction"),
+    settled_by="run the joint at several constant speeds: the torque is no straight line",
+    told_from={
+        "stribeck_friction": (
+            "let the joint creep at several constant speeds below a hundredth of its limit"
+        ),
+    },
 )

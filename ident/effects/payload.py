@@ -8,6 +8,7 @@ from ident.effects.effect import State
 from ident.effects.family import Place, PresentModel
 from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts
 from ident.effects.rigid_body import RigidBody
+from ident.effects.scales import payload
 from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -36,7 +37,9 @@ def _make(
         return SimulatedParts(links=links)
 
     names = tuple(f"{symbol}_payload" for symbol in _SYMBOLS)
-    return Parameters(names, _UNITS, (POSITIVE, *(ANY,) * 9)), law, parts
+    mass, lever = payload(robot)
+    scale = (mass, *(mass * lever,) * 3, *(mass * lever**2,) * 6)
+    return Parameters(names, _UNITS, (POSITIVE, *(ANY,) * 9), scale), law, parts
 
 
 PAYLOAD = Family(
@@ -48,4 +51,8 @@ PAYLOAD = Family(
     needs_prior=True,
     essential=(0,),
     confused_with=("drive_gain_error", "rotor_inertia"),
+    settled_by="take the tool off and record again: a payload leaves with it",
+    told_from={
+        "rotor_inertia": "take the tool off and record again: a payload leaves with it, a rotor does not",
+    },
 )

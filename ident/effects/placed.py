@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ident.effects.effect import State
-from ident.effects.family import Evidence, Place, PresentModel, Scope, Shape
+from ident.effects.family import Place, PresentModel, Scope, Shape, Shows
 from ident.effects.simulated import SimulatedParts
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
@@ -39,6 +39,15 @@ class Placed:
     law: Callable[[State], FloatArray]
     parts: Callable[[FloatArray], SimulatedParts]
     shape_names: tuple[str, ...] = ()
+    scale: tuple[float, ...] = ()
+    centre: tuple[float, ...] = ()
+    of_measured: bool = False
+    stiff: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Whether the shapes alone make it, and its factor is 1 where they are right."""
+        return any(self.centre)
 
     def columns(self, state: State) -> FloatArray:
         """Torque per unit of each parameter: samples × joints × parameters."""
@@ -51,11 +60,20 @@ class Placed:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Linear parameters of a placed effect: names, units, what they can be in nature."""
+    """Linear parameters of a placed effect: names, units, what they can be in nature, how large they are.
+
+    Before any data are seen a parameter is normal about its ``centre`` with deviation ``scale``, within its
+    bounds: a physical size (:mod:`ident.effects.scales`). The centre is zero where none is given; it is one
+    where the shapes alone make the effect, and the parameter is the share of it that is there. Columns
+    ``of_measured`` are made of the measured torque: where they act, the model does not say what is measured.
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     bounds: tuple[tuple[float, float], ...]
+    scale: tuple[float, ...]
+    centre: tuple[float, ...] = ()
+    of_measured: bool = False
 
 
 Law = Callable[[State], FloatArray]
@@ -72,7 +90,8 @@ def _no_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
 class Family:
     """One name of the vocabulary; see :class:`ident.effects.family.EffectFamily`.
 
-    ``confused_with`` names what the same data often cannot tell from it; ``essential`` are the parameters,
+    ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
+    ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not worth a word where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
@@ -85,13 +104,19 @@ class Family:
     places_of: Callable[[Robot], tuple[Place, ...]]
     make: Make
     shapes_of: Callable[[Robot, Place], tuple[Shape, ...]] = _no_shapes
-    evidence: Evidence = "motion"
+    shows: Shows = "motion"
     needs_prior: bool = False
     confused_with: tuple[str, ...] = ()
     essential: tuple[int, ...] = ()
     contains: tuple[str, ...] = ()
     several: bool = False
     forms: tuple[Family, ...] = ()
+    further: tuple[Family, ...] = ()
+    stiff: bool = False
+    history: bool = False
+    taken_by_alignment: bool = False
+    settled_by: str = ""
+    told_from: Mapping[str, str] = field(default_factory=dict)
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
@@ -115,6 +140,10 @@ class Family:
             law,
             parts,
             tuple(one.name for one in self.shapes(robot, place)),
+            parameters.scale,
+            parameters.centre or (0.0,) * len(parameters.names),
+            parameters.of_measured,
+            self.stiff,
         )
 
 

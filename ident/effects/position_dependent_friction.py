@@ -19,6 +19,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import dry_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts, Table
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
@@ -51,7 +52,8 @@ def _make(
 
     unit = torque_unit(robot, place)
     names = (f"Fq_cos{number(place)}", f"Fq_sin{number(place)}")
-    return Parameters(names, (unit, unit), (ANY, ANY)), law, parts
+    scale = (0.3 * dry_friction(robot, place),) * 2
+    return Parameters(names, (unit, unit), (ANY, ANY), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -74,7 +76,8 @@ def _spot(
         table = Table.of(lambda q: values[0] * bell(q), low - _MARGIN, high + _MARGIN)
         return SimulatedParts(friction=(FrictionTorque(row, row, sign, position_row=row, curve=table),))
 
-    return Parameters((f"Fq_spot{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+    scale = (0.5 * dry_friction(robot, place),)
+    return Parameters((f"Fq_spot{number(place)}",), (torque_unit(robot, place),), (ANY,), scale), law, parts
 
 
 def _travel(robot: Robot, row: FloatArray) -> tuple[float, float]:
@@ -117,4 +120,10 @@ POSITION_DEPENDENT_FRICTION = Family(
     several=True,
     confused_with=("load_dependent_friction",),
     forms=(TIGHT_SPOT,),
+    settled_by="turn the joint slowly through its range: the torque follows the place",
+    told_from={
+        "load_dependent_friction": (
+            "record the same motion with a known payload: friction of the load grows, the other does not"
+        ),
+    },
 )

@@ -46,7 +46,7 @@ def _make(
         signal = limit / abs(float(robot.gains[drive]))
         return SimulatedParts(drives=(DriveChange(drive, limit=signal),))
 
-    return Parameters((f"excess{number(place)}",), ("1",), ((0.0, 1.5),)), law, parts
+    return Parameters((f"excess{number(place)}",), ("1",), ((0.0, 1.5),), (0.1,), (1.0,), True), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -63,4 +63,10 @@ SATURATION = Family(
     _make,
     _shapes,
     confused_with=("drive_gain_error",),
+    settled_by="run the same motion at half the speed: what saturates is gone",
+    told_from={
+        "drive_gain_error": (
+            "run the same motion at half the speed: what saturates is gone, a wrong gain stays"
+        ),
+    },
 )

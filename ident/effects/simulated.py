@@ -155,6 +155,8 @@ class FrictionTorque:
         position_row, curve: a factor over a position, if any; both or none.
         course: a factor over time (of the recording, s), if any.
         load_row: (n,) if its size follows a load: |load_row · torque of the links|.
+        load_side: where it follows the load: while the speed drives it (load · speed ≥ 0), while it is driven
+            by the load, or both.
         warming: if its size follows the warmth of the gear, W, which its speed heats.
     """
 
@@ -167,6 +169,7 @@ class FrictionTorque:
     curve: Table | None = None
     course: Table | None = None
     load_row: FloatArray | None = None
+    load_side: Literal["both", "driving", "driven"] = "both"
     warming: Warming | None = None
 
 

@@ -22,6 +22,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import rated_torque
 from ident.effects.simulated import PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -30,6 +31,9 @@ Curves = tuple[Callable[[FloatArray], FloatArray], ...]
 
 _ANCHORS = np.arange(-3, 5) / 4.0
 """Of π: where the search for the angle of two anchors begins."""
+
+_SPRING, _CABLE, _CONTACT = 0.1, 0.03, 0.3
+"""Deviations of stiffnesses, of the rated torque per rad (or m)."""
 
 _MARGIN = 0.2
 """rad (or m) beyond the joint's limits that the simulation's table reaches."""
@@ -60,7 +64,8 @@ def _gravity_spring(
     torque = torque_unit(robot, place)
     names = (f"stiffness{number(place)}", f"preload{number(place)}")
     units = (f"{torque}/{angle_unit(robot, place)}", torque)
-    return Parameters(names, units, (POSITIVE, ANY)), law, parts
+    size = _SPRING * rated_torque(robot, place)
+    return Parameters(names, units, (POSITIVE, ANY), (size, size)), law, parts
 
 
 def _anchored_spring(
@@ -79,7 +84,8 @@ def _anchored_spring(
         return np.asarray(np.sin(turned) * (1.0 - free / length))
 
     law, parts = _over_position(robot, place, (pull,))
-    return Parameters((f"spring{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
+    unit, scale = torque_unit(robot, place), (_SPRING * rated_torque(robot, place),)
+    return Parameters((f"spring{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _revolute(robot: Robot) -> tuple[Place, ...]:
@@ -102,7 +108,8 @@ def _cable_spring(
     law, parts = _over_position(robot, place, (lambda q: q - rest, lambda q: (q - rest) ** 3))
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
     names = (f"cable{number(place)}", f"stiffening{number(place)}")
-    return Parameters(names, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE)), law, parts
+    scale = (_CABLE * rated_torque(robot, place),) * 2
+    return Parameters(names, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE), scale), law, parts
 
 
 def _contact(
@@ -116,7 +123,8 @@ def _contact(
 
     law, parts = _over_position(robot, place, (pressed,))
     unit = f"{torque_unit(robot, place)}/{angle_unit(robot, place)}"
-    return Parameters((f"contact{number(place)}",), (unit,), (POSITIVE,)), law, parts
+    scale = (_CONTACT * rated_torque(robot, place),)
+    return Parameters((f"contact{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _within_limits(robot: Robot, place: Place, shares: tuple[float, ...]) -> tuple[float, ...]:
@@ -161,6 +169,7 @@ GRAVITY_SPRING = Family(
     contains=("current_offset",),
     confused_with=("contact", "cable_spring", "base_tilt"),
     forms=(ANCHORED_SPRING,),
+    settled_by="unhook the spring, with the arm held, and record again: its torque is gone",
 )
 CABLE_SPRING = Family(
     "cable_spring",
@@ -172,6 +181,11 @@ CABLE_SPRING = Family(
     essential=(1,),
     contains=("gravity_spring",),
     confused_with=("gravity_spring", "contact"),
+    settled_by="take the dress pack off and record again: a cable is gone",
+    told_from={
+        "gravity_spring": "take the dress pack off and record again: a cable is gone, a spring is not",
+        "contact": "take the dress pack off and record again: a cable is gone, a contact is not",
+    },
 )
 CONTACT = Family(
     "contact",
@@ -181,4 +195,10 @@ CONTACT = Family(
     _contact,
     _contact_shapes,
     confused_with=("gravity_spring", "cable_spring"),
+    settled_by="clear the surroundings of the arm and record again: a contact is gone",
+    told_from={
+        "gravity_spring": (
+            "clear the surroundings of the arm and record again: a contact is gone, a spring is not"
+        ),
+    },
 )

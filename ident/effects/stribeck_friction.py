@@ -21,6 +21,7 @@ from ident.effects.placed import (
     speed_limit,
     torque_unit,
 )
+from ident.effects.scales import dry_friction
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
@@ -51,7 +52,8 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, speed_factor=fall),))
 
-    return Parameters((f"Fs{number(place)}",), (torque_unit(robot, place),), (POSITIVE,)), law, parts
+    scale = (0.7 * dry_friction(robot, place),)
+    return Parameters((f"Fs{number(place)}",), (torque_unit(robot, place),), (POSITIVE,), scale), law, parts
 
 
 def _moving_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -91,7 +93,8 @@ def _breakaway(
 
     unit = torque_unit(robot, place)
     names = (f"Fbreak{number(place)}", f"Flate{number(place)}")
-    return Parameters(names, (unit, unit), (POSITIVE, POSITIVE)), law, parts
+    scale = (0.7 * dry_friction(robot, place), 0.5 * dry_friction(robot, place))
+    return Parameters(names, (unit, unit), (POSITIVE, POSITIVE), scale), law, parts
 
 
 def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -112,6 +115,8 @@ STRIBECK_FRICTION = Family(
     _moving_shapes,
     contains=("coulomb_friction",),
     confused_with=("nonlinear_viscous_friction", "static_friction"),
+    shows="both",
+    settled_by="let the joint creep at several constant speeds below a hundredth of its limit",
 )
 STATIC_FRICTION = Family(
     "static_friction",
@@ -120,6 +125,11 @@ STATIC_FRICTION = Family(
     each_drive,
     _breakaway,
     _breakaway_shapes,
-    evidence="reversal",
     confused_with=("stribeck_friction", "hysteresis"),
+    shows="reversal",
+    history=True,
+    settled_by="raise the torque of the resting joint slowly until it breaks away",
+    told_from={
+        "stribeck_friction": "raise the torque of the resting joint slowly until it breaks away",
+    },
 )

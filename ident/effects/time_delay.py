@@ -66,7 +66,7 @@ def _make(
         )
 
     name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
-    return Parameters((name,), ("s",), (_of_about(shift),)), law, parts
+    return Parameters((name,), ("s",), (_of_about(shift),), (0.005,)), law, parts
 
 
 def _of_about(shift: float) -> tuple[float, float]:
@@ -90,4 +90,6 @@ TIME_DELAY = Family(
     _make,
     _shapes,
     confused_with=("current_loop_lag", "rotor_inertia"),
+    taken_by_alignment=True,
+    settled_by="lock the joint and step the control signal: a delay shifts the current",
 )

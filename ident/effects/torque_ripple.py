@@ -20,6 +20,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import dry_friction
 from ident.effects.simulated import DriveChange, PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -56,7 +57,8 @@ def _make(
     unit = "1" if with_torque else torque_unit(robot, place)
     stem = "ripple_share" if with_torque else "ripple"
     names = (f"{stem}_cos{number(place)}", f"{stem}_sin{number(place)}")
-    return Parameters(names, (unit, unit), (ANY, ANY)), law, parts
+    size = 0.05 if with_torque else 0.3 * dry_friction(robot, place)
+    return Parameters(names, (unit, unit), (ANY, ANY), (size, size)), law, parts
 
 
 def ripple_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -77,4 +79,5 @@ TORQUE_RIPPLE = Family(
     _shapes,
     confused_with=("gear_ripple",),
     several=True,
+    settled_by="uncouple the motor and turn it alone: ripple of the torque stays",
 )

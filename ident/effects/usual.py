@@ -23,6 +23,7 @@ from ident.effects.placed import (
     number,
     torque_unit,
 )
+from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -46,7 +47,11 @@ def _viscous(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(damping=values[0] * np.outer(row, row))
 
-    return Parameters((f"Fv{number(place)}",), (unit,), (ANY,)), law, parts
+    return (
+        Parameters((f"Fv{number(place)}",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
+        law,
+        parts,
+    )
 
 
 def _coulomb(
@@ -60,7 +65,13 @@ def _coulomb(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
 
-    return Parameters((f"Fc{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+    return (
+        Parameters(
+            (f"Fc{number(place)}",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)
+        ),
+        law,
+        parts,
+    )
 
 
 def _asymmetric(
@@ -84,7 +95,8 @@ def _asymmetric(
         return SimulatedParts(friction=tuple(halves))
 
     names = (f"dFc{number(place)}", f"dFv{number(place)}")
-    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY)), law, parts
+    scale = (0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place))
+    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
 def _rotor_inertia(
@@ -99,7 +111,11 @@ def _rotor_inertia(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(inertia=values[0] * np.outer(row, row))
 
-    return Parameters((f"dIa{number(place)}",), (unit,), (ANY,)), law, parts
+    return (
+        Parameters((f"dIa{number(place)}",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
+        law,
+        parts,
+    )
 
 
 def _current_offset(
@@ -113,7 +129,8 @@ def _current_offset(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(constant=values[0] * row)
 
-    return Parameters((f"doff{number(place)}",), (torque_unit(robot, place),), (ANY,)), law, parts
+    scale = (0.3 * dry_friction(robot, place),)
+    return Parameters((f"doff{number(place)}",), (torque_unit(robot, place),), (ANY,), scale), law, parts
 
 
 VISCOUS_FRICTION = Family(
@@ -123,6 +140,7 @@ VISCOUS_FRICTION = Family(
     each_drive,
     _viscous,
     confused_with=("nonlinear_viscous_friction",),
+    settled_by="run the joint at several constant speeds: the torque is a straight line",
 )
 COULOMB_FRICTION = Family(
     "coulomb_friction",
@@ -131,6 +149,12 @@ COULOMB_FRICTION = Family(
     each_drive,
     _coulomb,
     confused_with=("stribeck_friction", "load_dependent_friction"),
+    settled_by="run the joint at several constant speeds: at none the torque is this",
+    told_from={
+        "load_dependent_friction": (
+            "record the same motion with a known payload: friction of the load grows, dry friction does not"
+        ),
+    },
 )
 ASYMMETRIC_FRICTION = Family(
     "asymmetric_friction",
@@ -139,6 +163,12 @@ ASYMMETRIC_FRICTION = Family(
     each_drive,
     _asymmetric,
     confused_with=("current_offset",),
+    settled_by="run the joint at one constant speed both ways: the torques differ",
+    told_from={
+        "current_offset": (
+            "hold still under a known load, reached from both sides: an offset stays, friction turns"
+        ),
+    },
 )
 ROTOR_INERTIA = Family(
     "rotor_inertia",
@@ -147,6 +177,15 @@ ROTOR_INERTIA = Family(
     each_drive,
     _rotor_inertia,
     confused_with=("payload", "current_loop_lag", "time_delay"),
+    settled_by="uncouple the motor and accelerate it alone: the torque is that of the rotor",
+    told_from={
+        "current_loop_lag": (
+            "lock the joint and step the control signal: a lag rounds the current, a resting rotor does not"
+        ),
+        "time_delay": (
+            "lock the joint and step the control signal: a delay shifts the current, a resting rotor does not"
+        ),
+    },
 )
 CURRENT_OFFSET = Family(
     "current_offset",
@@ -156,4 +195,7 @@ CURRENT_OFFSET = Family(
     _current_offset,
     needs_prior=True,
     confused_with=("asymmetric_friction", "gravity_spring"),
+    settled_by=(
+        "hold still with the arm upright, where gravity asks for no torque: what is left is the offset"
+    ),
 )

@@ -1,4 +1,4 @@
-"""The vocabulary: every effect that has a name here (METHOD section 6)."""
+"""The vocabulary: every effect that has a name here (method.md 6)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ident.effects.base_tilt import BASE_TILT
 from ident.effects.coupled_pair import WRIST_COUPLING
 from ident.effects.current_loop_lag import CURRENT_LOOP_LAG
+from ident.effects.directional_efficiency import DIRECTIONAL_EFFICIENCY
 from ident.effects.drifting_friction import DRIFTING_FRICTION
 from ident.effects.drive_gain_error import DRIVE_GAIN_ERROR
 from ident.effects.elastic_gear import BACKLASH, JOINT_ELASTICITY
@@ -42,6 +43,7 @@ VOCABULARY: tuple[Family, ...] = (
     STATIC_FRICTION,
     NONLINEAR_VISCOUS_FRICTION,
     LOAD_DEPENDENT_FRICTION,
+    DIRECTIONAL_EFFICIENCY,
     DRIFTING_FRICTION,
     POSITION_DEPENDENT_FRICTION,
     JOINT_ELASTICITY,
@@ -75,6 +77,19 @@ def family_named(name: str) -> Family:
             return family
     raise IdentificationError(
         f"effect {name} is not in the vocabulary; allowed: {', '.join(f.name for f in VOCABULARY)}"
+    )
+
+
+def confused_with(name: str) -> tuple[str, ...]:
+    """Names that the same data often cannot tell from one of the vocabulary, in its order.
+
+    Each is declared on one of the two and holds for both. A name that is not in the vocabulary has none.
+    """
+    own = {other for family in VOCABULARY if family.name == name for other in family.confused_with}
+    return tuple(
+        family.name
+        for family in VOCABULARY
+        if family.name != name and (family.name in own or name in family.confused_with)
     )
 
 

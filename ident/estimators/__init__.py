@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from ident.estimators.choices import ALTERNATIVES, ESTIMATORS, METHODS, RowEstimator
 from ident.estimators.essential import Dropped, EssentialFit, essential_parameters
 from ident.estimators.fit import LinearFit, Stacked, stack
 from ident.estimators.instrumental import instrumental_variables
 from ident.estimators.least_squares import joint_deviations, weighted_least_squares
-from ident.estimators.robust import RobustFit, huber_least_squares
+from ident.estimators.robust import RobustFit
 from ident.estimators.two_stage import TwoStageFit, two_stage_least_squares
 
 __all__ = [
+    "ALTERNATIVES",
+    "ESTIMATORS",
+    "METHODS",
     "Dropped",
     "EssentialFit",
     "LinearFit",
     "RobustFit",
+    "RowEstimator",
     "Stacked",
     "TwoStageFit",
     "essential_parameters",
-    "huber_least_squares",
     "instrumental_variables",
     "joint_deviations",
     "stack",

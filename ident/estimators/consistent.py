@@ -22,11 +22,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.stats import chi2
 
-from ident.base import BaseParameters
 from ident.errors import IdentificationError
 from ident.estimators.consistent_program import Program, link_root, require_solver, solve
 from ident.estimators.consistent_scales import Scalars
 from ident.estimators.fit import LinearFit, Stacked
+from ident.parameters.base import BaseParameters
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.pseudo_inertia import LINK_SIZE, impossible_links

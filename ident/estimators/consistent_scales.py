@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters, random_states
 from ident.effects import (
     AsymmetricFriction,
     CoulombFriction,
@@ -16,6 +15,7 @@ from ident.effects import (
     WristCoupling,
 )
 from ident.effects.wrist_coupling import coupled_drives
+from ident.parameters.base import BaseParameters, random_states
 from robots.arrays import BoolArray, FloatArray
 from robots.pseudo_inertia import LINK_SIZE
 

@@ -10,8 +10,8 @@ from scipy.stats import f as f_distribution
 
 from ident.estimators.fit import stack
 from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
-from ident.observation import Rows
-from ident.restricted import regression_whitening
+from ident.preparation.observation import Rows
+from ident.statistics.restricted import regression_whitening
 from robots.arrays import FloatArray
 
 _LARGE = 10.0

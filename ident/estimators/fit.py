@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.errors import IdentificationError
-from ident.observation import Rows
+from ident.preparation.observation import Rows
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 

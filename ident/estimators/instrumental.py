@@ -1,4 +1,4 @@
-"""Instrumental variables: β̂ = (ZᵀΩ⁻¹X)⁻¹ZᵀΩ⁻¹y with as many instruments as parameters (METHOD 4)."""
+"""Instrumental variables: β̂ = (ZᵀΩ⁻¹X)⁻¹ZᵀΩ⁻¹y with as many instruments as parameters (method.md 4)."""
 
 from __future__ import annotations
 

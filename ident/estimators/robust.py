@@ -1,7 +1,8 @@
-"""Huber's robust least squares on whitened rows: contacts and spikes weigh less (Huber 1981)."""
+"""M-estimators on whitened rows: contacts and spikes weigh less (Huber 1981, chapter 7)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,12 +12,11 @@ from ident.estimators.fit import LinearFit, Stacked
 from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
 from robots.arrays import FloatArray
 
-_THRESHOLD = 1.345
-"""95 % efficient where errors are normal."""
-
 _STILL = 1e-8
 _ITERATIONS = 200
 _QUARTILE = float(norm.ppf(0.75))
+
+Function = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -34,53 +34,78 @@ class RobustFit(LinearFit):
         return float(np.mean(self.weights < 1.0))
 
 
-def huber_least_squares(
-    stacked: Stacked,
-    names: tuple[str, ...],
-    kind: ErrorDeviation = "unbiased",
-    threshold: float = _THRESHOLD,
-) -> RobustFit:
-    """Iteratively reweighted least squares: rows beyond ``threshold`` robust σ of their joint weigh less.
+@dataclass(frozen=True)
+class MEstimator:
+    """An estimator by iteratively reweighted least squares.
 
-    The scale of each joint is its median absolute residual, so the joints are weighed against each other by
-    what most of their rows say. Covariance: Huber's first proposal, s²(XᵀΩ⁻¹X)⁻¹ with the correction for b.
-
-    Args:
-        stacked: rows joint by joint.
-        names: (b,) base parameter names, to say which cannot be seen.
-        kind: how the first σ_j is estimated, see :func:`joint_deviations`.
-        threshold: in robust σ.
-
-    Raises:
-        IdentificationError: the rows do not determine every parameter; the message names those.
+    Attributes:
+        name: by which it is asked for.
+        words, short: as people and table headings call it.
+        method: what the covariance is said to be of, e.g. ``Huber's, 1.345``.
+        weight: w(u) of residuals in robust σ; ψ(u) = u·w(u).
+        slope: ψ'(u).
+        start: the estimator whose answer it begins from; least squares where None. One whose ψ falls again
+            has more than one solution, and needs a good one to begin from.
     """
-    scale = joint_deviations(stacked, kind)
-    require_full_rank(stacked.x / stacked.spread(scale)[:, np.newaxis], names)
-    weights = np.ones(stacked.y.size)
-    beta = _solve(stacked, scale, weights)
-    residual = stacked.y - stacked.x @ beta
-    iteration, moved = 0, np.inf
-    while moved >= _STILL and iteration < _ITERATIONS:
-        iteration += 1
-        scale = robust_deviations(stacked, residual)
-        size = np.abs(residual) / stacked.spread(scale)
-        weights = np.minimum(1.0, threshold / np.maximum(size, threshold))
-        fresh = _solve(stacked, scale, weights)
-        residual = stacked.y - stacked.x @ fresh
-        moved = float(np.max(np.abs(fresh - beta)))
-        beta = fresh
-    covariance = _huber_covariance(stacked, residual, scale, threshold)
-    whitened = stacked.x / stacked.spread(scale)[:, np.newaxis]
-    return RobustFit(
-        beta,
-        covariance,
-        scale,
-        float(np.linalg.cond(whitened)),
-        f"Huber's, {threshold:g} robust σ per joint, errors independent in time",
-        iteration,
-        moved < _STILL,
-        weights=weights,
-    )
+
+    name: str
+    words: str
+    short: str
+    method: str
+    weight: Function
+    slope: Function
+    start: MEstimator | None = None
+
+    def fit(self, stacked: Stacked, names: tuple[str, ...], kind: ErrorDeviation = "unbiased") -> RobustFit:
+        """Rows far off by robust σ of their joint weigh less.
+
+        The scale of each joint is its median absolute residual, so the joints are weighed against each other
+        by what most of their rows say. Covariance: Huber's first proposal with the correction for b.
+
+        Args:
+            stacked: rows joint by joint.
+            names: (b,) base parameter names, to say which cannot be seen.
+            kind: how the first σ_j is estimated, see :func:`joint_deviations`.
+
+        Raises:
+            IdentificationError: the rows do not determine every parameter; the message names those.
+        """
+        if self.start is None:
+            scale = joint_deviations(stacked, kind)
+            require_full_rank(stacked.x / stacked.spread(scale)[:, np.newaxis], names)
+            beta = _solve(stacked, scale, np.ones(stacked.y.size))
+        else:
+            beta = self.start.fit(stacked, names, kind).beta
+        residual = stacked.y - stacked.x @ beta
+        iteration, moved = 0, np.inf
+        while moved >= _STILL and iteration < _ITERATIONS:
+            iteration += 1
+            scale = robust_deviations(stacked, residual)
+            weights = self.weight(residual / stacked.spread(scale))
+            fresh = _solve(stacked, scale, weights)
+            residual = stacked.y - stacked.x @ fresh
+            moved = float(np.max(np.abs(fresh - beta)))
+            beta = fresh
+        whitened = stacked.x / stacked.spread(scale)[:, np.newaxis]
+        return RobustFit(
+            beta,
+            self._covariance(whitened, residual / stacked.spread(scale)),
+            scale,
+            float(np.linalg.cond(whitened)),
+            f"{self.method} robust σ per joint, errors independent in time",
+            iteration,
+            moved < _STILL,
+            weights=weights,
+        )
+
+    def _covariance(self, whitened: FloatArray, u: FloatArray) -> FloatArray:
+        """k² Σψ²/(r − b) / m² · (XᵀΩ⁻¹X)⁻¹ with m the mean of ψ' and k = 1 + b/r · var ψ'/m²."""
+        rows, b = whitened.shape
+        influence, slope = u * self.weight(u), self.slope(u)
+        mean = float(slope.mean())
+        correction = 1.0 + b / rows * float(slope.var()) / mean**2
+        variance = correction**2 * float(influence @ influence) / (rows - b) / mean**2
+        return np.asarray(variance * np.linalg.inv(whitened.T @ whitened))
 
 
 def robust_deviations(stacked: Stacked, residual: FloatArray) -> FloatArray:
@@ -93,17 +118,3 @@ def _solve(stacked: Stacked, scale: FloatArray, weights: FloatArray) -> FloatArr
     return np.asarray(
         np.linalg.lstsq(stacked.x * root[:, np.newaxis], stacked.y * root, rcond=None)[0], dtype=np.float64
     )
-
-
-def _huber_covariance(
-    stacked: Stacked, residual: FloatArray, scale: FloatArray, threshold: float
-) -> FloatArray:
-    """k² Σψ²/(r − b) / m² · (XᵀΩ⁻¹X)⁻¹, ψ the clipped residual, m the share that is not clipped."""
-    whitened = stacked.x / stacked.spread(scale)[:, np.newaxis]
-    clipped = np.clip(residual / stacked.spread(scale), -threshold, threshold)
-    inside = np.abs(clipped) < threshold
-    rows, b = whitened.shape
-    share = float(inside.mean())
-    correction = 1.0 + b / rows * float(inside.var()) / share**2
-    variance = correction**2 * float(clipped @ clipped) / (rows - b) / share**2
-    return np.asarray(variance * np.linalg.inv(whitened.T @ whitened))

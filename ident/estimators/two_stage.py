@@ -1,4 +1,4 @@
-"""Two-stage least squares: more instruments than parameters (METHOD 4)."""
+"""Two-stage least squares: more instruments than parameters (method.md 4)."""
 
 from __future__ import annotations
 

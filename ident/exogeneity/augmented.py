@@ -1,4 +1,4 @@
-"""The Durbin-Wu-Hausman test with any covariance: Wald of γ = 0 in y = Xβ + V̂γ + e (METHOD 5.1, 5.3)."""
+"""The Durbin-Wu-Hausman test with any covariance: Wald of γ = 0 in y = Xβ + V̂γ + e (method.md 5.1, 5.3)."""
 
 from __future__ import annotations
 

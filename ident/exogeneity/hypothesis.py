@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from robots.arrays import FloatArray
@@ -34,11 +33,6 @@ class HypothesisTest:
     def rejects(self, level: float = 0.05) -> bool:
         """Whether the null is rejected at that level."""
         return self.p_value < level
-
-
-def chi2_test(name: str, null: str, statistic: float, df: int) -> HypothesisTest:
-    """A statistic that is χ²(df) under the null."""
-    return HypothesisTest(name, null, statistic, "χ²", (float(df),), float(chi2.sf(statistic, df)))
 
 
 def f_test(name: str, null: str, statistic: float, df: int, df_denominator: float) -> HypothesisTest:

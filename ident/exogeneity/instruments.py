@@ -12,7 +12,7 @@ from ident.exogeneity.sign_flips import sign_flip_test
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows
 from ident.results import ColumnCheck, Gate
-from ident.whitening import Whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import BoolArray, FloatArray
 
 INSTRUMENTS_NULL = "Π = I: the simulation gives the regressors, X = Z + V"

@@ -1,4 +1,4 @@
-"""The revised Durbin-Wu-Hausman test: three gates in order, and a verdict (METHOD 5.2).
+"""The revised Durbin-Wu-Hausman test: three gates in order, and a verdict (method.md 5.2).
 
 Source: Janot, Vandanjon, Gautier 2016. All gates work on rows weighted across joints; gates 2 and 3, which
 ask about errors, on rows that are white along time as well.

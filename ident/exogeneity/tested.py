@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ident.exogeneity.textbook import WhiteRows
-from ident.restricted import independent_whitening, regression_whitening
-from ident.whitening import Whitening
+from ident.statistics.restricted import independent_whitening, regression_whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 

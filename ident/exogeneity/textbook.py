@@ -1,4 +1,4 @@
-"""The textbook Durbin-Wu-Hausman test: y = Xβ + V̂γ + e, H0: γ = 0 (METHOD 5.1)."""
+"""The textbook Durbin-Wu-Hausman test: y = Xβ + V̂γ + e, H0: γ = 0 (method.md 5.1)."""
 
 from __future__ import annotations
 

@@ -35,5 +35,5 @@ def endogenous(fitted: Fitted) -> Fitted:
     instrumental = replace(result.least_squares, method="iv", parameters=shifted, iterations=3)
     test = replace(result.test, verdict="endogenous", recommendation="Use the instrumental variables.")
     return replace(
-        fitted, result=replace(result, instrumental=instrumental, instrumental_reason="", test=test)
+        fitted, result=replace(result.with_estimates(instrumental), instrumental_reason="", test=test)
     )

@@ -8,8 +8,8 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +17,17 @@ import numpy as np
 import pytest
 
 from daq.catalogue import models, runs
-from daq.catalogue.again import rerun
 from daq.catalogue.database import Catalogue
 from daq.cli import entry as cli
-from daq.demo import DemoRequest, DemoResult, run_demo
+from daq.cli.demonstration import DemoRequest, DemoResult, run_demo
 from daq.files.model_file import read_model
-from daq.progress import Silent
+from daq.keeping.again import rerun
 from daq.recording.capture import Capture, CaptureError
 from daq.recording.reader import read_capture
-from drivers import Channel, open_bus
+from daq.text.progress import Silent
+from drivers import BusOccupied, Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
+from drivers.simulated import SimulatedArm
 from robots import Robot
 
 SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "600"]
@@ -47,7 +48,7 @@ def assert_nothing_left(channel: Channel) -> None:
     """No socket on the channel and no lock file of it."""
     group, port = channel.group_and_port()
     assert not sockets_on(group, port)
-    assert not list(Path(tempfile.gettempdir()).glob(f"armhil-*{group}*{port}*.lock"))
+    assert not list(Path(os.environ["ARMHIL_STATE"]).glob(f"*{group}*{port}*.lock"))
 
 
 def assert_json_conforms(result: dict[str, Any], robot: Robot) -> None:
@@ -251,3 +252,15 @@ def test_the_same_seed_gives_the_same_samples_and_the_same_results(
     assert first.truth == second.truth
     assert first.fitted.result.least_squares.parameters == second.fitted.result.least_squares.parameters
     assert first.fitted.result.test == second.fitted.result.test
+
+
+def test_a_second_demo_takes_the_next_free_group(emps: Robot, channel: Channel, tmp_path: Path) -> None:
+    """The first one's drives hold the group; with a channel that was named it is refused instead."""
+    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True)
+    with SimulatedArm("emps", channel, 1):
+        with pytest.raises(BusOccupied, match="is occupied"):
+            run_demo(replace(request, any_group=False), Silent())
+        with Catalogue() as catalogue:
+            result = run_demo(replace(request, catalogue=catalogue), Silent())
+    assert result.capture.run["channel"] == str(channel.beside(1))
+    assert result.run is not None

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import robots
-from daq.doctor import budget_check, bus_checks, describe, device_file_checks
-from daq.doctor_check import CODES, Check, worst
-from daq.doctor_environment import (
+from daq.doctor.check import CODES, Check, worst
+from daq.doctor.doctor import budget_check, bus_checks, describe, device_file_checks
+from daq.doctor.environment import (
     catalogue_check,
     folder_check,
     governor_check,
@@ -27,7 +27,7 @@ from daq.doctor_environment import (
     wall_clock_check,
 )
 from drivers import ArmSession, Channel, Samples, listen_for_traffic, open_bus
-from drivers.bus.access import BusLock
+from drivers.bus.bus_lock import BusLock
 from drivers.simulated import PlantTruth, Scenario, open_seal, simulate_offline
 from robots import Robot
 
@@ -84,7 +84,7 @@ def test_a_catalogue_that_cannot_be_is_told(monkeypatch: pytest.MonkeyPatch, tmp
     assert catalogue_check().status == "failed" and "ARMHIL_CATALOGUE" in catalogue_check().remedy
     monkeypatch.setenv("ARMHIL_CATALOGUE", str(tmp_path / "not" / "there" / "yet.db"))
     assert catalogue_check().status == "ok"
-    monkeypatch.setattr("daq.doctor_environment.os.access", lambda *_: False)
+    monkeypatch.setattr("daq.doctor.environment.os.access", lambda *_: False)
     refused = catalogue_check()
     assert (refused.status, refused.detail) == ("failed", f"{tmp_path} may not be written")
     assert folder_check(tmp_path).status == "warning"
@@ -95,7 +95,7 @@ def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
         free = 5e8
 
     assert folder_check(tmp_path).status in ("ok", "warning")
-    monkeypatch.setattr("daq.doctor_environment.shutil.disk_usage", lambda _: Full)
+    monkeypatch.setattr("daq.doctor.environment.shutil.disk_usage", lambda _: Full)
     assert "armhil prune" in folder_check(tmp_path).remedy
 
 
@@ -150,11 +150,11 @@ def test_a_package_that_takes_our_place_is_a_failure(tmp_path: Path) -> None:
     (tmp_path / "ident.py").write_text("")
     home = Path(__file__).parents[2]
     program = (
-        "from daq.doctor_environment import shadowing_checks; c, = shadowing_checks();"
+        "from daq.doctor.environment import shadowing_checks; c, = shadowing_checks();"
         " print(c.status, c.detail)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(home)!r}]; import daq.doctor_environment\n"
+        [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(home)!r}]; import daq.doctor.environment\n"
          f"sys.path.insert(0, {str(tmp_path)!r}); sys.modules.pop('ident', None)\n{program}"],
         capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import can
 
 from drivers.cia402.states import State
-from drivers.cyclic.layout import RPDO, tpdo_layouts
+from drivers.frames.layout import RPDO, tpdo_layouts
 
 WORDS = {
     State.SWITCH_ON_DISABLED: 0x0040,

@@ -76,7 +76,8 @@ def test_whatever_happens_the_simulated_arm_ends_disabled_and_braked(
 ) -> None:
     robot = robots.load("tx40")
     # A pause that nobody takes back is ended in time.
-    requests = {400: Request.STOP, **requests} if Request.PAUSE in requests.values() else requests
+    pauses = {Request.PAUSE, Request.PAUSE_AFTER} & set(requests.values())
+    requests = {400: Request.STOP, **requests} if pauses else requests
     reference = random_motion(robot, np.random.default_rng(seed))
     with pytest.MonkeyPatch.context() as patch:
         witness = Witness(patch)

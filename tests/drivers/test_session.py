@@ -132,7 +132,10 @@ def test_an_emergency_in_motion_stops_all_axes_and_is_explained(tx40: Robot, new
         assert_controlled_end(tx40, collector.samples)
         with ArmSession(tx40, channel) as session:
             start = session.actual_position()
-            with pytest.raises(DriveError, match=r"joint_4 \(node 4\) is in state 'fault'; acknowledge it"):
+            with pytest.raises(
+                DriveError,
+                match=r"joint_4 \(node 4\) is in state 'fault'; look at the arm, then `armhil acknowledge",
+            ):
                 session.stream(swing(tx40, start, 1.0), Collector())
             session.acknowledge_faults()
             assert session.stream(swing(tx40, start, 0.5), Collector()).outcome == "completed"

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers import DriveError
-from drivers.cyclic.layout import MappedObject, tpdo_layouts, tpdo_objects
-from drivers.units import Units
+from drivers.frames.layout import MappedObject, tpdo_layouts, tpdo_objects
+from drivers.frames.units import Units
 from robots import Robot
 from robots.description import VelocityObject
 

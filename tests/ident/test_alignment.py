@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,22 +45,20 @@ def signals(robot: Robot, recording: Recording, **changes: object) -> tuple[Sign
     return result.signals, result.warnings
 
 
-@pytest.mark.parametrize("given", [0.0, 0.000375, 0.004])
-def test_the_lag_of_the_simulated_arm_is_half_a_hold_less_half_a_plant_step(
-    tx40: Robot, recording: Recording, given: float
-) -> None:
+@pytest.mark.parametrize("given", [0.0, 0.0005, 0.004])
+def test_the_lag_of_the_simulated_arm_is_half_a_hold(tx40: Robot, recording: Recording, given: float) -> None:
     found, warnings = signals(tx40, recording, control_signal_lag=given)
     assert found.estimated_lag is not None and found.lag_sigma is not None
     assert found.lag_sigma < 5e-5
     # A fortieth of a sample: what else a slow motion leaves in the residual is of that size.
-    assert abs(found.estimated_lag - 0.000375) < 1e-4
+    assert abs(found.estimated_lag - 0.0005) < 1e-4
     assert found.lag == given
-    assert any("control-signal lag" in sentence for sentence in warnings) == (given != 0.000375)
+    assert any("control-signal lag" in sentence for sentence in warnings) == (given != 0.0005)
 
 
 def test_the_arm_may_ask_for_the_estimate(tx40: Robot, recording: Recording) -> None:
     found, warnings = signals(tx40, recording, control_signal_lag=0.002, alignment="estimate")
-    assert found.lag == pytest.approx(0.000375, abs=1e-4)
+    assert found.lag == pytest.approx(0.0005, abs=1e-4)
     assert not any("control-signal lag" in sentence for sentence in warnings)
 
 
@@ -71,11 +70,14 @@ def test_a_lag_beyond_all_reason_is_refused(tx40: Robot, recording: Recording) -
         identify(tx40.model_copy(update={"identification": settings}), (recording,))
 
 
-def test_a_published_log_shows_the_lag_of_its_rig(shared_data: Path) -> None:
-    # The published processing has none; the rig's amplifier and its sampling have some.
+def test_a_published_log_hardly_has_a_lag(shared_data: Path) -> None:
+    """By its measured motion it would be 0.30 ± 0.03 ms, of which the loop's noise makes the most."""
     robot = robots.load("emps")
     loaded = load_recording(shared_data / "emps" / "DATA_EMPS.mat", robot)
     found, warnings = signals(robot, loaded.recordings[0])
-    assert found.estimated_lag == pytest.approx(0.0003, abs=0.0002)
+    assert found.estimated_lag is not None and found.lag_sigma is not None
+    assert abs(found.estimated_lag) < 3.0 * found.lag_sigma < 0.00015
     assert found.lag == 0.0
-    assert any("control-signal lag 0 ms; the data say 0.29" in sentence for sentence in warnings)
+    assert not any("control-signal lag" in sentence for sentence in warnings)
+    own, _ = signals(robot, replace(loaded.recordings[0], reference=None))
+    assert own.estimated_lag == pytest.approx(0.0003, abs=0.00005)

@@ -12,8 +12,8 @@ import pytest
 
 import robots
 from ident import BaseParameters, RegressorModel, base_parameters, drive_parameters
-from ident.base import random_states
 from ident.effects import State
+from ident.parameters.base import random_states
 
 
 @pytest.fixture(scope="module")

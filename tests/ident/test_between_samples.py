@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import robots
-from ident.between_samples import with_mean_control_signal
 from ident.closed_loop.control_law import ControlLaw
-from ident.closed_loop.set_points import set_points
+from ident.preparation.between_samples import with_mean_control_signal
+from ident.preparation.set_points import set_points
 from ident.recording import Recording
 from robots import Robot
 

@@ -15,7 +15,7 @@ from daq.importing.load import load_recording
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from ident import IdentificationError, Recording, identify
-from ident.checks import check_recordings
+from ident.preparation.checks import check_recordings
 from robots import Robot
 
 

@@ -15,10 +15,10 @@ import robots
 from daq.importing.load import load_recording
 from drivers.simulated import draw_truth
 from ident import BaseParameters, IdentificationError, RegressorModel, base_parameters, drive_parameters
-from ident.base import random_states
 from ident.estimators import LinearFit, Stacked, stack, weighted_least_squares
 from ident.estimators.consistent import ConsistentFit, consistent_fit, consistent_standard
-from ident.observation import observe as observed_rows
+from ident.parameters.base import random_states
+from ident.preparation.observation import observe as observed_rows
 from robots import Robot, cad_parameters, rigid_body_model
 from robots.pseudo_inertia import pseudo_inertia
 

@@ -17,9 +17,9 @@ from ident import (
     base_parameters,
     drive_parameters,
 )
-from ident.base import random_states
-from ident.estimators.drive_gain import GainFit, drive_gains_of_rows, identify_drive_gains
-from ident.observation import Rows
+from ident.identification.drive_gain import GainFit, drive_gains_of_rows, identify_drive_gains
+from ident.parameters.base import random_states
+from ident.preparation.observation import Rows
 from robots import Robot
 from robots.payload import Payload
 from robots.standard import link_parameter_names

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 import robots
 from ident import Fitted, Options, Recording, identify
 from ident.effects.vocabulary import EffectEntry
-from ident.found_effects import FoundModel
+from ident.identification.found_effects import FoundModel
 
 
 @pytest.fixture(scope="module")

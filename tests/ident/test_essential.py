@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from ident.errors import IdentificationError
 from ident.estimators import essential_parameters
-from ident.observation import Rows
+from ident.preparation.observation import Rows
 from robots.arrays import FloatArray
 
 NAMES = tuple(f"p{k}" for k in range(8))

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from linearmodels.iv import IV2SLS
 
-from ident.exogeneity import GateSettings, TestedRows, WhiteRows, not_testable, revised_test, textbook_test
+from ident.covariances import covariance_named
+from ident.exogeneity import (
+    GateSettings,
+    TestedRows,
+    WhiteRows,
+    augmented_wald,
+    not_testable,
+    revised_test,
+    textbook_test,
+)
 from ident.exogeneity.rank import rank_gate
 from ident.results import RevisedTest
 from robots.arrays import FloatArray
@@ -48,6 +57,18 @@ def test_the_textbook_statistic_is_that_of_linearmodels() -> None:
     assert found.statistic == pytest.approx(reference.stat, rel=1e-8)
     assert found.p_value == pytest.approx(reference.pval, rel=1e-6)
     assert found.df == (3.0, reference.df_denom)
+
+
+def test_the_wald_test_with_one_variance_is_the_textbook_test_to_the_last_digit() -> None:
+    case = rows(1, endogeneity=0.2)
+    used = np.ones((ROWS, 1), dtype=np.bool_)
+    x, z, y = case.x[:, np.newaxis], case.z[:, np.newaxis], case.y[:, np.newaxis]
+    whole = np.zeros(ROWS, dtype=np.int64)
+    found = augmented_wald(y, x, z, np.ones(1), whole, used, covariance_named("iid"))
+    reference = textbook_test(case)
+    assert found.statistic == pytest.approx(reference.statistic, rel=1e-10)
+    assert found.df == reference.df
+    assert found.p_value == pytest.approx(reference.p_value, rel=1e-8)
 
 
 @pytest.mark.parametrize("which", ["textbook", "revised"])

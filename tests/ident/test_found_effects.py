@@ -13,16 +13,16 @@ from drivers.simulated import draw_truth
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Fitted, IdentificationError, Options, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy.present import Present
 from ident.discrepancy.scene import thinned
 from ident.effects import State
 from ident.effects.found import Found, unused_names
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, family_named
-from ident.found_effects import FoundModel, end_to_end, extended_model, found_entries
-from ident.observation import observe, observed_torque
+from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
+from ident.identification.taken_up import without_taken_up
+from ident.parameters.present import Present
+from ident.preparation.observation import observe, observed_torque
 from ident.signals import motion
-from ident.taken_up import without_taken_up
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import plan

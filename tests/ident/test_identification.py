@@ -45,7 +45,7 @@ def result(emps: Robot, fitted: Recording, **options: object) -> Identification:
 
 def test_least_squares_alone(emps: Robot, fitted: Recording) -> None:
     found = result(emps, fitted, method="ls")
-    assert found.instrumental is None and found.robust is None
+    assert list(found.by_estimator) == ["ls"]
     assert found.test.verdict == "not_testable"
     assert found.instrumental_reason == "least squares alone was asked for"
     assert found.recommended.method == "ls"
@@ -66,7 +66,7 @@ def test_robust_least_squares_shrugs_at_a_contact(emps: Robot, fitted: Recording
     signal[2000:2100] += 1.5
     hit = replace(fitted, control_signal=signal, reference=None)
     found = result(emps, hit, method="robust")
-    assert found.robust is not None and found.recommended is found.robust
+    assert found.recommended is found.by_estimator["robust"]
     off = {
         e.method: {p.name: abs(p.value - truth[p.name]) for p in e.parameters if p.name in truth}
         for e in found.estimates
@@ -194,6 +194,6 @@ def test_six_axes_without_a_kind_of_friction(
     assert nearest.test.verdict == "instruments_invalid"
     assert nearest.instrumental is not None
     assert "an effect is missing" in nearest.test.recommendation
-    assert nearest.consistency is not None and nearest.recommended is nearest.consistent
+    assert nearest.consistency is not None and nearest.recommended is nearest.by_estimator["consistent"]
     links = np.array([nearest.consistency.standard[name] for name in link_parameter_names(6)]).reshape(6, 10)
     assert not impossible_links(links)

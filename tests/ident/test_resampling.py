@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident import IdentificationError
-from ident.resampling import uniform_recording
+from ident.preparation.resampling import uniform_recording
 
 PERIOD = 0.002
 

@@ -9,8 +9,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from ident.restricted import independent_whitening, regression_whitening
-from ident.whitening import autoregressive_whitening, ljung_box
+from ident.statistics.restricted import independent_whitening, regression_whitening
+from ident.statistics.whitening import autoregressive_whitening, ljung_box
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 SAMPLES, COLUMNS, PHI = 400, 16, 0.8

@@ -1,4 +1,4 @@
-"""Huber's estimator against statsmodels' RLM, and what it is for."""
+"""Huber's estimator and Tukey's biweight against statsmodels' RLM, and what they are for."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from ident.estimators import Stacked, huber_least_squares, weighted_least_squares
-from ident.estimators.robust import RobustFit
+from ident.estimators import Stacked, weighted_least_squares
+from ident.estimators.biweight import BIWEIGHT
+from ident.estimators.huber import HUBER, huber
+from ident.estimators.robust import MEstimator, RobustFit
 
 NAMES = ("a", "b", "c")
 TRUTH = np.array([1.0, -2.0, 0.5])
@@ -24,10 +26,17 @@ def spoiled(joints: int = 1, samples: int = 500) -> Stacked:
     return Stacked(y, x, np.repeat(np.arange(joints), samples))
 
 
-def test_one_joint_is_statsmodels_rlm() -> None:
+@pytest.mark.parametrize(
+    ("estimator", "norm"),
+    [
+        pytest.param(HUBER, sm.robust.norms.HuberT(t=1.345), id="huber"),
+        pytest.param(BIWEIGHT, sm.robust.norms.TukeyBiweight(c=4.685), id="biweight"),
+    ],
+)
+def test_one_joint_is_statsmodels_rlm(estimator: MEstimator, norm: sm.robust.norms.RobustNorm) -> None:
     stacked = spoiled()
-    fit = huber_least_squares(stacked, NAMES)
-    model = sm.RLM(stacked.y, stacked.x, M=sm.robust.norms.HuberT(t=1.345))
+    fit = estimator.fit(stacked, NAMES)
+    model = sm.RLM(stacked.y, stacked.x, M=norm)
     reference = model.fit(conv="coefs", tol=1e-10, maxiter=500)
     assert fit.converged
     assert fit.beta == pytest.approx(reference.params, rel=1e-7)
@@ -38,14 +47,17 @@ def test_one_joint_is_statsmodels_rlm() -> None:
 
 def test_contacts_bias_least_squares_and_not_hubers() -> None:
     stacked = spoiled(joints=2)
-    robust, plain = huber_least_squares(stacked, NAMES), weighted_least_squares(stacked, NAMES)
+    robust, plain = HUBER.fit(stacked, NAMES), weighted_least_squares(stacked, NAMES)
+    redescending = BIWEIGHT.fit(stacked, NAMES)
     assert np.max(np.abs(robust.beta - TRUTH)) < 0.03
+    # What lies far off does not pull at all, so less bias is left.
+    assert np.linalg.norm(redescending.beta - TRUTH) < 0.5 * np.linalg.norm(robust.beta - TRUTH)
     assert np.max(np.abs(plain.beta - TRUTH)) > 0.1
     assert robust.sigma == pytest.approx([0.2, 3.0], rel=0.2)
 
 
 def test_spikes_are_what_weighs_less() -> None:
-    fit = huber_least_squares(spoiled(joints=2), NAMES)
+    fit = HUBER.fit(spoiled(joints=2), NAMES)
     assert isinstance(fit, RobustFit)
     # Five per cent spoiled, and 17 % of normal errors lie beyond 1.345 σ.
     assert 0.15 < fit.share_down_weighted() < 0.3
@@ -55,4 +67,4 @@ def test_spikes_are_what_weighs_less() -> None:
 def test_a_high_threshold_is_weighted_least_squares() -> None:
     stacked = spoiled()
     beta = np.linalg.lstsq(stacked.x, stacked.y, rcond=None)[0]
-    assert huber_least_squares(stacked, NAMES, threshold=1e6).beta == pytest.approx(beta, rel=1e-10)
+    assert huber(1e6).fit(stacked, NAMES).beta == pytest.approx(beta, rel=1e-10)

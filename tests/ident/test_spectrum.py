@@ -13,11 +13,11 @@ from scipy.signal import butter, sosfiltfilt
 
 import robots
 from daq.importing.load import load_recording
-from ident.cutoff import propose_cutoff
-from ident.noise import noise_estimate, smallest_step
+from ident.preparation.cutoff import propose_cutoff
+from ident.preparation.noise import noise_estimate, smallest_step
+from ident.preparation.spectrum import position_spectrum
 from ident.recording import Recording
 from ident.signals import motion
-from ident.spectrum import position_spectrum
 
 RATE = 1000.0
 

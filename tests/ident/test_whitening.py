@@ -8,8 +8,8 @@ import statsmodels.api as sm
 from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.tsa.arima_process import arma_acovf
 
-from ident.covariance import autocovariance, instrumental_covariance
-from ident.whitening import (
+from ident.statistics.covariance import autocovariance, instrumental_covariance
+from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
     block_whitening,

@@ -37,14 +37,16 @@ VALUES = [
     Break(
         "node_id = 5", "node_id = 2", "drive[5].node_id", "2 is already the node_id of drive[2]", "its own"
     ),
-    Break("gear = 48.0", 'gear = "48"', "drive[4].gear", '"48" is not a number', "a number, greater than 0"),
-    Break("gear = 48.0", "gear = true", "drive[4].gear", "true is not a number", "a number, greater than 0"),
-    Break("gear = 48.0", "gear = -48.0", "drive[4].gear", "-48.0 is too small", "greater than 0"),
-    Break("gear = 48.0", "gear = nan", "drive[4].gear", "nan is not a finite number", "greater than 0"),
-    Break("gear = 48.0", "gear = inf", "drive[4].gear", "inf is not a finite number", "greater than 0"),
     Break(
-        "gear = 48.0", "gear = 2001-01-01", "drive[4].gear", "2001-01-01 is not a number", "greater than 0"
+        "gear = 48.0", 'gear = "48"', "drive[4].gear", '"48" is not a number', "a number from 0.001 to 100000"
     ),
+    Break(
+        "gear = 48.0", "gear = true", "drive[4].gear", "true is not a number", "a number from 0.001 to 100000"
+    ),
+    Break("gear = 48.0", "gear = -48.0", "drive[4].gear", "-48.0 is too small", "from 0.001 to"),
+    Break("gear = 48.0", "gear = nan", "drive[4].gear", "nan is not a finite number", "from 0.001 to"),
+    Break("gear = 48.0", "gear = inf", "drive[4].gear", "inf is not a finite number", "from 0.001 to"),
+    Break("gear = 48.0", "gear = 2001-01-01", "drive[4].gear", "2001-01-01 is not a number", "from 0.001 to"),
     Break("sign = -1", "sign = -2", "drive[4].sign", "-2 is not one of", "-1 or 1"),
     Break("sign = -1", "sign = true", "drive[4].sign", "true is not one of", "-1 or 1"),
     Break("sign = -1", "sign = -1.0", "drive[4].sign", "-1.0 is not one of", "-1 or 1"),
@@ -71,7 +73,7 @@ VALUES = [
         "dynamics = { inertia = -1",
         "drive[4].dynamics.inertia",
         "-1 is too small",
-        "a number, at least 0",
+        "a number from 0 to 100000",
     ),
     Break(
         "position = [-2.0943, 2.33]",
@@ -101,7 +103,7 @@ VALUES = [
         "position = 2.33",
         "joint[5].position",
         "2.33 is not a list",
-        "[a number, a",
+        "[a number from -100 to 100, a",
     ),
     Break("home = [0.0, ", "home = [9, ", "home[1]", "9 is outside", "-3.1415 to 3.1415"),
     Break("home = [0.0, ", "home = [", "home", "has 5 of 6 entries", "6 entries, one per joint"),
@@ -160,22 +162,24 @@ VALUES = [
         re.compile(r"sample_time = \S+"),
         "sample_time = 1e-308",
         "controller.sample_time",
-        "1e-308 does not divide the cycle time",
-        "bus.cycle_time / 1, 2, 3",
+        "1e-308 is too small",
+        "a number from 1e-06 to 0.1",
     ),
     Break(
         "encoder_counts = 65536\ngear = 48.0",
         "encoder_counts = 65536\ngear = 1e308",
-        "drive[4].encoder_counts",
-        "65536 makes inf counts at the joint limits",
-        "1 to 2147483647 counts there",
+        "drive[4].gear",
+        "1e+308 is too large",
+        "a number from 0.001 to 100000",
+        line_offset=1,
     ),
     Break(
         "encoder_counts = 65536\ngear = 48.0",
         "encoder_counts = 65536\ngear = 1e-308",
-        "drive[4].encoder_counts",
-        "65536 makes 4.92e-304 counts at the joint limits",
-        "1 to 2147483647 counts there",
+        "drive[4].gear",
+        "1e-308 is too small",
+        "a number from 0.001 to 100000",
+        line_offset=1,
     ),
     Break(
         "per_count = 0.0005",
@@ -190,7 +194,7 @@ VALUES = [
         "encoder_counts = 2000000000",
         "drive[3].encoder_counts",
         "2000000000 makes 3.45e+10 counts",
-        "1 to 2147483647 counts there",
+        "1000 to 2147483647 counts there",
     ),
     Break(
         'name = "joint_6"', 'name = "joint_5"', "joint[6].name", '"joint_5" is already the name', "of its own"
@@ -223,7 +227,7 @@ KEYS = [
         "index, subindex, per_count",
     ),
     # The missing key's line is the header of the table that should hold it.
-    Break("gear = 48.0\n", "", "drive[4].gear", "missing from drive[4]", "greater than 0", line_offset=-3),
+    Break("gear = 48.0\n", "", "drive[4].gear", "missing from drive[4]", "from 0.001 to", line_offset=-3),
     Break(
         re.compile(r"sample_time = \S+\n"),
         "",

@@ -38,7 +38,7 @@ def test_joint_that_only_the_urdf_has(folder: RobotFolder) -> None:
         folder.urdf,
         "</robot>",
         '<link name="tip"/><joint name="gripper" type="revolute"><parent link="link_6"/><child link="tip"/>'
-        '<limit lower="0" upper="1" velocity="1" effort="1"/></joint></robot>',
+        '<axis xyz="0 0 1"/><limit lower="0" upper="1" velocity="1" effort="1"/></joint></robot>',
     )
     message = error_of(folder)
     assert message.startswith(
@@ -69,7 +69,7 @@ def test_urdf_that_is_not_there(folder: RobotFolder) -> None:
         ('xyz="0 0 0.32"', 'xyz="0 0 a"', '<origin xyz>: "0 0 a" is not 3 numbers'),
         ('<mass value="4.85"/>', '<mass value="nan"/>', '<mass value>: "nan" is not a number'),
         ('<child link="link_3"/>', '<child link="link_33"/>', 'joint "joint_3": "link_33" is not a link of'),
-        ('name="joint_3" type="revolute"', 'name="joint_3"', '<joint> has no type="…"'),
+        ('name="joint_3" type="revolute"', 'name="joint_3"', 'joint "joint_3": <joint> has no type="…"'),
         ('"joint_3" type="revolute"', '"joint_3" type="ball"', 'joint "joint_3": "ball" is not a type'),
         (
             '"joint_3" type="revolute"',
@@ -132,7 +132,7 @@ def test_limits_beyond_the_urdf(folder: RobotFolder, old: str, new: str, key: st
 
 def test_links_that_hang_in_a_loop(folder: RobotFolder) -> None:
     folder.edit(folder.urdf, '<parent link="base_link"/>', '<parent link="link_6"/>')
-    assert error_of(folder).startswith(f"{folder.urdf}: not one tree: link_1, link_2, link_3, link_4, ")
+    assert error_of(folder).startswith(f"{folder.urdf}:43: not one tree: link_1, link_2, link_3, link_4, ")
 
 
 def test_link_that_hangs_on_two_joints(folder: RobotFolder) -> None:
@@ -141,5 +141,5 @@ def test_link_that_hangs_on_two_joints(folder: RobotFolder) -> None:
 
 
 def test_loose_link(folder: RobotFolder) -> None:
-    folder.edit(folder.urdf, "</robot>", '<link name="tool"/></robot>')
-    assert error_of(folder).startswith(f"{folder.urdf}: not one tree: tool apart from it")
+    line = folder.edit(folder.urdf, "</robot>", '<link name="tool"/></robot>')
+    assert error_of(folder).startswith(f"{folder.urdf}:{line}: not one tree: tool apart from it")

@@ -59,16 +59,17 @@ def _toml(generator: np.random.Generator, kinds: list[str]) -> str:
             f"jerk = {generator.uniform(50.0, 2000.0)}\ntorque = 2000.0"
         )
     lines.extend(
-        f"[[drive]]\nnode_id = {k}\nencoder_counts = 4096\ngear = 50.0\ngain = 10.0\n"
+        f"[[drive]]\nnode_id = {k}\nencoder_counts = 4096\ngear = 30.0\ngain = 10.0\n"
         "gain_relative_uncertainty = 0.02\n"
         "control_signal = { index = 0x6077, subindex = 0, per_count = 0.01 }\n"
         "dynamics = { inertia = 0.1, viscous = 1.0, coulomb = 2.0 }"
         for k in range(1, n + 1)
     )
     lines.append(
-        f'[controller]\ntype = "pd"\nsample_time = 0.001\nposition_gain = {[50.0] * n}\n'
+        f'[controller]\ntype = "pd"\nsample_time = 0.001\nposition_gain = {[20000.0] * n}\n'
         f"velocity_gain = {[5.0] * n}\nintegral_gain = {[0.0] * n}\n"
         f"velocity_feed_forward = {[0.0] * n}\nsaturation = {[300.0] * n}\n"
+        "[bus]\ncycle_time = 0.002\n"
         "[identification]\ncutoff_hz = 20.0\ndecimation = 2\ntrim_samples = [10, 10]\n"
     )
     return "\n".join(lines)

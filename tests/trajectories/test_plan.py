@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ident.base import base_parameters
 from ident.effects import State
-from ident.regressor import RegressorModel
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots import load
 from robots.description import Robot
 from trajectories import Conditions, Objective, PlanError, Tool, Trajectory, plan
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 
 
 def small_plan(robot: Robot, **changes: object) -> Trajectory:

@@ -14,9 +14,10 @@ import coal
 import numpy as np
 import pinocchio
 
-from robots import rigid_body_model
+from robots import RobotFileError, rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.rigid_body import collision_bodies
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.errors import TrajectoryError
 from trajectories.motions.motion import Motion, midpoints
@@ -208,14 +209,9 @@ class CollisionCheck:
 def _geometry(robot: Robot, model: pinocchio.Model, surroundings: Surroundings) -> pinocchio.GeometryModel:
     """The arm's bodies and the surroundings, with the pairs that are watched."""
     try:
-        geometry = pinocchio.buildGeomFromUrdf(
-            model, str(robot.urdf_path), pinocchio.GeometryType.COLLISION, package_dirs=[str(robot.folder)]
-        )
-    except ValueError as error:
-        raise TrajectoryError(
-            f"{robot.urdf_path.name}: a collision mesh cannot be read: {' '.join(str(error).split())}",
-            constraint="collision",
-        ) from error
+        geometry = collision_bodies(robot, model)
+    except RobotFileError as error:
+        raise TrajectoryError(str(error), constraint="collision") from error
     for body in geometry.geometryObjects:
         body.geometry = _convex(body.geometry)
     own = len(geometry.geometryObjects)

@@ -18,8 +18,8 @@ import pinocchio
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.constraints.limits import ROUNDING
 from trajectories.errors import TrajectoryError
+from trajectories.limits import ROUNDING
 from trajectories.motions.motion import Motion, MotionState
 
 FINE = 0.001

@@ -15,7 +15,8 @@ import pinocchio
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.constraints.limits import Limits, Use, require_within
+from trajectories.constraints.use import Use, require_within
+from trajectories.limits import Limits
 from trajectories.motions.motion import Motion, MotionState
 
 FINE = 0.001

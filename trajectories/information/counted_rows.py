@@ -1,8 +1,8 @@
 """Which rows of a motion identification will use: those in which joint and drives are fast enough.
 
 Below ``minimum_speed`` friction is not Coulomb's, and the decimation filter spreads that over
-``standstill_margin``; identification leaves those rows out (ident/observation.py). A search that counted
-them would be paid for rows that nobody uses: it would like joints to creep.
+``standstill_margin``; :mod:`ident.preparation.observation` leaves those rows out. A search that
+counted them would be paid for rows that nobody uses: it would like joints to creep.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from ident.base import BaseParameters
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
 _HALVINGS = 60

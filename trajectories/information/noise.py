@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ident.estimators import LinearFit
-from ident.observation import Rows
-from ident.restricted import regression_whitening
-from ident.whitening import Whitening
+from ident.preparation.observation import Rows
+from ident.statistics.restricted import regression_whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.errors import PlanError

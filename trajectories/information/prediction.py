@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.base import BaseParameters
-from ident.covariance import weighted_score_covariance
 from ident.errors import IdentificationError
-from ident.observation import Rows, observe
+from ident.parameters.base import BaseParameters
+from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
+from ident.statistics.covariance import weighted_score_covariance
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification
 from trajectories.errors import PlanError

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ident.base import BaseParameters
 from ident.effects import State
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 from trajectories.motions.motion import MotionState
 

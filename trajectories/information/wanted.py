@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.base import BaseParameters
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 from trajectories.errors import PlanError
 from trajectories.information.matrix import CONDITION_CAP, ROW_RATE, Criterion, Objective

@@ -13,7 +13,7 @@ import numpy as np
 import ruckig
 
 from robots.arrays import FloatArray
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 from trajectories.motions.motion import Extremes, MotionState
 
 SHORTEST = 1e-4

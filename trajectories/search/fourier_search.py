@@ -19,9 +19,9 @@ from trajectories.information.matrix import NONE
 from trajectories.motions.fourier import FourierMotion
 from trajectories.motions.motion import Motion, MotionSequence
 from trajectories.motions.segments import SegmentPlanner, Waypoint, hold
-from trajectories.motions.trajectory import Repeat
 from trajectories.search.leads import Lead, LeadPlanner
 from trajectories.search.problem import ExcitationProblem
+from trajectories.trajectory import Repeat
 
 if TYPE_CHECKING:
     import cma

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trajectories.information.matrix import NONE
-from trajectories.motions.chain import Chain, ChainBuilder
 from trajectories.motions.motion import Motion
 from trajectories.motions.segments import SegmentPlanner, hold, join
+from trajectories.search.chain import Chain, ChainBuilder
 from trajectories.search.problem import ExcitationProblem
 
 START_TEMPERATURE = 0.01

@@ -10,11 +10,11 @@ import numpy as np
 
 from robots.arrays import FloatArray
 from trajectories.constraints.checks import Check
-from trajectories.constraints.limits import Limits
 from trajectories.constraints.tool_speed import ToolSpeed
 from trajectories.errors import TrajectoryError
 from trajectories.information.counted_rows import CountedRows
 from trajectories.information.matrix import ROW_RATE
+from trajectories.limits import Limits
 from trajectories.motions.motion import Motion, MotionState, joined_states, midpoints
 from trajectories.motions.segments import Waypoint
 

@@ -69,6 +69,9 @@ EFFECTS: dict[str, Recipe] = {
     "load_dependent_friction": _one(
         "load_dependent_friction", "drive", lambda m, s: {"coefficient": 0.4 * m}
     ),
+    "directional_efficiency": _one(
+        "directional_efficiency", "drive", lambda m, s: {"driving": 0.4 * m, "driven": 0.15 * m}
+    ),
     "drifting_friction": _one("drifting_friction", "drive", shapes.drift_sized, shapes.drift),
     "position_dependent_friction": _one(
         "position_dependent_friction", "drive", shapes.wave_sized, shapes.wave

@@ -55,6 +55,13 @@ class LoadDependentFriction(DriveEntry):
     time_constant: Positive = Field(default=0.005, description="the lubricant's, of the load, s")
 
 
+class DirectionalEfficiency(DriveEntry):
+    sentence: ClassVar[str] = "a gear that takes other shares of the load while it drives it and while driven"
+    driving: NonNegative = Field(description="share of the load that it takes while it drives it, 1/η − 1")
+    driven: NonNegative = Field(description="share of the load that it takes while driven by it, 1 − η")
+    time_constant: Positive = Field(default=0.005, description="the lubricant's, of the load, s")
+
+
 class PositionDependentFriction(DriveEntry):
     sentence: ClassVar[str] = "a level that varies with the drive's position: a wave, or one tight spot"
     wave: float = Field(default=0.0, gt=-0.95, lt=0.95, description="height of the wave relative to Fc")

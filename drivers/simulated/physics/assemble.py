@@ -136,9 +136,9 @@ def _fill_friction(drives: Records, scenario: Scenario) -> None:
 def _fill_surroundings(drives: Records, scenario: Scenario) -> None:
     """Friction that follows load, place, temperature and time."""
     for load in scenario.load_dependent_friction:
-        drive = drives[load.drive - 1]
-        rise = load.coefficient / drive["coulomb"] if drive["coulomb"] > 0 else 0.0
-        _set(drives, load.drive, load_rise=rise, load_time=load.time_constant)
+        _add_of_load(drives, load.drive, load.coefficient, load.coefficient, load.time_constant)
+    for gear in scenario.directional_efficiency:
+        _add_of_load(drives, gear.drive, gear.driving, gear.driven, gear.time_constant)
     for place in scenario.position_dependent_friction:
         _set(drives, place.drive, wave_height=place.wave, wave_order=place.order, wave_phase=place.phase)
         _set(drives, place.drive, spot_height=place.spot, spot_centre=place.spot_centre)
@@ -151,6 +151,14 @@ def _fill_surroundings(drives: Records, scenario: Scenario) -> None:
         _set(drives, drift.drive, viscous_per_kelvin=drift.viscous_per_kelvin)
     for rub in scenario.brake_drag:
         _set(drives, rub.drive, drag_rise=rub.rise, drag_period=rub.period, drag_share=rub.share)
+
+
+def _add_of_load(drives: Records, number: int, driving: float, driven: float, time: float) -> None:
+    """Friction in N·m per N·m of load, which the level counts in units of the Coulomb torque."""
+    drive = drives[number - 1]
+    unit = drive["coulomb"] if drive["coulomb"] > 0 else np.inf
+    _set(drives, number, load_time=time, load_rise=drive["load_rise"] + driving / unit)
+    _set(drives, number, driven_rise=drive["driven_rise"] + driven / unit)
 
 
 def _fill_motors(drives: Records, scenario: Scenario) -> None:

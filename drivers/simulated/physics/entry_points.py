@@ -123,7 +123,8 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
                 cycle = k // samples
                 for i in range(n):
                     counts[cycle, i], signal[cycle, i] = memory.reported_counts[i], memory.reported_signal[i]
-                    position[cycle, i], velocity[cycle, i] = motion.position[i], motion.velocity[i]
+                    position[cycle, i] = step.reading(motion.position[i], motion.velocity[i], arm)
+                    velocity[cycle, i] = motion.velocity[i]
             steps = disturbance[k * law.steps : (k + 1) * law.steps]
             state = loop.plant_steps(arm, motion, law, memory, scales[k], steps)
             if state != step.FINE:

@@ -50,8 +50,9 @@ def level(drive: Record, motor: Record, speed: float, position: float) -> float:
         g *= 1.0 + drive.spot_height * math.exp(-0.5 * away * away)
     if drive.coulomb_per_kelvin != 0.0:
         g *= math.exp(drive.coulomb_per_kelvin * motor.warmth)
-    if drive.load_rise != 0.0:
-        g += drive.load_rise * abs(motor.load)
+    if drive.load_rise != 0.0 or drive.driven_rise != 0.0:
+        # The gear lifts its load where both have one sign, and lets it down where they do not.
+        g += (drive.load_rise if motor.load * speed >= 0.0 else drive.driven_rise) * abs(motor.load)
     if motor.dragging:
         g += drive.drag_rise
     return max(g, _LOWEST_LEVEL)

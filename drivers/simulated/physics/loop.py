@@ -132,7 +132,9 @@ def sample(
     all_off = True
     for i in range(n):
         if not memory.frozen[i]:
-            memory.counts[i] = np.rint(motion.motors[i].position * law.counts[i] + error[i])
+            rotor = motion.motors[i]
+            here = step.reading(rotor.position, rotor.velocity, arm)
+            memory.counts[i] = np.rint(here * law.counts[i] + error[i])
         position[i] = memory.counts[i] / law.counts[i]
         all_off = all_off and memory.off[i]
     if not all_off:
@@ -203,5 +205,6 @@ def plant_steps(
         if len(memory.path) > 1:
             memory.places[2] = (memory.places[2] + 1) % len(memory.path)
             for i in range(n):
-                memory.path[memory.places[2], i] = motion.motors[i].position
+                rotor = motion.motors[i]
+                memory.path[memory.places[2], i] = step.reading(rotor.position, rotor.velocity, arm)
     return step.FINE

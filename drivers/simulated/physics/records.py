@@ -35,6 +35,7 @@ DRIVE = np.dtype(
         ("static_rise", "f8"),
         ("static_speed", "f8"),
         ("load_rise", "f8"),
+        ("driven_rise", "f8"),
         ("load_time", "f8"),
         ("wave_height", "f8"),
         ("wave_order", "f8"),
@@ -216,7 +217,9 @@ class Motion(NamedTuple):
     matrix: FloatArray
     """(n, n) scratch."""
     right: FloatArray
-    """(n,) scratch."""
+    """(n,) scratch; between steps the change of the joints' speeds in the last one."""
+    coming: FloatArray
+    """(n,) scratch: the joints' speeds in the middle of the coming step."""
     tool: FloatArray
     """(n, 15) scratch: axis of each joint, its origin, and frame, in the base frame."""
 
@@ -239,5 +242,6 @@ def resting(position: FloatArray, drives: int) -> Motion:
         loads=np.zeros(n),
         matrix=np.zeros((n, n)),
         right=np.zeros(n),
+        coming=np.zeros(n),
         tool=np.zeros((n, 15)),
     )

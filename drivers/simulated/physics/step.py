@@ -1,4 +1,9 @@
-"""One step of the plant, for the speeds first and then the positions (symplectic Euler).
+"""One step of the plant, for the speeds first and then the positions (leapfrog: Störmer, Verlet).
+
+Speeds are those of the instants between steps, positions those of the middles of steps: the state holds each
+position half a step ahead of its speed. So a torque that is held over a step moves the arm exactly, and loads
+act as in the middle of the step. What an encoder reads at an instant lies half a step of the speed there
+before (``reading``); a reading without that is half a step early.
 
 With w = T q̇ at the gear outputs, drives without compliance move with the joints:
 
@@ -30,11 +35,19 @@ _STANDSTILL = 1e-4
 
 
 @inlined
+def reading(position: float, velocity: float, arm: Arm) -> float:
+    """The position at the instant of the velocity, from that in the middle of the coming step."""
+    return position - 0.5 * arm.step_time / arm.substeps * velocity
+
+
+@inlined
 def posture(arm: Arm, motion: Motion) -> None:
-    """Mass matrix and loads of the links and joints at the present state."""
+    """Mass matrix and loads of the links and joints in the middle of the coming step."""
+    for j in range(len(motion.velocity)):
+        motion.coming[j] = motion.velocity[j] + 0.5 * motion.right[j]
     chain.place(arm.chain, motion.position)
     chain.mass_matrix(arm.chain, motion.mass)
-    chain.bias(arm.chain, motion.velocity, motion.loads)
+    chain.bias(arm.chain, motion.coming, motion.loads)
     loads.add_joint_loads(
         arm.joints, motion.joints, motion.position, motion.velocity, motion.push, motion.loads
     )
@@ -222,7 +235,7 @@ def _age(drives: Records, motors: Records, clock: FloatArray, step: float) -> No
     """Loads, temperatures and whatever else changes slowly, by one step."""
     for i in range(len(drives)):
         drive, motor = drives[i], motors[i]
-        if drive.load_rise != 0.0:
+        if drive.load_rise != 0.0 or drive.driven_rise != 0.0:
             motor.load += -math.expm1(-step / drive.load_time) * (motor.gear_torque - motor.load)
         friction.age(drive, motor, motor.velocity, clock[0], step)
     clock[0] += step
@@ -238,13 +251,13 @@ def settled(drives: Records, motors: Records, transmission: FloatArray, velocity
 
 
 @inner
-def _rest(motors: Records, joints: Records, velocity: FloatArray) -> None:
+def _rest(motors: Records, joints: Records, velocity: FloatArray, right: FloatArray) -> None:
     """Ends all motion."""
     for i in range(len(motors)):
         motor = motors[i]
         motor.velocity, motor.last_change, motor.bristle = 0.0, 0.0, 0.0
     for j in range(len(velocity)):
-        velocity[j] = 0.0
+        velocity[j], right[j] = 0.0, 0.0
         joints[j].slosh_velocity = 0.0
 
 
@@ -260,6 +273,6 @@ def advance(arm: Arm, motion: Motion) -> int:
         loads.move_sloshing(arm.joints, motion.joints, motion.position, motion.velocity, arm.step_time)
         _age(arm.drives, motion.motors, motion.clock, arm.step_time)
         if motion.braked.all() and settled(arm.drives, motion.motors, arm.transmission, motion.velocity):
-            _rest(motion.motors, motion.joints, motion.velocity)
+            _rest(motion.motors, motion.joints, motion.velocity, motion.right)
             motion.at_rest[0] = True
     return state

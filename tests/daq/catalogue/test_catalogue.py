@@ -10,6 +10,7 @@ import pytest
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.descriptions import Description
 from daq.catalogue.values import ArmMismatch, CatalogueError, NewFinding
 from tests.daq.catalogue.entries import OTHER_SHA, SHA, finished_run, identity, model
 
@@ -50,9 +51,9 @@ def test_another_arm_is_told_in_one_line(catalogue: Catalogue) -> None:
     )
     with pytest.raises(ArmMismatch, match=r"^bus: has 1 drives; arm tx40 of the catalogue has 6$"):
         arms.require_same_drives(arm, (9,), "bus")
-    arms.require_same_description(arm, SHA, SHA, "baseline 1")
-    with pytest.raises(ArmMismatch, match=r"^baseline 1: .* description a1a1a1a1a1a1… of arm tx40;"):
-        arms.require_same_description(arm, SHA, OTHER_SHA, "baseline 1")
+    arms.require_same_description(catalogue, arm, SHA, Description(SHA, {}), "baseline 1")
+    with pytest.raises(ArmMismatch, match=r"^baseline 1: .* description a1a1a1a1a1a1… of arm tx40, it is"):
+        arms.require_same_description(catalogue, arm, SHA, Description(OTHER_SHA, {}), "baseline 1")
 
 
 def test_a_run_from_beginning_to_end(catalogue: Catalogue) -> None:

@@ -11,19 +11,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq.catalogue import baselines, models, prune, runs
-from daq.catalogue.again import identify_settings
-from daq.catalogue.compare import compare
+from daq.catalogue import baselines, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_capture
-from daq.catalogue.keep import Made, keep_identified
 from daq.catalogue.kept_run import kept_run
-from daq.catalogue.who import now
+from daq.files.checksum import file_sha256
 from daq.identification.identify import IdentifyRequest, run_identify
-from daq.progress import Silent
-from daq.recording.capture import RUN, file_sha256
+from daq.keeping import prune
+from daq.keeping.again import identify_settings
+from daq.keeping.compare import compare
+from daq.keeping.keep import Made, keep_identified
+from daq.recording.capture import RUN
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
+from daq.recording.who import now
+from daq.text.progress import Silent
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from robots import Robot
@@ -319,7 +321,9 @@ def test_a_recording_that_is_read_with_another_description_is_told(
 
     assert not any("robot.toml" in warning or "read as" in warning for warning in warnings())
     (folder / "robot.toml").write_text(f"{text}# edited\n", encoding="utf-8")
-    assert warnings()[0] == "two.mcap was recorded with another robot.toml than the one in use"
+    assert not any("description" in warning for warning in warnings())  # a comment says nothing of the arm
+    (folder / "robot.toml").write_text(text.replace("jerk = 100.0", "jerk = 101.0"), encoding="utf-8")
+    assert warnings()[0] == "two.mcap was recorded with another description: other robot.toml"
     (folder / "robot.toml").write_text(text.replace('name = "emps"', 'name = "mine"', 1), encoding="utf-8")
     assert warnings()[0] == "two.mcap is a recording of emps, read as mine"
 

@@ -15,11 +15,12 @@ from sqlalchemy import Connection, text
 
 from daq.catalogue import arms, baselines, findings, models, runs, schema
 from daq.catalogue.database import Catalogue
+from daq.catalogue.descriptions import Description, difference
 from daq.catalogue.location import catalogue_url
 from daq.catalogue.migrations import bring_up_to_date, found_version
 from daq.catalogue.values import CatalogueError, NewFinding
 from ident.effects.vocabulary import EffectEntry
-from tests.daq.catalogue.entries import identity, model
+from tests.daq.catalogue.entries import OTHER_SHA, SHA, identity, model
 
 ROOT = Path(__file__).parents[3]
 WRITERS, RUNS = 5, 6
@@ -185,6 +186,26 @@ def test_a_diagnosis_of_version_2_has_its_effects_from_its_findings(url: str) ->
         assert again.found == kept.found
 
 
+def test_a_description_of_version_3_was_its_robot_toml_alone(url: str) -> None:
+    """What was kept then says so: it does not count for an arm whose URDF nobody compared."""
+    with Catalogue(url) as catalogue:
+        runs.begin(catalogue, identity(sha256=SHA), "run")
+        with catalogue.writing() as connection:
+            connection.execute(text("DROP TABLE descriptions"))
+            connection.execute(text("UPDATE schema_version SET version = 3"))
+    parts = {"robot.toml": "1", "inertias": "2"}
+    with Catalogue(url) as catalogue:
+        now = Description(OTHER_SHA, parts)
+        assert difference(catalogue, SHA, now) == (
+            "an earlier armhil knew it by the text of robot.toml alone, so the URDF was not compared"
+        )
+        runs.begin(catalogue, replace(identity(sha256=OTHER_SHA), parts=parts), "run")
+        later = Description("c" * 64, {"robot.toml": "1", "inertias": "3"})
+        assert difference(catalogue, OTHER_SHA, later) == "the URDF's masses or inertias changed since"
+        assert difference(catalogue, OTHER_SHA, now) == ""
+        assert difference(catalogue, "d" * 64, now) == "its parts were not kept"
+
+
 def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, object], ...]) -> NewFinding:
     return NewFinding(
         effect=effect,
@@ -200,10 +221,11 @@ def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, o
 
 def test_the_tables_are_pinned_to_their_version() -> None:
     """Whoever changes a table has to raise VERSION, write the step, and change this list."""
-    assert schema.VERSION == 3
+    assert schema.VERSION == 4
     found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
     assert found == {
         "arms": 7,
+        "descriptions": 2,
         "schema_version": 2,
         "leases": 4,
         "runs": 17,

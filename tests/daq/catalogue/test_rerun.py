@@ -10,9 +10,9 @@ import pytest
 
 from daq.catalogue import findings, models, runs
 from daq.catalogue.database import Catalogue
-from daq.catalogue.diagnosed_again import DIAGNOSE
-from daq.catalogue.rerun_choice import chosen_analysis
 from daq.catalogue.values import RunKind
+from daq.keeping.diagnosed_again import DIAGNOSE
+from daq.keeping.rerun_choice import chosen_analysis
 from tests.daq.calls import Call
 from tests.daq.catalogue.entries import identity
 

@@ -16,12 +16,12 @@ from daq.catalogue.identity import identity_of_arm, sha256_of
 from daq.check.recorded import TRAJECTORY, TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest
 from daq.check.simulated_night import with_own_noise
-from daq.files.trajectory_file import SUFFIX, write_trajectory
-from daq.identification.run_facts import run_facts
-from daq.progress import Steps
-from daq.recording.capture import file_sha256
+from daq.files.checksum import file_sha256
 from daq.recording.recorder import Recorder
+from daq.recording.run_facts import run_facts
+from daq.recording.trajectory_file import SUFFIX, write_trajectory
 from daq.session.motions import read_trajectory
+from daq.text.progress import Steps
 from drivers.simulated import draw_truth, load_scenario, simulate_offline
 from drivers.simulated.group import serial_number
 from drivers.simulated.scenario import EMPTY

@@ -13,8 +13,8 @@ from daq.catalogue.values import NewModel
 from daq.check import check as check_module
 from daq.check.check import run_check
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.progress import Silent
 from daq.session.bench import ArmOrder
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from tests.daq.check.offline_arms import record_offline, write_motion

@@ -16,15 +16,15 @@ from daq.check.check import run_check
 from daq.check.fleet import FleetArm
 from daq.check.recorded import CELL_SHA256, planned_motion, record_check
 from daq.check.request import CheckRequest
-from daq.progress import Silent
 from daq.recording.reader import read_capture
-from daq.schedule.units import Schedule
 from daq.service.driving import options_of
+from daq.service.units import Schedule
 from daq.session.bench import ArmOrder
 from daq.session.cell import cell_of
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import SessionError
 from daq.session.watching import Nobody
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from tests.daq.check.offline_arms import write_motion

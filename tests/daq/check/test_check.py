@@ -15,9 +15,10 @@ import pytest
 
 from daq.catalogue import arms, baselines, checks, leases, models, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.descriptions import Description
 from daq.catalogue.values import ArmIdentity, ArmMismatch, LeaseHeld
 from daq.check.fleet import FleetFileError, read_fleet
-from daq.check.recorded import free_dead_leases, require_own_baseline
+from daq.check.recorded import require_own_baseline
 from daq.check.request import CheckError, Verdict
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
@@ -133,7 +134,7 @@ def test_killed_at_any_stage(
     process.wait()
     with Catalogue() as catalogue:
         runs.settle_abandoned(catalogue)
-        free_dead_leases(catalogue, "emps")
+        leases.free_dead(catalogue, "emps")
         for arm in arms.every(catalogue):
             assert leases.holder_of(catalogue, arm.id) is None
         states = {run.state for run in runs.every(catalogue)}
@@ -152,14 +153,14 @@ def test_a_lease_of_a_living_process_is_left_alone() -> None:
     with Catalogue() as catalogue:
         arm = arms.register(catalogue, identity)
         with leases.leased(catalogue, arm.id, 60.0):
-            assert free_dead_leases(catalogue, "emps") == ()
+            assert leases.free_dead(catalogue, "emps") == ()
             assert leases.holder_of(catalogue, arm.id) is not None
             with pytest.raises(LeaseHeld):
                 leases.take(catalogue, arm.id, 60.0, holder="host:1:2")
         dead = subprocess.run([sys.executable, "-c", _TAKE], capture_output=True, text=True, check=False)
         assert dead.returncode == -signal.SIGKILL, dead.stderr
         assert leases.holder_of(catalogue, arm.id) is not None
-        assert free_dead_leases(catalogue, "emps") == (arm.label,)
+        assert leases.free_dead(catalogue, "emps") == (arm.label,)
         assert leases.holder_of(catalogue, arm.id) is None
 
 
@@ -179,9 +180,9 @@ def test_a_baseline_of_another_description_is_refused(tmp_path: Path) -> None:
         arm = arms.every(catalogue)[0]
         baseline = baselines.current(catalogue, arm.id)
         assert baseline is not None
-        require_own_baseline(arm, baseline, "0" * 64)
-        with pytest.raises(ArmMismatch, match="baseline of run 1: was made with description"):
-            require_own_baseline(arm, baseline, "1" * 64)
+        require_own_baseline(catalogue, arm, baseline, Description("0" * 64, {}))
+        with pytest.raises(ArmMismatch, match=r"baseline of run 1: was made with description .* put the"):
+            require_own_baseline(catalogue, arm, baseline, Description("1" * 64, {}))
 
 
 def test_exit_codes_are_those_of_nagios() -> None:

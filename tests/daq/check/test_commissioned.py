@@ -14,15 +14,18 @@ from daq.catalogue.values import Arm, ArmIdentity
 from daq.check.commissioned import require_commissioned
 from daq.check.recorded import record_check
 from daq.check.request import CheckError, CheckRequest
-from daq.progress import Silent
 from daq.session.bench import ArmOrder
 from daq.session.recorded_runs import unconducted
+from daq.session.session_error import SessionError
 from daq.session.stages import STAGES, fingerprint
 from daq.session.watching import Nobody
+from daq.text.progress import Silent
 from drivers import Channel
 from drivers.simulated import SimulatedArm
 from robots import Robot
 from tests.daq.check.offline_arms import write_motion
+from tests.daq.session.commissioned import commissioned as passed_with_another_motion
+from tests.daq.session.commissioned import real_identity
 
 IDENTITY = ArmIdentity("emps", (7,), "d" * 64)
 SHA256 = "a" * 64
@@ -74,12 +77,19 @@ def test_a_real_arm_stands_still(emps: Robot, channel: Channel, tmp_path: Path, 
     order = ArmOrder(emps, "emps", channel, new_arm=True)
     motion = write_motion(emps, tmp_path, 2.5)
     with Catalogue() as catalogue, SimulatedArm("emps", channel, 3):
+        with pytest.raises(SessionError, match="arm emps has not been commissioned"):
+            record_check(CheckRequest(order, tmp_path, catalogue, motion), Silent(), Nobody(), unconducted)
+        passed_with_another_motion(real_identity(emps, 3))
         for trajectory, said in ((None, "no trajectory has been accepted"), (motion, "has not passed")):
             request = CheckRequest(order, tmp_path, catalogue, trajectory)
             with pytest.raises(CheckError, match=said):
                 record_check(request, Silent(), Nobody(), unconducted)
         (arm,) = arms.every(catalogue)
-        assert not arm.simulated and not runs.every(catalogue) and not checks.of_arm(catalogue, arm.id)
+        assert (
+            not arm.simulated
+            and not runs.every(catalogue, kind="check")
+            and not checks.of_arm(catalogue, arm.id)
+        )
         assert not list(tmp_path.glob("*.mcap"))
         sha256 = sha256_of(motion.read_text(encoding="utf-8"))
         identity = ArmIdentity(arm.name, arm.serials, arm.description_sha256)

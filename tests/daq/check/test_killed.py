@@ -18,8 +18,8 @@ from daq.catalogue.database import Catalogue
 from daq.check import check as check_module
 from daq.check.check import run_check
 from daq.check.request import CheckRequest, Verdict
-from daq.progress import Silent
 from daq.session.bench import ArmOrder
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from tests.conftest import ROOT
@@ -33,7 +33,7 @@ from benchmarks.killed_check import POINTS, kill_at
 from daq.catalogue.database import Catalogue
 from daq.check import check
 from daq.check.request import CheckRequest
-from daq.progress import Silent
+from daq.text.progress import Silent
 from daq.session.bench import ArmOrder
 from drivers import Channel
 from tests.daq.check.offline_arms import record_offline

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sqlalchemy import update
 
 from daq.catalogue import arms, baselines, checks, models
 from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import checks as table
 from daq.check import check as check_module
 from daq.check.check import run_check
+from daq.check.recheck import recheck
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.progress import Silent
+from daq.check.residual import found_nothing
 from daq.session.bench import ArmOrder
+from daq.text.progress import Silent
 from drivers import Channel
 from ident.drift import DriftSettings
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.check.offline_arms import record_offline, write_motion
 
 LEARNING = 8
@@ -69,3 +75,48 @@ def test_wear_is_told_with_the_run_that_it_began_with(
         states = [record.details["state"] for record in checks.of_arm(catalogue, arm.id)]
         assert states[:2] == ["changed", "changed"] and set(states[2:]) == {"unchanged"}
         assert len(models.trend(catalogue, arm.id, "Fc1")) == len(states)
+
+
+def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(
+    emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, armhil: Call
+) -> None:
+    """+ 30 % on one night without a thermometer: told, with the warmth that it would take."""
+    monkeypatch.setattr(check_module, "record_check", record_offline)
+    motion = write_motion(emps, tmp_path, 2.5)
+
+    def check(catalogue: Catalogue, night: int, worn: float = 0.0) -> CheckResult:
+        folder = tmp_path / f"night{night}"
+        folder.mkdir()
+        hidden = folder / "scenario.toml"
+        hidden.write_text("format = 1\n" + (WORN.format(share=worn) if worn else ""))
+        order = ArmOrder(emps, "emps", Channel("virtual", "offline"), True, 3, scenario=hidden)
+        settings = DriftSettings(tolerance=0.01)
+        request = CheckRequest(order, folder, catalogue, motion, settings=settings)
+        return run_check(request, Silent())
+
+    with Catalogue() as catalogue:
+        first = check(catalogue, 0)
+        baselines.accept(catalogue, first.model, "Ada", "first", None)
+        assert check(catalogue, 1).verdict is Verdict.OK
+        found = check(catalogue, 2, worn=0.3)
+        assert found.verdict is Verdict.WARNING, found.sentence
+        assert found.sentence.startswith("Coulomb friction of joint 1 +")
+        assert "K colder at least; no thermometer" in found.sentence
+        assert found.comparison is not None and found.comparison.large and found.comparison.doubtful
+        page = found.report.read_text()
+        assert page.index("Check: warning") < page.index("The identification that it rests on")
+        assert "Coulomb friction of joint 1" in page and f"run {first.run}" in page
+        code, listed, _ = armhil("runs", "--json")
+        verdicts = {run["run"]: run["verdict"] for run in json.loads(listed)["runs"]}
+        assert code == 0 and verdicts[found.run] == "warning" and verdicts[first.run] == "unknown"
+        code, listed, _ = armhil("runs")
+        assert "verdict" in listed and "warning" in listed
+        assert check(catalogue, 3).verdict is Verdict.OK
+        kept = checks.of_run(catalogue, found.run)[0]
+        assert not found_nothing(kept) and kept.details["comparison"]["doubtful"] is True
+        old = {**kept.details["settings"], "unknown_warmth": 15.0}  # of a rule that is gone
+        with catalogue.writing() as connection:
+            change = update(table).where(table.c.id == kept.id)
+            connection.execute(change.values(details={**kept.details, "settings": old}))
+        assert recheck(catalogue, found.run, Silent()).differs == ()
+        assert check(catalogue, 4, worn=1.0).verdict is Verdict.FAILED  # no hall makes that

@@ -16,8 +16,8 @@ from daq.check.check import run_check
 from daq.check.nights import nights_since
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import grown_of
-from daq.progress import Silent
 from daq.session.bench import ArmOrder
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from tests.daq.check.offline_arms import record_offline, write_motion

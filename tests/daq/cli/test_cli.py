@@ -16,6 +16,7 @@ import pytest
 from typer.main import get_command
 
 from daq.cli import entry as cli
+from daq.cli.run_tests import pytest_arguments
 from daq.identification import identify
 from drivers import ArmSession, Channel
 from drivers.simulated import SimulatedArm
@@ -47,6 +48,7 @@ COMMANDS = (
     "robots",
     "run",
     "runs",
+    "scan",
     "schedule",
     "serve",
     "show",
@@ -132,7 +134,7 @@ def test_a_robot_that_is_nowhere(armhil: Armhil, source: str) -> None:
 def test_a_urdf_without_one_of_the_joints(armhil: Armhil, tmp_path: Path) -> None:
     arm = edited_arm(tmp_path, "tx40.urdf", '<joint name="joint_6".*?</joint>', "")
     line = armhil("demo", "--robot", arm).refusal
-    assert line.startswith(f"{arm / 'tx40.urdf'}: ") and "link_6" in line and "allowed: " in line
+    assert re.match(rf"{arm / 'tx40.urdf'}:\d+: ", line) and "link_6" in line and "allowed: " in line
 
 
 def test_a_urdf_without_the_last_joint_and_its_link(armhil: Armhil, tmp_path: Path) -> None:
@@ -254,7 +256,8 @@ def test_a_log_that_is_none(
     assert armhil("identify", name, "--robot", "emps").refusal.startswith(f"{name}: {reason}")
 
 
-def test_a_log_of_no_arm(armhil: Armhil) -> None:
+def test_a_log_of_no_arm(armhil: Armhil, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").touch()
     assert armhil("identify", "log.csv").refusal.endswith("of which arm it is; give --robot")
 
 
@@ -352,7 +355,11 @@ def test_for_a_developer_there_is_a_traceback(
         cli.main()
 
 
-def test_ctrl_c_outside_of_a_stream_says_so(armhil: Armhil, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_outside_of_a_stream_says_so(
+    armhil: Armhil, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "any.mcap").touch()
+
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -441,6 +448,23 @@ def test_test_runs_the_tests_of_the_clone_and_keeps_their_exit_code(tmp_path: Pa
     assert found.code == 0 and "test_only_versions_and_hashes" in found.out
     nothing = as_program("test", "-k", "no_such_test", "tests/test_requirements.py", *options, cwd=tmp_path)
     assert nothing.code == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow"]),
+        (["--slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow"]),
+        (["-x"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
+        (["-n", "0", "-k", "emps"], ["-q", "-m", "not slow", "-n", "0", "-k", "emps"]),
+        (["tests/test_docs.py::x", "-v"], ["-n", "2", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),
+        (["-m", "slow or not slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow or not slow"]),
+    ],
+)
+def test_test_keeps_two_workers_and_leaves_the_slow_ones_out(
+    given: list[str], expected: list[str], repository: Path
+) -> None:
+    assert pytest_arguments(repository, given) == expected
 
 
 def test_test_outside_of_a_clone(tmp_path: Path, repository: Path) -> None:

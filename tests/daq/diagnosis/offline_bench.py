@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.identification.run_facts import run_facts
 from daq.recording.recorder import Recorder
+from daq.recording.run_facts import run_facts
 from drivers.simulated import PlantTruth
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import EMPTY, Scenario
@@ -23,7 +23,7 @@ class OfflineBench:
     scenario: Scenario = EMPTY
     runs: int = 0
 
-    def stream(self, trajectory: Trajectory, path: Path) -> Path:
+    def stream(self, trajectory: Trajectory, path: Path, purpose: str = "") -> Path:
         """What ``daq.diagnosis.bench`` does over a bus."""
         self.runs += 1
         run = simulate_offline(

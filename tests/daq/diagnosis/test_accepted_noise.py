@@ -14,7 +14,7 @@ from daq.files.model_file import read_model
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.identification.torque_noise import torque_noise
 from daq.importing.load import load_recording
-from daq.progress import Silent
+from daq.text.progress import Silent
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, RegressorModel, base_parameters, identify

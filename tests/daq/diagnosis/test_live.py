@@ -13,9 +13,10 @@ import pytest
 import robots
 from daq.diagnosis import live
 from daq.diagnosis.diagnose import DiagnoseRequest
-from daq.diagnosis.live import LiveRequest, MotionRefused, motion_words, run_live
-from daq.progress import Silent
+from daq.diagnosis.live import LiveRequest, MotionRefused, run_live
 from daq.recording.reader import read_capture
+from daq.session.session_error import NotMoved
+from daq.text.progress import Silent
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
 from robots import Robot
@@ -62,16 +63,15 @@ def test_a_no_leaves_the_arm_at_rest_and_the_finding_ambiguous(
     monkeypatch.setattr(live, "run_diagnose", Searches(motion, ambiguous=9))
     bench, questions = OfflineBench(arm, draw_truth(arm, 1)), []
 
-    def no(question: str) -> bool:
-        questions.append(question)
-        return False
+    def no(trajectory: Trajectory, path: Path, purpose: str) -> Path:
+        questions.append(purpose)
+        raise NotMoved("not confirmed")
 
-    found = run_live(request(arm, tmp_path), bench.stream, no, Silent())
+    found = run_live(request(arm, tmp_path), no, Silent())
     assert bench.runs == 0
     assert found.refused == "to tell payload (the arm) from base tilt (the arm)"
     assert found.last.diagnosis.verdict == "ambiguous"
-    assert questions == [motion_words(arm, motion, found.refused)]
-    assert questions[0].startswith("tx40 will move for 3 s to tell payload")
+    assert questions == [found.refused]
 
 
 def test_a_yes_records_the_motion_and_asks_the_search_again_with_it(
@@ -81,7 +81,7 @@ def test_a_yes_records_the_motion_and_asks_the_search_again_with_it(
     monkeypatch.setattr(live, "run_diagnose", searches)
     hidden = Scenario.from_dict({"format": 1, "payload": {"mass": 0.5, "centre": [0.0, 0.0, 0.05]}})
     bench = OfflineBench(arm, draw_truth(arm, 1), hidden)
-    found = run_live(request(arm, tmp_path), bench.stream, lambda question: True, Silent())
+    found = run_live(request(arm, tmp_path), bench.stream, Silent())
     assert (found.last.diagnosis.verdict, found.refused, bench.runs) == ("named", "", 1)
     assert found.recorded == (tmp_path / "tell-apart-1.mcap",)
     assert [asked.fit for asked in searches.asked] == [
@@ -101,9 +101,13 @@ def test_the_rounds_end_it(
 ) -> None:
     monkeypatch.setattr(live, "run_diagnose", Searches(motion, ambiguous=9))
     bench = OfflineBench(arm, draw_truth(arm, 1))
-    found = run_live(request(arm, tmp_path, rounds=1), bench.stream, lambda question: True, Silent())
+    found = run_live(request(arm, tmp_path, rounds=1), bench.stream, Silent())
     assert bench.runs == 1
     assert (len(found.results), found.last.diagnosis.verdict, found.refused) == (2, "ambiguous", "")
+
+
+def refused(trajectory: Trajectory, path: Path, purpose: str) -> Path:
+    raise NotMoved(f"{purpose}: no")
 
 
 def test_without_captures_two_are_recorded_or_nothing_happens(
@@ -115,11 +119,11 @@ def test_without_captures_two_are_recorded_or_nothing_happens(
     nothing = replace(nothing, diagnose=DiagnoseRequest((), robot="tx40"))
     bench = OfflineBench(arm, draw_truth(arm, 1))
     with pytest.raises(
-        MotionRefused, match=r"nothing was recorded: tx40 will move for 3 s to record fit\.mcap"
+        MotionRefused, match=r"nothing to diagnose: to record fit\.mcap: no; allowed: --yes, the answer yes"
     ):
-        run_live(nothing, bench.stream, lambda question: False, Silent())
+        run_live(nothing, refused, Silent())
     assert (bench.runs, searches.asked) == (0, [])
-    run_live(nothing, bench.stream, lambda question: True, Silent())
+    run_live(nothing, bench.stream, Silent())
     assert bench.runs == 2
     assert searches.asked[0].fit == (tmp_path / "fit.mcap",)
     assert searches.asked[0].validation == (tmp_path / "validation.mcap",)

@@ -29,6 +29,10 @@ def period(rig: Robot, seed: int, speed: float, duration: float) -> FloatArray:
     return np.asarray(motion.position[: len(motion.position) // 2])
 
 
+@pytest.mark.xfail(
+    reason="open: a contact that the validation hardly touches is `not_confirmed` before it is ambiguous",
+    strict=True,
+)
 def test_the_planned_motion_settles_what_a_poor_one_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
     seed = 304
     monkeypatch.setattr(naming_settled, "SETTINGS", PlanSettings(duration=5.0, evaluations=150))

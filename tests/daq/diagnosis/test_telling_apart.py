@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,10 +20,10 @@ from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from ident import RegressorModel, base_parameters
 from ident.discrepancy import Candidate
 from ident.discrepancy.before_after import Stage
-from ident.discrepancy.present import Present
 from ident.effects.family import PlacedEffect
 from ident.effects.gain_drift import WITHOUT_A_NAME
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.vocabulary import VOCABULARY, confused_with
+from ident.parameters.present import Present
 from robots import Robot
 
 
@@ -102,6 +104,32 @@ def test_what_a_refit_swallows_is_settled_without_motion(
     assert found.unsettled[0].settled_by.startswith("hold still under a known load")
 
 
+def test_a_missing_mesh_costs_the_motion_and_nothing_else(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shutil.copytree(robots.load("emps").folder, tmp_path / "emps")
+    urdf = tmp_path / "emps" / "emps.urdf"
+    mesh = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+    text = urdf.read_text(encoding="utf-8")
+    urdf.write_text(text.replace("</inertial>", f"</inertial>{mesh}"), encoding="utf-8")
+    stl = tmp_path / "emps" / "gone.stl"
+    facets = "".join(
+        f"facet normal 0 0 1\nouter loop\n{corners}\nendloop\nendfacet\n"
+        for corners in (
+            "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0",
+            "vertex 0 0 0\nvertex 0 1 0\nvertex 0 0 1",
+        )
+    )
+    stl.write_text(f"solid body\n{facets}endsolid body\n", encoding="ascii")
+    base = base_parameters(RegressorModel.of(robots.load(str(tmp_path / "emps"))))
+    stl.unlink()
+    without = Stage(base, base.regroup(base.model.prior()), None)
+    _, found = apart(without, monkeypatch, "asymmetric_friction", "cable_spring")
+    assert found.trajectory is None
+    assert "gone.stl" in found.not_planned
+    assert found.candidates == ("asymmetric_friction (joint 1)", "cable_spring (joint 1)")
+
+
 def test_the_most_specific_advice_comes_first() -> None:
     assert "tool off" in settled_by(("payload", "drive_gain_error"))
     assert "known payload" in settled_by(("drive_gain_error", "rotor_inertia"))
@@ -130,7 +158,7 @@ def test_what_no_motion_tells_apart_is_said_with_what_does(one: str, other: str,
 def test_every_effect_and_every_pair_that_is_easily_confused_has_an_answer() -> None:
     for family in (*VOCABULARY, *WITHOUT_A_NAME):
         assert settled_by((family.name,))
-        for other in family.confused_with:
+        for other in confused_with(family.name):
             assert settled_by((family.name, other)) == settled_by((other, family.name))
 
 

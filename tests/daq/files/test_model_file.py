@@ -119,7 +119,7 @@ def test_values_that_are_not_finite_are_no_model(
 ) -> None:
     estimate = fitted.result.least_squares
     broken = replace(estimate, parameters=(replace(estimate.parameters[0], sigma=float("nan")),))
-    unsolved = replace(fitted, result=replace(fitted.result, least_squares=broken))
+    unsolved = replace(fitted, result=fitted.result.with_estimates(broken))
     path = tmp_path / "emps.model.toml"
     with pytest.raises(ModelFileError, match=r"emps: parameter\[1\]\.sigma: nan is not allowed") as caught:
         write_model(path, unsolved, [log], emps)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import robots
+from daq.files.found_model import found_json, found_of_json, read_found_model
 from daq.files.model_file import read_model
-from daq.identification.found_model import found_json, found_of_json, read_found_model
 from daq.recording.recorder import Recorder
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
@@ -69,7 +69,7 @@ def chain(captures: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the accepted model and that of the diagnosis are."""
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.identification.identify import IdentifyRequest, run_identify
-    from daq.progress import Silent
+    from daq.text.progress import Silent
 
     folder = tmp_path_factory.mktemp("chain")
     run_identify(IdentifyRequest((captures / "accepted.mcap",), out=folder / "accepted"), Silent())

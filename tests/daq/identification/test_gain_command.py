@@ -54,7 +54,7 @@ def test_captures_that_are_interchanged_are_refused(gain: Call, files: tuple[Pat
         (
             "mass = 60.0",
             "mass = -1.0",
-            "payload.toml:2: mass: -1.0 is not allowed; allowed: a number, greater than 0",
+            "payload.toml:2: mass: -1.0 is not allowed; allowed: a number from 0.0001 to 10000",
         ),
         ("center = [0.0, 0.0, 0.1]", "center = [0.0, 0.1]", "payload.toml:3: center"),
         (

@@ -15,6 +15,7 @@ from jsonschema import Draft202012Validator
 
 from daq.identification.identification_json import identification_json
 from ident import Fitted
+from ident.estimators import ALTERNATIVES
 from ident.results import (
     ColumnCheck,
     Consistency,
@@ -116,7 +117,7 @@ SIGNALS = closed(
         "lag_sigma": NUMBER,
     }
 )
-METHOD = {"enum": ["ls", "iv", "robust", "consistent"]}
+METHOD = {"enum": ["ls", "iv", *ALTERNATIVES, "consistent"]}
 HELD_OUT = closed(
     {
         "recording": TEXT,
@@ -179,11 +180,11 @@ SCHEMA = closed(
             {
                 "ls": ESTIMATE,
                 "iv": OPTIONAL_ESTIMATE,
-                "robust": OPTIONAL_ESTIMATE,
+                **dict.fromkeys(ALTERNATIVES, OPTIONAL_ESTIMATE),
                 "consistent": OPTIONAL_ESTIMATE,
             }
         ),
-        "method": {"enum": ["auto", "ls", "iv", "robust", "consistent"]},
+        "method": {"enum": ["auto", *METHOD["enum"]]},
         "consistency": {"anyOf": [CONSISTENCY, {"type": "null"}]},
         "recommended": METHOD,
         "rank": {"anyOf": [RANK, {"type": "null"}]},
@@ -278,7 +279,7 @@ def test_numbers_that_are_not_finite_become_null(result: Identification) -> None
         torque_rms=np.array([np.nan]),
         lag1_autocorrelation=np.array([-np.inf]),
     )
-    content = printed(replace(result, least_squares=broken))["estimates"]["ls"]
+    content = printed(result.with_estimates(broken))["estimates"]["ls"]
     assert content["parameters"][0] == {
         "name": zero.name,
         "value": 0.0,
@@ -297,9 +298,8 @@ def test_what_the_data_say_beside_the_estimates(result: Identification) -> None:
     parameters = result.least_squares.parameters
     content = printed(
         replace(
-            result,
+            result.with_estimates(replace(result.least_squares, method="robust")),
             method="robust",
-            robust=replace(result.least_squares, method="robust"),
             rank=Rank(4, 3, 1e-5, 2e-5, ("off1",), ("joint 1 moves too slowly",)),
             signals=Signals(60.0, 75.0, np.array([1e-6]), np.array([np.nan]), 0.0, 1e-5, 0.0, None, None),
             held_out=(HeldOut("b.mcap", "ls", 900, 4.5, np.array([4.5]), np.array([np.inf])),),
@@ -323,9 +323,8 @@ def test_the_nearest_arm_that_can_exist(result: Identification) -> None:
     )
     content = printed(
         replace(
-            result,
+            result.with_estimates(replace(result.least_squares, method="consistent")),
             method="consistent",
-            consistent=replace(result.least_squares, method="consistent"),
             consistency=consistency,
         )
     )

@@ -23,6 +23,7 @@ from daq.recording.reader import read_capture
 from ident import Fitted, identify
 from robots import Robot
 from robots.allowed import keys_of
+from robots.errors import UserError
 from tests.daq.captures import record, samples
 
 Map = dict[str, Any]
@@ -212,7 +213,7 @@ def change(content: Map, path: str, value: Any) -> Map:
         (
             "identification.cutoff_hz",
             -1.0,
-            "identification.cutoff_hz: -1.0 is not allowed; allowed: a number, gr",
+            "identification.cutoff_hz: -1.0 is not allowed; allowed: a number from 0.001 to",
         ),
         ("identification.cutof", 1.0, "identification.cutof: 1.0 is given to a key that does not exist"),
         ("identification.trim_samples", [1], "identification.trim_samples[2]: missing"),
@@ -390,3 +391,15 @@ def test_generated_maps_are_what_the_tests_think(tmp_path: Path) -> None:
     columns = load_import_map(write_map(tmp_path, AXIS))
     assert columns.position.columns == ("q",)
     assert columns.identification == {}
+
+
+@pytest.mark.parametrize(("key", "value"), [("q", 1e308), ("v", -1e308), ("v", 1e200), ("q", 1e7)])
+def test_a_figure_beyond_any_arm_is_one_line(tmp_path: Path, emps: Robot, key: str, value: float) -> None:
+    """1e308 is finite, and its square is not: linear algebra ended in a traceback."""
+    time = np.arange(3000) * 0.002
+    table = {"t": time, "q": 0.1 * np.sin(2 * time), "v": np.cos(2 * time)}
+    table[key][1500] = value
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack(list(table.values())), delimiter=",", header="t,q,v", comments="")
+    with pytest.raises(UserError, match=r"of joint 1 is \S+ at sample 1500; allowed: up to"):
+        load_recording(path, emps, write_map(tmp_path, AXIS))

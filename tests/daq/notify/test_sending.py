@@ -18,7 +18,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity
 from daq.check.request import Verdict
 from daq.notify.notify import Message, message_of, notify_of, start_sender
-from daq.notify.sending import send_all
+from daq.notify.sending import masked, send_all
 from daq.notify.settings import NotifyError, read_notify
 
 MESSAGE = Message("tx40", "failed", "ok", "Coulomb friction of joint 2 +20 %", "http://localhost/runs/3")
@@ -28,7 +28,10 @@ class _Hook(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         body = self.rfile.read(int(self.headers["Content-Length"]))
         self.server.seen.append((self.headers.get("Authorization"), json.loads(body)))  # type: ignore[attr-defined]
-        self.send_response(self.server.codes.pop(0))  # type: ignore[attr-defined]
+        code = self.server.codes.pop(0)  # type: ignore[attr-defined]
+        self.send_response(code)
+        if 300 <= code < 400:
+            self.send_header("Location", self.server.elsewhere)  # type: ignore[attr-defined]
         self.end_headers()
 
     def log_message(self, *_: object) -> None:
@@ -87,6 +90,33 @@ def mail_server() -> Iterator[tuple[int, list[str]]]:
     finally:
         thread.join(5)
         listening.close()
+
+
+def test_an_address_is_logged_without_its_secrets() -> None:
+    assert masked("https://user:word@example.org:8443/hooks/T0/B0?key=1#x") == "https://example.org:8443/…"
+    assert masked("http://example.org/") == masked("http://example.org") == "http://example.org"
+    assert masked("http://example.org?key=1") == "http://example.org/…"
+
+
+def test_a_redirect_is_not_followed_and_no_token_goes_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOOK_TOKEN", "secret")
+    for code in (301, 302, 303, 307, 308):
+        with hook(200) as elsewhere, hook(code) as server:
+            server.elsewhere = f"http://127.0.0.1:{elsewhere.server_port}/taken"  # type: ignore[attr-defined]
+            url = f"http://127.0.0.1:{server.server_port}/services/T0/hidden?key=also"
+            file = settings_file(
+                tmp_path, f'attempts = 1\n[[webhook]]\nurl = "{url}"\ntoken_env = "HOOK_TOKEN"\n'
+            )
+            (tmp_path / "log").touch(0o644)
+            assert not send_all(read_notify(file), MESSAGE, tmp_path / "log", lambda _: None)
+            assert elsewhere.seen == []  # type: ignore[attr-defined]
+            assert len(server.seen) == 1  # type: ignore[attr-defined]
+        log = (tmp_path / "log").read_text()
+        assert f"webhook http://127.0.0.1:{server.server_port}/…: attempt 1 failed" in log
+        assert not any(word in log for word in ("hidden", "also", "secret", "taken"))
+        assert (tmp_path / "log").stat().st_mode & 0o777 == 0o600
 
 
 def settings_file(folder: Path, text: str) -> Path:

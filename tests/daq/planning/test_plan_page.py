@@ -14,8 +14,8 @@ from daq.planning.plan_pictures import PATH_WIDTH, limit_panel, path_view
 from robots import Robot
 from tests.daq.planning.conftest import Plan
 from trajectories import Obstacle
-from trajectories.constraints.limits import Limits
 from trajectories.constraints.torque import TorqueCheck
+from trajectories.limits import Limits
 from trajectories.motions.motion import MotionState
 
 

@@ -15,7 +15,7 @@ from daq.recording.recorder import Recorder
 from drivers import ArmSession, Channel, Samples
 from drivers.cia402 import objects
 from drivers.cia402.states import State, state_of
-from drivers.motion.jog import jog_path
+from drivers.session.jog import jog_path
 from drivers.simulated import SimulatedArm
 from robots import Robot
 from tests.daq.captures import FailingFile, facts

@@ -17,9 +17,13 @@ from daq.recording.capture import DESCRIPTION, RUN, Capture, CaptureError, facts
 from daq.recording.mcap_file import MAGIC
 from daq.recording.mcap_scan import scan
 from daq.recording.reader import read_capture
+from daq.recording.recorder import Recorder
+from daq.recording.run_facts import outcome_facts
 from drivers import Samples
+from drivers.cyclic import stream
 from robots import Robot
 from tests.daq.captures import BATCH, facts, record_cycles, samples
+from tests.drivers.cyclic.test_loop import stream_job
 
 CYCLES = 2000
 TRIALS = 30
@@ -68,6 +72,33 @@ def attempt(read: Callable[[bytes], Capture], data: bytes) -> tuple[Capture | No
         return read(data), ""
     except CaptureError as error:
         return None, str(error)
+
+
+def test_an_outcome_that_does_not_know_or_knows_less_than_the_file_is_told(
+    tmp_path: Path, tx40: Robot
+) -> None:
+    for told, unknown, beyond, words in (
+        ("unknown", True, 0, "the cyclic process died: what followed the last cycle is not known"),
+        ("0", False, 120, "120 cycles are in the file beyond those that its outcome tells of"),
+        ("119", False, 1, "1 cycles are in the file beyond those that its outcome tells of"),
+    ):
+        path = tmp_path / f"{told}.mcap"
+        with Recorder(path, tx40, facts(tx40)) as recorder:
+            recorder.write(samples(0, 120))
+            recorder.finish({"outcome": "aborted", "reason": "", "cycles": told})
+        damage = read_capture(path).damage
+        assert (damage.unknown_end, damage.beyond, bool(damage)) == (unknown, beyond, True)
+        assert damage.sentences(0.001) == (words,)
+
+
+def test_where_the_cyclic_process_died_nothing_is_known_of_its_counts(tmp_path: Path) -> None:
+    with (tmp_path / "errors").open("w+b") as errors:
+        result = stream._result(b"", -9, errors, stream_job())
+    assert result.outcome == "aborted" and "exit code -9" in result.reason
+    told = outcome_facts(result)
+    counts = ("cycles", "missed_cycles", "late_cycles", "incomplete_cycles", "incomplete_before", "overflows")
+    assert {told[name] for name in counts} == {"unknown"}
+    assert result.cycles_words == "an unknown number of cycles"
 
 
 def test_thirty_truncations(whole: bytes, read: Callable[[bytes], Capture]) -> None:

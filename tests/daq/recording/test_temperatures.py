@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import robots
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
+from daq.recording.steady_clock import SteadyClock
 from daq.recording.temperatures import Temperature, drive_temperatures
 from drivers import ArmSession, Channel, DriveError
 from drivers.simulated import SimulatedArm
@@ -48,11 +49,11 @@ def test_the_simulated_drives_tell_theirs(
     path = tmp_path / "run.mcap"
     with SimulatedArm("tx40", channel, 1):
         with ArmSession(robot, channel) as session:
-            readings = drive_temperatures(session)
+            readings = drive_temperatures(session, SteadyClock())
         with ArmSession(without, channel) as session:
             with pytest.raises(DriveError, match="2FFF:00"):
                 session.temperatures()
-            assert drive_temperatures(session) == ()
+            assert drive_temperatures(session, SteadyClock()) == ()
     assert "temperatures are not recorded: drive of joint joint_1" in caplog.text
     assert [reading.joint for reading in readings] == ["joint_1", "joint_2"]
     assert all(15.0 < reading.celsius < 60.0 for reading in readings)

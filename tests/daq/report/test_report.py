@@ -15,11 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from daq.report.columns import column_plot
-from daq.report.numbers import percent, probability, significant, with_sigma
 from daq.report.page import ClosedLoopTrace, ReportContent, write_report
 from daq.report.parameters import joint_of
 from daq.report.pictures import end_to_end, extremes, nice_ticks
 from daq.report.templates import ReportError
+from daq.text.numbers import percent, probability, significant, with_sigma
 from ident.results import (
     ColumnCheck,
     Estimate,
@@ -186,8 +186,7 @@ def content(verdict: Verdict = "exogenous", joints: int = JOINTS, samples: int =
         identification=Identification(
             robot="bench",
             rows=samples * joints,
-            least_squares=least_squares,
-            instrumental=instrumental,
+            by_estimator={e.method: e for e in (least_squares, instrumental) if e is not None},
             instrumental_reason="" if testable else "the log has no position reference",
             test=RevisedTest(
                 verdict=verdict,
@@ -374,7 +373,7 @@ def test_a_third_estimate_has_its_columns_and_its_mark(tmp_path: Path) -> None:
     first = estimate.parameters[0]
     moved = replace(first, value=first.value + 2.0 * first.sigma)
     third = replace(estimate, method="robust", parameters=(moved, *estimate.parameters[1:]))
-    found = write(tmp_path, replace(plain, identification=replace(plain.identification, robust=third)))
+    found = write(tmp_path, replace(plain, identification=plain.identification.with_estimates(third)))
     assert "Robust least squares" in found and 'class="third"' in found
     assert "<td>+2.0</td>" in found
     assert 'class="third"' not in write(tmp_path, plain)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from daq.schedule.units import Schedule, ScheduleError, install, installed, remove, unit_folder
+from daq.service.units import Schedule, ScheduleError, install, installed, remove, unit_folder
 
 
 def schedule(folder: Path, **changes: object) -> Schedule:

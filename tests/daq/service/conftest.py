@@ -27,7 +27,8 @@ def filled(tmp_path: Path) -> Iterator[Catalogue]:
 @pytest.fixture
 def client_of(filled: Catalogue, tmp_path: Path) -> Clients:
     def make(service: Service) -> TestClient:
-        return TestClient(create_app(service, filled, tmp_path), raise_server_exceptions=False)
+        app = create_app(service, filled, tmp_path)
+        return TestClient(app, base_url="http://localhost", raise_server_exceptions=False)
 
     return make
 

@@ -64,11 +64,8 @@ def fill(catalogue: Catalogue, folder: Path, nights: int = 12) -> str:
             {
                 "state": "changed" if last else "unchanged",
                 "warnings": ["4 SYNC cycles were missed"] if last else [],
-                "comparison": {
-                    "torque_change": [1.0],
-                    "torque_rms": [10.0],
-                    "between_runs": {"p_value": 1e-9},
-                },
+                "celsius": [21.0],
+                "comparison": _comparison(last),
             },
             model_id=model.id,
             baseline_id=baseline.id,
@@ -86,6 +83,46 @@ def fill(catalogue: Catalogue, folder: Path, nights: int = 12) -> str:
             )
             findings.add(catalogue, run.id, (found,), model.id)
     return arms.every(catalogue)[0].label
+
+
+def _comparison(changed: bool) -> dict[str, object]:
+    """As a check keeps it."""
+    test = {"name": "Wald", "null": "none", "statistic": 9.0, "distribution": "F(4, 9)", "df": [4, 9]}
+    change = {
+        "effect": "coulomb_friction",
+        "joint": 1,
+        "words": "Coulomb friction of joint 1",
+        "size": 4.0,
+        "sigma": 0.1,
+        "unit": "N",
+        "relative": 0.2,
+        "torque_rms": [1.0],
+        "alternatives": [],
+        "kelvin": 10.0,
+    }
+    return {
+        "state": "changed" if changed else "unchanged",
+        "stage": "learning",
+        "wald": {**test, "p_value": 1e-9},
+        "between_runs": {**test, "p_value": 1e-9},
+        "unexplained": None,
+        "parameters": [],
+        "changes": [change] if changed else [],
+        "torque_change": [1.0],
+        "torque_rms": [10.0],
+        "large": changed,
+        "colder": 0.5,
+        "usual": [],
+        "course": {
+            "chart": "Coulomb friction of joint 1",
+            "unit": "%",
+            "day": [0.0, 1.0, 2.0],
+            "amount": [0.0, 0.3, 20.0 if changed else 0.2],
+            "clean": [True, True, True],
+            "low": -3.0,
+            "high": 3.0,
+        },
+    }
 
 
 def _gate(name: str, p_value: float | None, passed: bool | None = True) -> dict[str, object]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.files.trajectory_file import SUFFIX, write_trajectory
+from daq.recording.trajectory_file import SUFFIX, write_trajectory
 from drivers import Channel
 from robots import Robot
 from trajectories import plan

@@ -38,7 +38,10 @@ def test_a_check_from_the_token_to_the_verdict_and_one_that_is_stopped(
 ) -> None:
     write_fleet(tmp_path / "fleet.toml", emps, channel)
     service = Service(read_token=READ, drive_token=DRIVE, fleet=tmp_path / "fleet.toml")
-    with Catalogue() as catalogue, TestClient(create_app(service, catalogue, tmp_path / "http")) as client:
+    with (
+        Catalogue() as catalogue,
+        TestClient(create_app(service, catalogue, tmp_path / "http"), base_url="http://localhost") as client,
+    ):
 
         def jobs() -> list[dict[str, Any]]:
             return list(client.get("/api/jobs", headers=bearer(READ)).json())
@@ -78,7 +81,7 @@ def test_nothing_moves_unless_it_is_turned_on_and_asked_for_with_the_right_token
 ) -> None:
     with Catalogue() as catalogue:
         service = Service(drive_token=drive_token, fleet=tmp_path / "fleet.toml")
-        client = TestClient(create_app(service, catalogue, tmp_path))
+        client = TestClient(create_app(service, catalogue, tmp_path), base_url="http://localhost")
         (tmp_path / "fleet.toml").write_text('format = 1\n[[arm]]\nrobot = "emps"\n')
         for headers in (
             {},

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fastapi.testclient import TestClient
 
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
@@ -15,7 +16,7 @@ from daq.catalogue.values import ArmIdentity
 from daq.service import live as live_module
 from daq.service.live import MOST_LINES, OVER, Hub, TooManyError
 from daq.service.settings import Service
-from daq.service.spool import Spooling, spool_path
+from daq.session.spool import Spooling, spool_path
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from drivers import Samples
@@ -47,7 +48,7 @@ def samples(robot: Robot, first: int, count: int, late: int | None = None) -> Sa
 
 
 def test_what_is_spooled(emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("daq.service.spool.INTERVAL", 0.0)
+    monkeypatch.setattr("daq.session.spool.INTERVAL", 0.0)
     spool = Spooling(Nobody(), emps, tmp_path / "capture.mcap")
     motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
     spool.begin("Check", motion, Conduct())
@@ -73,12 +74,36 @@ def test_few_lines_are_written_however_many_samples_come(emps: Robot, tmp_path: 
     assert len(lines_of(spool_path(tmp_path / "capture.mcap"))) < 60
 
 
-def test_a_folder_that_is_gone_stops_no_arm(emps: Robot, tmp_path: Path) -> None:
-    spool = Spooling(Nobody(), emps, tmp_path / "gone" / "capture.mcap")
+class _Heard(Nobody):
+    """Notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+
+    def begin(self, title: str, trajectory: object, conduct: object) -> None:
+        self.told.append(title)
+
+    def samples(self, samples: Samples) -> None:
+        self.told.append(len(samples))
+
+    def end(self, result: object) -> None:
+        self.told.append(result)
+
+
+def test_a_folder_that_is_gone_stops_no_arm(
+    emps: Robot, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Who watches besides is told everything; the log says once that nobody can look on."""
+    inner = _Heard()
+    spool = Spooling(inner, emps, tmp_path / "gone" / "capture.mcap")
     motion = plan(emps, cycle_time=emps.bus.cycle_time, duration=2.0, seed=0, evaluations=100)
-    spool.begin("Check", motion, Conduct())
-    spool.samples(samples(emps, 0, 5))
-    spool.end(None)
+    with caplog.at_level("WARNING"):
+        spool.begin("Check", motion, Conduct())
+        spool.samples(samples(emps, 0, 5))
+        spool.end(None)
+    assert inner.told == ["Check", 5, None]
+    assert [record.message.partition(": ")[2][:18] for record in caplog.records] == ["nobody can look on"]
+    assert not (tmp_path / "gone").exists()
 
 
 def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
@@ -182,6 +207,32 @@ def test_more_than_are_allowed_are_refused(tmp_path: Path, monkeypatch: pytest.M
 
     with pytest.raises(TooManyError, match="more than 0"):
         asyncio.run(look())
+
+
+def test_beyond_the_limit_the_answer_is_503_also_in_a_burst(
+    client: TestClient, filled: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The place is taken when the request is answered, not when the first line is sent."""
+    hub, path = Hub(), tmp_path / "x.live"
+    monkeypatch.setattr(live_module, "MOST_LOOKING", 3)
+
+    async def burst() -> None:
+        taken = [hub.events(path, lambda: True) for _ in range(3)]
+        with pytest.raises(TooManyError):
+            hub.events(path, lambda: True)
+        assert hub.looking == 3
+        async for _ in taken[0]:
+            break
+        await taken[0].aclose()
+        assert hub.looking == 2
+        hub.events(path, lambda: True)
+
+    asyncio.run(burst())
+    monkeypatch.setattr(live_module, "MOST_LOOKING", 0)
+    identity = ArmIdentity("emps", (7,), "0" * 64, simulated=True)
+    run = runs.begin(filled, identity, "check", capture=str(tmp_path / "capture.mcap"))
+    answer = client.get(f"/api/runs/{run.id}/live")
+    assert answer.status_code == 503 and answer.headers["Retry-After"] == "10"
 
 
 def test_the_stream_of_a_run(client_of, filled: Catalogue, tmp_path: Path) -> None:

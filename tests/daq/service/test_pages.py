@@ -71,7 +71,7 @@ def test_a_trend_marks_what_left_the_band(client: TestClient) -> None:
 
 def test_an_empty_catalogue_says_what_to_do(tmp_path) -> None:
     with Catalogue() as empty:
-        client = TestClient(create_app(Service(), empty, tmp_path))
+        client = TestClient(create_app(Service(), empty, tmp_path), base_url="http://localhost")
         assert "armhil demo" in client.get("/").text
         assert client.get("/runs").status_code == 200
         assert client.get("/metrics").status_code == 200

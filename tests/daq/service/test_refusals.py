@@ -10,6 +10,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from daq.catalogue.database import Catalogue
+from daq.service.guard import MOST_GUESSES, Guesses
 from daq.service.settings import Service, ServiceError, read_service
 from tests.daq.service.serving import running
 
@@ -119,7 +120,7 @@ def test_other_sites_cannot_drive(client_of: Clients) -> None:
     client = client_of(Service(drive_token=DRIVE))
     for foreign in ({"Origin": "https://evil.example"}, {"Sec-Fetch-Site": "cross-site"}, {"Origin": "null"}):
         assert client.post("/api/fleet/1/check", headers={**bearer(DRIVE), **foreign}).status_code == 403
-    own = {"Origin": "http://testserver", "Sec-Fetch-Site": "same-origin"}
+    own = {"Origin": "http://localhost", "Sec-Fetch-Site": "same-origin"}
     assert client.post("/api/jobs/1/stop", headers={**bearer(DRIVE), **own}).status_code == 409
 
 
@@ -144,3 +145,27 @@ def test_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file.write_text("format = 1\nport = 99999\n")
     with pytest.raises(ServiceError, match=r"service\.toml:2: port"):
         read_service(None)
+
+
+def test_a_body_has_one_length_and_a_host_its_name(client: TestClient) -> None:
+    both = {"Content-Length": "3", "Transfer-Encoding": "chunked"}
+    answer = client.request("POST", "/login", headers=both, content=b"a=b")
+    assert answer.status_code == 400 and answer.json()["detail"] == "a body has one length"
+    assert client.get("/", headers={"Host": "testserver"}).status_code == 421
+
+
+def test_guesses_of_a_token_are_slowed(client_of: Clients) -> None:
+    client = client_of(Service(read_token=READ))
+    codes = [client.post("/login", data={"token": f"wrong {k}"}).status_code for k in range(MOST_GUESSES)]
+    assert codes == [401] * MOST_GUESSES
+    late = client.post("/login", data={"token": READ}, follow_redirects=False)  # the right one waits too
+    assert late.status_code == 429 and 0 < int(late.headers["Retry-After"]) <= 60
+
+    now = [0.0]
+    guesses = Guesses(lambda: now[0])
+    for _ in range(MOST_GUESSES):
+        assert guesses.wait("a") == 0
+        guesses.wrong("a")
+    assert guesses.wait("a") == 60 and guesses.wait("b") == 0
+    now[0] = 60.0
+    assert guesses.wait("a") == 0

@@ -5,11 +5,20 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from drivers import Channel
 from drivers.simulated import SimulatedArm
+from robots import Robot
+from tests.daq.session.commissioned import commissioned, real_identity
+
+
+@pytest.fixture
+def passed(emps: Robot, own_catalogue: Path) -> None:
+    """The arm on the bench has been commissioned."""
+    commissioned(real_identity(emps, 2))
 
 
 @pytest.fixture(scope="module")

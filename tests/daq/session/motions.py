@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.files.trajectory_file import write_trajectory
+from daq.recording.trajectory_file import write_trajectory
 from daq.session.bench import ArmOrder
 from drivers import Channel
 from robots import Robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -9,8 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from daq.progress import Silent
-from daq.recording.capture import file_sha256
+from daq.session.admission import SIMULATED
 from daq.session.bench import OpenArm
 from daq.session.cell import Cell, cell_of
 from daq.session.commission import Walk
@@ -21,6 +21,7 @@ from daq.session.run import way_to
 from daq.session.session_error import SessionError
 from daq.session.warm_up import warm_up
 from daq.session.watching import Nobody
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from robots.arrays import FloatArray
@@ -53,7 +54,9 @@ class Standing:
 
 
 def standing(robot: Robot, posture: FloatArray) -> OpenArm:
-    return OpenArm(cast("Any", Standing(robot, posture)), cast("Any", None))
+    return OpenArm(
+        cast("Any", Standing(robot, posture)), cast("Any", None), SIMULATED, Channel("virtual", "standing")
+    )
 
 
 @pytest.fixture
@@ -69,11 +72,13 @@ def problems(cell: Cell, robot: Robot, motion: Trajectory) -> str:
     return "; ".join(map(str, found))
 
 
-def test_a_cell_is_known_by_its_file(cell: Cell, tmp_path: Path) -> None:
+def test_a_cell_is_known_by_what_it_says(cell: Cell, tmp_path: Path) -> None:
     path = tmp_path / "cell.toml"
-    assert cell.sha256 == file_sha256(path)
     assert cell.words == f"{path}: floor at -0.1 m, post"
-    path.write_text(POST + "# moved\n", encoding="utf-8")
+    path.write_text(POST + "# measured again\n", encoding="utf-8")
+    assert cell_of(path).sha256 == cell.sha256 != "", "a comment is no other cell"
+    moved = re.sub(r"\d+\.\d+", lambda found: f"{float(found.group()) + 0.01:g}", POST, count=1)
+    path.write_text(moved, encoding="utf-8")
     assert cell_of(path).sha256 != cell.sha256
     assert cell_of(None) == Cell() and Cell().sha256 == ""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 from dataclasses import replace
@@ -15,8 +14,8 @@ import pytest
 import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
-from daq.doctor_check import Check
-from daq.progress import Silent
+from daq.doctor.check import Check
+from daq.files.cell_file import read_cell
 from daq.recording.reader import read_capture
 from daq.session import commission as commission_module
 from daq.session.cell import cell_of
@@ -29,6 +28,7 @@ from daq.session.session_error import NotMoved, RunInterrupted, SessionError
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from daq.session.warm_up import MOST, SHARE, warm_up
+from daq.text.progress import Silent
 from drivers import Channel, listen_for_traffic
 from robots import Robot
 from tests.daq.calls import Call
@@ -58,15 +58,22 @@ def go(request: CommissionRequest) -> tuple[StageDone, ...]:
 def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: Path) -> None:
     with Catalogue() as catalogue:
         request = replace(request_for, catalogue=catalogue)
-        assert letters(plan_commission(request, Silent())) == "ollllll"
+        assert letters(plan_commission(request, Silent())) == "olllllll"
         assert runs.every(catalogue) == (), "a dry run is no run"
 
         with pytest.raises(SessionError, match="stage full run is locked: plan has not passed yet"):
             go(replace(request, first="full run"))
 
         done = go(replace(request, last="slow run"))
-        assert names(done) == ["plan", "check", "approach", "warm-up", "slow run"]
+        assert names(done) == ["plan", "check", "first move", "approach", "warm-up", "slow run"]
         kept = [run for run in reversed(runs.every(catalogue)) if run.kind == "commission"]
+        steps = [run for run in kept if run.stage.startswith("first move: ")]
+        assert [run.stage.removeprefix("first move: ") for run in steps] == [
+            "at rest",
+            "carriage touch",
+            "carriage 0.5 deg",
+        ]
+        kept = [run for run in kept if run not in steps]
         assert [run.stage for run in kept] == names(done)
         assert {run.outcome for run in kept} == {"completed"}
         assert [stage.run for stage in done] == [run.id for run in kept]
@@ -80,29 +87,29 @@ def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: P
         assert slow.run["kind"] == "real" and slow.run["trajectory_sha256"]
 
         # It goes on where it stopped, and a slow run that passed is not made again.
-        assert letters(plan_commission(request, Silent())) == "pppppol"
+        assert letters(plan_commission(request, Silent())) == "ppppppol"
         done = go(request)
         assert names(done) == ["full run", "return"]
         full = read_capture(tmp_path / "full-run.mcap")
         speeds = np.abs(np.diff(full.samples.reference, axis=0)).max() / emps.bus.cycle_time
         assert speeds == pytest.approx(10 * speed, rel=0.02)
-        assert letters(plan_commission(request, Silent())) == "ppppppp"
+        assert letters(plan_commission(request, Silent())) == "pppppppp"
 
         # What was passed counts neither for another description, nor for another trajectory or arm.
         edited = tmp_path / "edited"
         shutil.copytree(emps.folder, edited)
         text = (edited / "robot.toml").read_text(encoding="utf-8")
-        (edited / "robot.toml").write_text(text + "# another limit\n", encoding="utf-8")
+        (edited / "robot.toml").write_text(text.replace("jerk = 100.0", "jerk = 101.0"), encoding="utf-8")
         arm = replace(request.arm, robot=robots.load(edited), source=str(edited))
-        assert letters(plan_commission(replace(request, arm=arm), Silent())) == "ollllll"
+        assert letters(plan_commission(replace(request, arm=arm), Silent())) == "olllllll"
         # Nor for another cell.
         (tmp_path / "cell.toml").write_text("format = 1\nfloor = -1.0\n", encoding="utf-8")
         walled = replace(request, cell=cell_of(tmp_path / "cell.toml"))
-        assert letters(plan_commission(walled, Silent())) == "ollllll"
+        assert letters(plan_commission(walled, Silent())) == "olllllll"
         other = tmp_path / "other"
         other.mkdir()
         longer = written(other, emps, there_and_back(emps, distance=0.02))
-        assert letters(plan_commission(replace(request, trajectory=longer), Silent())) == "ollllll"
+        assert letters(plan_commission(replace(request, trajectory=longer), Silent())) == "olllllll"
 
 
 def test_a_no_ends_it_there_and_what_passed_is_kept(request_for: CommissionRequest) -> None:
@@ -110,10 +117,10 @@ def test_a_no_ends_it_there_and_what_passed_is_kept(request_for: CommissionReque
 
     with Catalogue() as catalogue:
         request = replace(request_for, catalogue=catalogue, confirm=refusing(asked))
-        with pytest.raises(NotMoved, match="stage warm-up was not confirmed"):
+        with pytest.raises(NotMoved, match="stage first move was not confirmed"):
             go(request)
-        assert letters(plan_commission(request, Silent())) == "pppolll"
-    assert len(asked) == 1 and asked[0].startswith("Stage warm-up: move") and "Move the arm?" in asked[0]
+        assert letters(plan_commission(request, Silent())) == "ppolllll"
+    assert len(asked) == 1 and asked[0].startswith("Stage first move: emps is going to move for ")
     assert not list(request_for.folder.glob("*.mcap"))
 
 
@@ -129,7 +136,7 @@ def test_a_stage_that_is_stopped_has_not_passed(request_for: CommissionRequest) 
         ended = r"^stopped \(somebody came too close\): the arm is at rest and its torque is off; \d+ cycles"
         with pytest.raises(RunInterrupted, match=ended):
             commission(request, planned, Silent(), Stopper(), unconducted)
-        assert letters(plan_commission(request, Silent())) == "pppolll"
+        assert letters(plan_commission(request, Silent())) == "ppolllll"
         assert runs.every(catalogue)[0].outcome == "stopped"
 
 
@@ -142,7 +149,7 @@ def test_an_unfit_machine_does_not_pass_the_check(
         request = replace(request_for, catalogue=catalogue)
         with pytest.raises(SessionError, match=r"^stage check: clock: stands still; wind it up; see"):
             go(request)
-        assert letters(plan_commission(request, Silent())) == "polllll"
+        assert letters(plan_commission(request, Silent())) == "pollllll"
 
 
 def test_the_check_asks_who_has_looked_at_the_arm(emps: Robot, request_for: CommissionRequest) -> None:
@@ -151,7 +158,7 @@ def test_the_check_asks_who_has_looked_at_the_arm(emps: Robot, request_for: Comm
         request = replace(request_for, arm=arm, catalogue=catalogue, last="check")
         with pytest.raises(SessionError, match="nobody has compared the drives' positions with this arm"):
             go(request)
-        assert letters(plan_commission(request, Silent())) == "polllll"
+        assert letters(plan_commission(request, Silent())) == "pollllll"
         attested = home(HomeRequest(arm, request.folder, catalogue=catalogue), Silent(), unconducted)
         done = go(request)
         assert names(done) == ["check"]
@@ -178,14 +185,14 @@ def test_the_command_is_dry_unless_told(
     motion = written(tmp_path, emps, there_and_back(emps, distance=0.01))
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "a")
     assert code == 0 and answer is not None and answer["done"] == []
-    assert [stage["state"] for stage in answer["stages"]] == ["open", *["locked"] * 6]
+    assert [stage["state"] for stage in answer["stages"]] == ["open", *["locked"] * 7]
     assert answer["cell_sha256"] is None and "Keeps clear of: nothing but the arm itself" in err
-    assert answer["stages"][4]["seconds"] == pytest.approx(10 * answer["stages"][5]["seconds"], rel=0.01)
+    assert answer["stages"][5]["seconds"] == pytest.approx(10 * answer["stages"][6]["seconds"], rel=0.01)
     assert "Dry run: nothing was sent and nothing moved" in err
     assert listen_for_traffic(channel, 0.1) == frozenset()
     # A real arm asks; nobody can answer here, and there are no drives either.
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "b", "--from", "fast")
-    assert (code, answer) == (2, None) and "--from fast; allowed: plan, check, approach" in err
+    assert (code, answer) == (2, None) and "--from fast; allowed: plan, check, first-move" in err
     missing = tmp_path / "none.toml"
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "b", "--cell", missing)
     assert (code, answer) == (2, None) and f"{missing}: " in err
@@ -206,7 +213,7 @@ def test_the_command_is_dry_unless_told(
     )
     assert code == 0 and answer is not None, err
     assert [stage["stage"] for stage in answer["done"]] == ["plan", "check"]
-    assert answer["cell_sha256"] == hashlib.sha256(cell.read_bytes()).hexdigest()
+    assert answer["cell_sha256"] == read_cell(cell).sha256
     assert f"Keeps clear of: {cell}: floor at -1 m" in " ".join(err.split())
 
 

@@ -16,12 +16,12 @@ import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_arm
-from daq.progress import Silent
 from daq.session.attestation import attested_words, keep_attestation, last_attestation
 from daq.session.home import HomeRequest, home, searches_of
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import NotMoved, RunFailed, RunInterrupted, SessionError
 from daq.session.states import Conduct
+from daq.text.progress import Silent
 from drivers import Channel, DriveError
 from drivers.simulated import SimulatedArm
 from robots import Robot
@@ -63,7 +63,7 @@ def test_it_searches_is_looked_at_and_what_was_said_is_kept(
 
     with Catalogue() as catalogue:
         request = HomeRequest(
-            order(robot, channel, str(robot.folder)),
+            order(robot, channel, str(robot.folder), not_commissioned=True),
             tmp_path,
             catalogue=catalogue,
             confirm=yes,
@@ -78,7 +78,7 @@ def test_it_searches_is_looked_at_and_what_was_said_is_kept(
         assert asked[0].startswith(
             f"The drive of {joint.name} is going to search its home by itself: method 37"
         )
-        assert asked[1:] == ["Look at the arm and its marks. Does it stand so?"]
+        assert asked[1:] == ["Look at the arm and its marks.\nDoes it stand so?"]
         np.testing.assert_array_equal(seen[0], result.posture)
         (run,) = runs.every(catalogue)
         assert (run.id, run.kind, run.stage, run.note) == (result.run, "commission", "home", "first time")
@@ -116,7 +116,10 @@ def test_a_search_that_finds_nothing_or_is_stopped_attests_nothing(
 
     with Catalogue() as catalogue, SimulatedArm(str(robot.folder), channel, 2):
         request = HomeRequest(
-            order(robot, channel, str(robot.folder)), tmp_path, catalogue=catalogue, look=_never
+            order(robot, channel, str(robot.folder), not_commissioned=True),
+            tmp_path,
+            catalogue=catalogue,
+            look=_never,
         )
         with pytest.raises(
             RunInterrupted, match=r"^stopped \(key h: halt\): the arm is at rest and its torque is off"

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 import robots
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
-from daq.progress import Silent
 from daq.recording.reader import read_capture
 from daq.session.cell import cell_of
 from daq.session.jog import JogRequest, jog, jog_motion
@@ -24,6 +23,7 @@ from daq.session.recorded_runs import unconducted
 from daq.session.session_error import NotMoved, SessionError
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
+from daq.text.progress import Silent
 from drivers import Channel
 from robots import Robot
 from tests.daq.calls import Call
@@ -97,7 +97,9 @@ def test_a_jog_is_slow(emps: Robot, channel: Channel, tmp_path: Path, speed: flo
         jog(request, Silent(), Nobody(), unconducted)
 
 
-def test_asked_for_refused_driven_and_stopped(emps: Robot, bench: Channel, tmp_path: Path) -> None:
+def test_asked_for_refused_driven_and_stopped(
+    emps: Robot, bench: Channel, tmp_path: Path, passed: None
+) -> None:
     asked: list[str] = []
 
     with Catalogue() as catalogue:
@@ -113,11 +115,11 @@ def test_asked_for_refused_driven_and_stopped(emps: Robot, bench: Channel, tmp_p
         )
         with pytest.raises(NotMoved, match="not confirmed, nothing moved"):
             jog(request, Silent(), Nobody(), unconducted)
-        assert asked[0].startswith("emps is going to move: ") and not list(tmp_path.glob("*.mcap"))
+        assert asked[0].startswith("emps is going to move for ") and not list(tmp_path.glob("*.mcap"))
         far = replace(request, by="40", confirm=lambda question: True)
         with pytest.raises(SessionError, match=r"would end at \S+ m; allowed: "):
             jog(far, Silent(), Nobody(), unconducted)
-        assert runs.every(catalogue) == ()
+        assert runs.every(catalogue, kind="run") == ()
 
         result = jog(replace(request, confirm=lambda question: True), Silent(), Nobody(), unconducted)
         assert result.stream.outcome == "completed" and result.end - result.start == pytest.approx(-0.008)
@@ -125,7 +127,7 @@ def test_asked_for_refused_driven_and_stopped(emps: Robot, bench: Channel, tmp_p
         assert way.position[-1, 0] - way.position[0, 0] == pytest.approx(-0.008, abs=1e-3)
         speed = np.abs(np.diff(way.reference, axis=0)).max() / emps.bus.cycle_time
         assert speed <= 0.1 * emps.velocity_limits[0] + 1e-6
-        (run,) = runs.every(catalogue)
+        (run,) = runs.every(catalogue, kind="run")
         assert (run.id, run.kind, run.stage, run.note) == (result.run, "run", "jog", "a look")
 
         class Stopper(Nobody):
@@ -144,6 +146,7 @@ def test_the_command(
     bench: Channel,
     tmp_path: Path,
     armhil: Call,
+    passed: None,
 ) -> None:
     def call(*options: object) -> tuple[int, str, str]:
         arguments = ["jog", "emps", "--joint", "1", "--channel", bench.name, "--speed", "0.1", *options]

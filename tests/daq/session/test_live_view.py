@@ -13,7 +13,7 @@ from daq.session.live_figures import LiveFigures
 from daq.session.live_view import LiveView
 from daq.session.states import Conduct
 from drivers import Samples, StreamResult
-from drivers.cyclic.job import following_error_window
+from drivers.frames.job import following_error_window
 from robots import Robot
 from tests.daq.captures import samples
 from tests.daq.session.motions import there_and_back
@@ -79,7 +79,7 @@ def test_the_picture_shows_every_joint_and_the_keys(tx40: Robot, batch: Samples,
         assert f"{figures.now().position[axis]:+.4f} rad" in line
         assert f"{figures.now().torque[axis]:+.2f} N·m" in line
     assert "running" in text and "First motion" in text
-    assert "p pause after the period  s stop after it  a come to rest now  h quick stop" in text
+    assert "p pause now  e pause after this pass  s stop after this pass  a end now" in text
     assert "…" not in text.replace("0.4 s …", ""), "no number is cut off"
 
 

@@ -16,19 +16,20 @@ from daq.catalogue import leases, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_capture
 from daq.catalogue.values import ArmMismatch, LeaseHeld
-from daq.catalogue.who import user
-from daq.files.trajectory_file import trajectory_text
-from daq.progress import Silent
 from daq.recording.reader import read_capture
-from daq.service.spool import spool_path
+from daq.recording.trajectory_file import trajectory_text
+from daq.recording.who import user
 from daq.session.bench import opened, refuse_strangers
+from daq.session.cell import Cell
 from daq.session.keyboard import pressed
 from daq.session.motions import read_trajectory, slowed
 from daq.session.recorded_runs import Recording, unconducted
 from daq.session.run import RunRequest, run_trajectory
 from daq.session.session_error import NotMoved, SessionError
+from daq.session.spool import spool_path
 from daq.session.states import Conduct, SessionState, Wish
 from daq.session.streaming import Nobody, period_ends
+from daq.text.progress import Silent
 from drivers import Channel, Samples, StreamResult
 from robots import Robot
 from tests.daq.calls import Call
@@ -86,12 +87,12 @@ def test_periods_end_where_the_arm_rests(emps: Robot, motion: Trajectory, tmp_pa
 
 
 def test_pause_stop_and_abort_on_the_bus(
-    emps: Robot, bench: Channel, motion: Trajectory, tmp_path: Path
+    emps: Robot, bench: Channel, motion: Trajectory, tmp_path: Path, passed: None
 ) -> None:
     """One session, three streams: each wish does what it says, and the catalogue and the captures agree."""
     period = period_ends(motion)[0]
     arm_order = order(emps, bench)
-    with Catalogue() as catalogue, opened(arm_order, catalogue, Silent()) as arm:
+    with Catalogue() as catalogue, opened(arm_order, catalogue, Silent(), "drive", Cell()) as arm:
         start = np.asarray(motion.position[0])
         assert np.abs(arm.session.actual_position() - start).max() < 0.02
 
@@ -121,12 +122,19 @@ def test_pause_stop_and_abort_on_the_bus(
             _, result = recording.record("run", name, motion, path)
             return conductor, result, path
 
-        paused, result, path = drive("pause", {period // 2: "pause"})
+        paused, result, path = drive("pause", {period // 4: "pause"})
         assert paused.states == [S.RUNNING, S.PAUSING, S.PAUSED, S.RUNNING]
-        assert (result.outcome, result.cycles) == ("completed", len(motion.time))
-        assert result.pauses and abs(result.pauses[0] - period) <= 3
+        assert result.outcome == "completed" and result.cycles > len(motion.time), "two ramps more"
+        (rest,) = result.pauses
+        assert period // 4 < rest < period, "now, and not where the period ends"
         capture = read_capture(path)
-        assert len(capture.samples) == len(motion.time)
+        assert capture.pauses == (rest,) and len(capture.samples) == result.cycles
+        before, after = capture.segments()
+        assert (len(before), len(before) + len(after)) == (rest, result.cycles)
+        np.testing.assert_array_equal(before.reference[-1], after.reference[0])
+        planned = emps.counts_per_output_unit * motion.position[-period:]
+        driven = emps.counts_per_output_unit * after.reference[-period:]
+        assert np.abs(planned - driven).max() <= 0.5 + 1e-6, "to the last count as planned"
         assert capture.run["note"] == "noted" and capture.run["operator"] == user()
         assert capture.trajectory["file"] == trajectory_text(motion, emps), "the whole motion, exactly"
 
@@ -147,7 +155,7 @@ def test_pause_stop_and_abort_on_the_bus(
         )
         assert result.cycles < period, "it came to rest at once"
 
-        last, middle, first = runs.every(catalogue)
+        last, middle, first = runs.every(catalogue, kind="run")
         assert [run.outcome for run in (first, middle, last)] == ["completed", "stopped", "stopped"]
         assert [run.reason for run in (middle, last)] == [told, "by the operator, key a"]
         assert last.facts["ending"] == "the arm is at rest and its torque is off"
@@ -168,6 +176,7 @@ def test_the_command_refuses_asks_approaches_and_records(
     bench: Channel,
     tmp_path: Path,
     armhil: Call,
+    passed: None,
 ) -> None:
     motion = there_and_back(emps, distance=-0.022)
     beside = Trajectory.sampled(motion.motion.parts[1], emps.bus.cycle_time, family="ruckig")  # type: ignore[attr-defined]
@@ -186,7 +195,7 @@ def test_the_command_refuses_asks_approaches_and_records(
     code, out, err = call("--out", tmp_path / "b", "--approach", "--yes", "--json", "--note", "second")
     assert code == 0, err
     answer = json.loads(out)
-    assert (answer["outcome"], answer["cycles"], answer["run"]) == ("completed", len(beside.time), 2)
+    assert (answer["outcome"], answer["cycles"], answer["run"]) == ("completed", len(beside.time), 9)
     names = {path.name for path in (tmp_path / "b").iterdir()}
     assert names == {"approach.mcap", "approach.live", "capture.mcap", "capture.live"}
     lines = [
@@ -195,7 +204,7 @@ def test_the_command_refuses_asks_approaches_and_records(
     assert [line["kind"] for line in (lines[0], lines[1], lines[-1])] == ["begin", "samples", "end"]
     assert lines[0]["cycles"] == answer["cycles"] and lines[-1]["outcome"] == "completed", "others look on"
     with Catalogue() as catalogue:
-        run, move = runs.every(catalogue)
+        run, move = runs.every(catalogue, kind="run")
     assert (run.stage, move.stage, run.note) == ("", "approach", "second")
     way = read_capture(tmp_path / "b" / "approach.mcap").samples
     speed = np.abs(np.diff(way.reference, axis=0)).max() / emps.bus.cycle_time
@@ -241,9 +250,7 @@ def test_no_room_on_the_disk_is_told_before_anything_moves(
         run_trajectory(request, Silent(), Nobody(), unconducted)
 
 
-def test_nothing_moves_without_a_yes(
-    emps: Robot, bench: Channel, tmp_path: Path, own_catalogue: Path
-) -> None:
+def test_nothing_moves_without_a_yes(emps: Robot, bench: Channel, tmp_path: Path, passed: None) -> None:
     asked: list[str] = []
 
     path = written(tmp_path, emps, there_and_back(emps))
@@ -253,10 +260,10 @@ def test_nothing_moves_without_a_yes(
         )
         with pytest.raises(NotMoved):
             run_trajectory(request, Silent(), Nobody(), unconducted)
-        assert runs.every(catalogue) == ()
+        assert runs.every(catalogue, kind="run") == ()
     (question,) = asked
     assert (
-        question.startswith("emps is going to move: ")
+        question.startswith("emps is going to move for ")
         and "ruckig, seed 4" in question
         and not list(tmp_path.glob("*.mcap"))
     )

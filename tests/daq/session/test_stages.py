@@ -38,7 +38,7 @@ def test_each_stage_opens_the_next() -> None:
         for k, name in enumerate(STAGES):
             assert states(catalogue) == "p" * k + "o" + "l" * (len(STAGES) - k - 1)
             keep(catalogue, name)
-        assert states(catalogue) == "ppppppp"
+        assert states(catalogue) == "pppppppp"
 
 
 @pytest.mark.parametrize("outcome", ["stopped", "aborted", "fault", "failed"])
@@ -46,11 +46,11 @@ def test_only_what_was_completed_has_passed(outcome: RunOutcome) -> None:
     with Catalogue() as catalogue:
         keep(catalogue, "plan")
         keep(catalogue, "check", outcome)
-        assert states(catalogue) == "polllll"
+        assert states(catalogue) == "pollllll"
         runs.begin(
             catalogue, identity(), "commission", stage="check", facts=fingerprint(identity(), TRAJECTORY)
         )
-        assert states(catalogue) == "polllll", "it goes on"
+        assert states(catalogue) == "pollllll", "it goes on"
 
 
 def test_a_stage_that_passed_before_a_locked_one_does_not_count() -> None:
@@ -58,7 +58,7 @@ def test_a_stage_that_passed_before_a_locked_one_does_not_count() -> None:
         for name in STAGES:
             if name != "slow run":
                 keep(catalogue, name)
-        assert states(catalogue) == "ppppoll"
+        assert states(catalogue) == "pppppoll"
 
 
 def test_a_pass_counts_for_one_arm_one_description_and_one_trajectory() -> None:
@@ -71,11 +71,11 @@ def test_a_pass_counts_for_one_arm_one_description_and_one_trajectory() -> None:
             identity(simulated=True),
             replace(identity(), name="another"),
         ):
-            assert states(catalogue, other) == "ollllll"
-        assert states(catalogue, trajectory="d4" * 32) == "ollllll"
+            assert states(catalogue, other) == "olllllll"
+        assert states(catalogue, trajectory="d4" * 32) == "olllllll"
         found = status(catalogue, identity(), TRAJECTORY, "e5" * 32)
-        assert [entry.state for entry in found] == ["open", *["locked"] * 6], "in another cell"
-        assert states(catalogue) == "ppppppp"
+        assert [entry.state for entry in found] == ["open", *["locked"] * 7], "in another cell"
+        assert states(catalogue) == "pppppppp"
 
 
 def test_what_passed_before_cells_were_remembered_counts_where_there_is_none() -> None:
@@ -83,18 +83,18 @@ def test_what_passed_before_cells_were_remembered_counts_where_there_is_none() -
         facts = {"description": identity().description_sha256, "trajectory_sha256": TRAJECTORY}
         run = runs.begin(catalogue, identity(), "commission", stage="plan", facts=facts)
         runs.finish(catalogue, run.id, "completed")
-        assert states(catalogue) == "polllll"
+        assert states(catalogue) == "pollllll"
         assert status(catalogue, identity(), TRAJECTORY, "e5" * 32)[0].state == "open"
 
 
 def test_what_is_to_be_done() -> None:
     with Catalogue() as catalogue:
-        for name in STAGES[:4]:
+        for name in STAGES[:5]:
             keep(catalogue, name)
         found = status(catalogue, identity(), TRAJECTORY)
     assert stages_to_do(found, None, None) == ("slow run", "full run", "return")
     assert stages_to_do(found, None, "slow run") == ("slow run",)
-    assert stages_to_do(found, "check", "approach") == ("check", "approach")
+    assert stages_to_do(found, "check", "approach") == ("check", "first move", "approach")
     assert stages_to_do(found, "slow run", None) == ("slow run", "full run", "return")
     assert stages_to_do(found, None, "check") == (), "it has passed"
     with pytest.raises(
@@ -116,6 +116,7 @@ def test_names_of_stages() -> None:
     assert stage_of("--from", "warm-up") == "warm-up"
     assert stage_of("--from", None) is None
     with pytest.raises(
-        SessionError, match=r"^--until fast; allowed: plan, check, approach, warm-up, slow-run, full-run"
+        SessionError,
+        match=r"^--until fast; allowed: plan, check, first-move, approach, warm-up, slow-run, full-run",
     ):
         stage_of("--until", "fast")

@@ -12,7 +12,15 @@ from drivers import Request, StreamControl
 from tests.daq.captures import samples
 
 S = SessionState
-URGENCY = {S.RUNNING: 0, S.PAUSING: 0, S.PAUSED: 0, S.STOPPING: 1, S.ABORTING: 2, S.HALTING: 3}
+URGENCY = {
+    S.RUNNING: 0,
+    S.PAUSING: 0,
+    S.PAUSING_AFTER: 0,
+    S.PAUSED: 0,
+    S.STOPPING: 1,
+    S.ABORTING: 2,
+    S.HALTING: 3,
+}
 
 
 class Listening(StreamControl):
@@ -41,10 +49,16 @@ class Clock:
 
 def test_every_state_and_wish_is_known() -> None:
     assert set(TRANSITIONS) == set(SessionState)
-    assert TRANSITIONS[S.IDLE] == {} == TRANSITIONS[S.HALTING]
+    assert TRANSITIONS[S.HALTING] == {}
+    assert set(TRANSITIONS[S.IDLE]) == {"stop", "abort", "halt"}, "nothing that lets an arm move"
 
 
-@given(st.lists(st.sampled_from(["pause", "resume", "stop", "abort", "halt", "sample", "wait"]), max_size=25))
+@given(
+    st.lists(
+        st.sampled_from(["pause", "pause_after", "resume", "stop", "abort", "halt", "sample", "wait"]),
+        max_size=25,
+    )
+)
 def test_no_wish_makes_it_less_urgent_and_a_refused_one_does_nothing(events: list[str]) -> None:
     clock, control = Clock(), Listening()
     conduct = Conduct(control, clock)
@@ -96,20 +110,32 @@ def test_keys_are_shown_exactly_where_they_work() -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "state"), [("p", S.PAUSING), ("S", S.STOPPING), ("a", S.ABORTING), ("h", S.HALTING)]
+    ("key", "state"),
+    [("p", S.PAUSING), ("e", S.PAUSING_AFTER), ("S", S.STOPPING), ("a", S.ABORTING), ("h", S.HALTING)],
 )
 def test_keys(key: str, state: SessionState) -> None:
     conduct = Conduct()
     conduct.begin()
     assert pressed(key, conduct) and conduct.state is state
-    told = None if state is S.PAUSING else f"by the operator, key {key.lower()}"
+    told = None if state in (S.PAUSING, S.PAUSING_AFTER) else f"by the operator, key {key.lower()}"
     assert conduct.control.reason == told, "a pause ends nothing"
 
 
-def test_a_second_p_goes_on_and_other_keys_do_nothing() -> None:
+def test_an_end_that_is_wished_for_before_the_stream_counts_for_it() -> None:
+    conduct = Conduct()
+    assert not pressed("p", conduct) and not pressed("r", conduct)
+    assert pressed("a", conduct)
+    conduct.begin()
+    assert conduct.state is S.ABORTING and conduct.control.reason == "by the operator, key a"
+    assert not conduct.wish("resume")
+
+
+def test_a_second_p_does_not_go_on_and_other_keys_do_nothing() -> None:
+    """Whoever hits a key again and again wants it to stop."""
     conduct = Conduct()
     conduct.begin()
-    assert pressed("p", conduct) and pressed("p", conduct) and conduct.state is S.RUNNING
+    assert pressed("p", conduct) and not pressed("p", conduct) and conduct.state is S.PAUSING
+    assert pressed("r", conduct) and conduct.state is S.RUNNING
     assert not any(pressed(key, conduct) for key in "xq \x1b\n")
     wish: Wish = "resume"
     assert not conduct.wish(wish), "it is not paused"

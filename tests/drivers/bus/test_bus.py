@@ -125,11 +125,7 @@ def test_a_bare_name_is_on_the_given_interface() -> None:
     assert Channel.parse("can0", "socketcan") == Channel("socketcan", "can0")
 
 
-def test_a_lock_is_held_once_and_dies_with_its_process(
-    new_channel: NewChannel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr("tempfile.tempdir", None)
+def test_a_lock_is_held_once_and_dies_with_its_process(new_channel: NewChannel, own_state: Path) -> None:
     channel = new_channel()
     code = (
         "import sys; from drivers import *; lock = BusLock(Channel.parse(sys.argv[1])); print(1, flush=True);"
@@ -148,7 +144,7 @@ def test_a_lock_is_held_once_and_dies_with_its_process(
         holder.wait()
     with BusLock(channel) as lock:
         assert lock.path.exists()
-    assert list(tmp_path.iterdir()) == []
+    assert list(own_state.iterdir()) == []
 
 
 def test_traffic_of_others_is_heard(new_channel: NewChannel) -> None:

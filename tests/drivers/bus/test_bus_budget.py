@@ -6,7 +6,7 @@ import pytest
 
 from drivers import Budgets, DriveError
 from drivers.bus.budget import BusBudget, frame_bits, nominal_links
-from drivers.cyclic.layout import DriveLink
+from drivers.frames.layout import DriveLink
 from robots import Robot
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivers import Request
-from drivers.cyclic.samples import StreamResult
+from drivers.frames.samples import StreamResult
 from drivers.simulated import Faults, draw_truth
 from drivers.simulated.drive import Drive
 from drivers.simulated.faults import BusOff, DeadAt, EmergencyAt, FrozenEncoder, LostFrames

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 import robots
 from drivers import Budgets, Channel, StreamResult
 from drivers.cia402 import State
-from drivers.cyclic.job import Job
-from drivers.cyclic.layout import DriveLink
 from drivers.cyclic.loop import Loop
-from drivers.cyclic.requests import Request
-from drivers.cyclic.ring import Ring
-from drivers.units import Units
+from drivers.frames.job import Job
+from drivers.frames.layout import DriveLink
+from drivers.frames.requests import Request
+from drivers.frames.ring import Ring
+from drivers.frames.units import Units
 from tests.drivers.fake_arm import Clock, FakeArm
 
 NODES = (1, 2, 3)
@@ -363,7 +363,7 @@ def test_whatever_happens_set_points_stay_smooth_and_the_drives_end_disabled(
 
 
 def test_a_robot_of_the_shelf_has_a_window_wider_than_its_lag() -> None:
-    from drivers.cyclic.job import following_error_window
+    from drivers.frames.job import following_error_window
 
     robot = robots.load("tx40")
     window = following_error_window(robot, robot.bus.cycle_time)

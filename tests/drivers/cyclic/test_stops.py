@@ -6,9 +6,11 @@ import threading
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from drivers import Request, StreamControl
-from drivers.cyclic.ring import Ring
+from drivers.frames.ring import Ring
+from drivers.frames.units import Units
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.fault_matrix import largest_acceleration
 from drivers.simulated.in_process import InProcessRun, stream_in_process
@@ -25,10 +27,15 @@ def truth(tx40: Robot) -> PlantTruth:
 
 def three_periods(robot: Robot) -> np.ndarray:
     """Three periods of a sine with a smooth beginning and end: the arm is in motion where they meet."""
-    t = np.arange(3 * PERIOD) / PERIOD
-    window = np.clip(np.minimum(t, t[-1] - t) / 0.4, 0, 1)
+    return at_row(robot, np.arange(3.0 * PERIOD))
+
+
+def at_row(robot: Robot, row: np.ndarray) -> np.ndarray:
+    """The same motion at any time, in rows."""
+    t = row / PERIOD
+    window = np.clip(np.minimum(t, 3 - 1 / PERIOD - t) / 0.4, 0, 1)
     window = window**3 * (10 - 15 * window + 6 * window**2)
-    return np.array(robot.home) + 0.08 * (window * np.sin(2 * np.pi * t))[:, None] * np.ones(robot.n)
+    return np.array(robot.home) + 0.08 * window[:, None] * np.sin(2 * np.pi * t[:, None] + np.arange(robot.n))
 
 
 def run(robot: Robot, truth: PlantTruth, requests: dict[int, Request], **options: object) -> InProcessRun:
@@ -91,36 +98,120 @@ def test_halt_ends_disabled_whatever_605a_says(tx40: Robot, truth: PlantTruth, o
     assert not done.bus.powered
 
 
-def test_a_pause_rests_at_the_end_of_a_period_and_the_record_goes_on_without_a_jump(
-    tx40: Robot, truth: PlantTruth
+class Pausing(Ring):
+    """Takes the pause back after it was looked at so often."""
+
+    looks = 0
+    patience = 600
+
+    def requested(self) -> Request | None:
+        found = super().requested()
+        if found in (Request.PAUSE, Request.PAUSE_AFTER):
+            type(self).looks += 1
+            if self.looks == self.patience:
+                self.resume()
+        return found
+
+
+def paused(robot: Robot, truth: PlantTruth, when: int, request: Request, patience: int = 600) -> InProcessRun:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Pausing, "looks", 0)
+        patch.setattr(Pausing, "patience", patience)
+        patch.setattr("drivers.simulated.in_process.Ring", Pausing)
+        return run(robot, truth, {when: request})
+
+
+def away_from_the_path(robot: Robot, targets: np.ndarray) -> float:
+    """The largest distance, in counts, of any target from the motion as it is in continuous time."""
+    units = Units.of(robot)
+
+    def distance(row: float, target: np.ndarray) -> float:
+        there = at_row(robot, np.array([row]))[0]
+        exact = units.transmission @ there * units.counts_per_output_unit
+        return float(np.abs(exact - target).max())
+
+    worst, row = 0.0, 0.0
+    for target in targets:
+        found = minimize_scalar(
+            distance, bounds=(row - 0.6, row + 1.6), args=(target,), options={"xatol": 1e-7}, method="bounded"
+        )
+        worst, row = max(worst, found.fun), found.x
+    return worst
+
+
+@pytest.mark.parametrize("when", [60, 137, 200, 291, 333, 410])
+def test_a_pause_is_a_ramp_along_the_path_and_goes_on_from_there(
+    tx40: Robot, truth: PlantTruth, when: int
 ) -> None:
     whole = stream_in_process(tx40, truth, three_periods(tx40))
+    done = paused(tx40, truth, when, Request.PAUSE)
+    assert done.result is not None and whole.result is not None
+    assert done.result.outcome == "completed", done.result.reason
+    targets, reference = done.rows["target"], whole.rows["target"]
+    (rest,) = done.result.pauses
+    np.testing.assert_array_equal(targets[rest - 1], targets[rest])
+    np.testing.assert_array_equal(targets[rest - 2], targets[rest])
+    assert largest_acceleration(tx40, done) <= 1.0
+    assert away_from_the_path(tx40, targets) < 2.5
+    # Until the pause and from the ramp on row by row as planned; between them no longer than it takes.
+    same = (targets[: len(reference)] == reference[: len(targets)]).all(axis=1)
+    begun = int(np.argmin(same))
+    more = len(targets) - len(reference)
+    assert 0 < begun < rest <= begun + round(0.8 / tx40.bus.cycle_time), "at rest within 0.8 s"
+    on = rest + round(0.8 / tx40.bus.cycle_time)
+    np.testing.assert_array_equal(targets[on:], reference[on - more :])
+    # The record leaves out the time at rest, and where the arm was before it, it is after it.
+    assert done.bus.syncs > len(targets) + 300
+    before, after = done.rows["position"][rest - 1], done.rows["position"][rest]
+    assert (np.abs(after - before) / np.abs(tx40.counts_per_output_unit)).max() < 0.005
 
-    class Pausing(Ring):
-        """Takes the pause back after it was looked at so often."""
 
-        looks = 0
+def test_a_pause_after_the_period_begins_where_it_ends(tx40: Robot, truth: PlantTruth) -> None:
+    whole = stream_in_process(tx40, truth, three_periods(tx40))
+    done = paused(tx40, truth, 120, Request.PAUSE_AFTER)
+    assert done.result is not None and done.result.outcome == "completed"
+    begun = int(np.argmin((done.rows["target"][: len(whole.rows)] == whole.rows["target"]).all(axis=1)))
+    assert begun in (PERIOD, 2 * PERIOD), "not before the period is over"
+    (rest,) = done.result.pauses
+    assert begun < rest < begun + 200
+    assert away_from_the_path(tx40, done.rows["target"]) < 2.5
+
+
+def test_after_the_period_means_the_next_one_once_the_arm_goes_on(tx40: Robot, truth: PlantTruth) -> None:
+    whole = stream_in_process(tx40, truth, three_periods(tx40))
+
+    class Again(Pausing):
+        """Asks for the end of the period once more while it speeds up from the pause."""
 
         def requested(self) -> Request | None:
             found = super().requested()
-            if found is Request.PAUSE:
-                self.looks += 1
-                if self.looks == 400:
-                    self.resume()
+            type(self).looks += found is None and self.looks >= 600
+            if self.looks == 610:
+                self.request(Request.PAUSE_AFTER)
+            elif self.looks == 1500:
+                self.resume()
             return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("drivers.simulated.in_process.Ring", Pausing)
-        done = run(tx40, truth, {150: Request.PAUSE})
-    assert done.result is not None and whole.result is not None
-    assert done.result.outcome == "completed"
-    assert done.result.pauses == (PERIOD - 1,) or done.result.pauses == (2 * PERIOD - 1,)
-    assert done.bus.syncs > whole.bus.syncs + 200
-    np.testing.assert_array_equal(done.rows["target"], whole.rows["target"])
-    row = done.result.pauses[0]
-    before, after = done.rows["position"][row - 2 : row], done.rows["position"][row : row + 2]
-    step = np.abs(after[0] - before[1]) / np.abs(tx40.counts_per_output_unit)
-    assert step.max() < 0.02, "it came back to where it had been"
+        patch.setattr(Pausing, "looks", 0)
+        patch.setattr("drivers.simulated.in_process.Ring", Again)
+        done = run(tx40, truth, {120: Request.PAUSE_AFTER})
+    assert done.result is not None and done.result.outcome == "completed"
+    first, second = done.result.pauses
+    row = whole.rows["target"].tolist().index(done.rows["target"][first + 130].tolist())
+    assert second - first > 2 * PERIOD - row, "not while it speeds up, but where the next period ends"
+
+
+@pytest.mark.parametrize("patience", [1, 7, 40, 90])
+def test_a_pause_that_is_taken_back_on_the_way_leaves_no_gap(
+    tx40: Robot, truth: PlantTruth, patience: int
+) -> None:
+    whole = stream_in_process(tx40, truth, three_periods(tx40))
+    done = paused(tx40, truth, 200, Request.PAUSE, patience)
+    assert done.result is not None and done.result.outcome == "completed"
+    assert done.result.pauses == () and largest_acceleration(tx40, done) <= 1.0
+    assert away_from_the_path(tx40, done.rows["target"]) < 2.5
+    np.testing.assert_array_equal(done.rows["target"][-20:], whole.rows["target"][-20:])
 
 
 @pytest.mark.parametrize("request_", [Request.STOP, Request.ABORT, Request.HALT])

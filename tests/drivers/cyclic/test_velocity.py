@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import robots
+from drivers.frames.units import Units
 from drivers.simulated import draw_truth
 from drivers.simulated.in_process import stream_in_process
-from drivers.units import Units
 from robots import Robot
 from robots.description import ControlSignal, VelocityObject
 

@@ -14,7 +14,7 @@ import pytest
 import robots
 from drivers import ArmSession, Channel, DriveError, Request, Samples
 from drivers.cia402 import objects
-from drivers.cyclic.job import HomingJob
+from drivers.frames.job import HomingJob
 from drivers.setup.homing import Homing
 from drivers.simulated import EmergencyAt, Faults, PlantTruth, SimulatedArm, nominal_truth
 from drivers.simulated.in_process import InProcessBus, InProcessRun, stream_in_process

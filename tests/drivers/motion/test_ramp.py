@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers import DriveError
-from drivers.motion.envelope import check_envelope
-from drivers.motion.ramp import approach, stop_ramp
+from drivers.cyclic.ramp import approach, stop_ramp
+from drivers.session.envelope import check_envelope
 from robots import Robot
 
 PERIODS = st.sampled_from([0.001, 0.002, 0.004, 0.01])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivers import DriveError
-from drivers.motion.envelope import check_drive_limits, checked_period_ends
+from drivers.session.envelope import check_drive_limits, checked_period_ends
 from drivers.setup.limits import compare_limits
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.parameters import set_parameters

@@ -47,7 +47,9 @@ def test_a_boot_up_message_is_heard_and_the_drive_is_configured_once_more(
         # Its maker's own mapping: interpolation data where the master sends the target position.
         group.drives[2].changed_values[0x1600, 2] = 0x60C1_0120
         restart(channel, 3)
-        assert "joint_3 (node 3) has started anew since it was configured; acknowledge it" in refusal(session)
+        assert "joint_3 (node 3) has started anew since it was configured; look at the arm, then" in refusal(
+            session
+        )
         del group.drives[2].changed_values[0x1600, 2]
         assert group.drives[2].dictionary.integer(0x1600, 2) == 0x60C1_0120
         session.acknowledge_faults()
@@ -86,7 +88,7 @@ def test_what_the_cyclic_process_has_heard_counts(
     def streamed(job: object, on_samples: Callable[..., None], control: object) -> StreamResult:
         return StreamResult("fault", "a drive", 0, 0, 0, restarted=("drive of joint joint_5 (node 5)",))
 
-    monkeypatch.setattr("drivers.session.run_stream", streamed)
+    monkeypatch.setattr("drivers.session.arm_session.run_stream", streamed)
     monkeypatch.setattr(ArmSession, "_refuse_stream", lambda session: None)
     with drives(tx40, channel), ArmSession(tx40, channel) as session:
         session.stream(session.actual_position()[None, :], lambda samples: None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,9 +13,10 @@ import pytest
 
 from drivers import ArmSession, BusError, Channel, DriveError, open_bus
 from drivers.cia402 import State
-from drivers.motion.jog import jog_path
+from drivers.frames.period import interpolation_period
+from drivers.session.jog import jog_path
 from drivers.setup.attestation import refuse_unattested
-from drivers.setup.period import interpolation_period
+from drivers.simulated.device import Device
 from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.object_dictionary import EDS_PATH
@@ -28,12 +29,17 @@ Change = Callable[[DriveGroup], None]
 
 
 @contextmanager
-def drives(robot: Robot, channel: Channel, change: Change | None = None) -> Iterator[DriveGroup]:
+def drives(
+    robot: Robot,
+    channel: Channel,
+    change: Change | None = None,
+    devices: Sequence[Device] | None = None,
+) -> Iterator[DriveGroup]:
     """Simulated drives in a thread of this process, on a virtual bus."""
     done = threading.Event()
     with open_bus(channel) as bus:
         sender = FrameSender(bus)
-        group = DriveGroup(robot, nominal_truth(robot), sender)
+        group = DriveGroup(robot, nominal_truth(robot), sender, devices=devices)
         group.boot(time.monotonic())
         if change is not None:
             change(group)
@@ -105,7 +111,7 @@ def test_optional_objects_may_be_absent_and_are_reported(tx40: Robot, channel: C
             r"node 2\): writing 0x4 to 60C2:01: the drive refuses: the (object|subindex) does not exist",
         ),
         (0x6077, r"node 2\): reading 6077:00: the drive refuses: the (object|subindex) does not exist"),
-        (0x1600, r"node 2\): writing 0x0 to 1600:00: the drive refuses"),
+        (0x1600, r"node 2\): no RPDO can carry 6040:00 and 607A:00 alone \(1600: nothing\)"),
     ],
 )
 def test_a_drive_without_a_needed_object_is_refused(
@@ -168,7 +174,9 @@ def test_a_drive_with_another_sync_is_refused(tx40: Robot, channel: Channel, wor
 def test_a_fault_is_refused_until_it_is_acknowledged(tx40: Robot, channel: Channel) -> None:
     with drives(tx40, channel) as group, ArmSession(tx40, channel) as session:
         group.drives[3].fail(0x4310)
-        with pytest.raises(DriveError, match=r"joint_4 \(node 4\) is in state 'fault'; acknowledge it"):
+        with pytest.raises(
+            DriveError, match=r"joint_4 \(node 4\) is in state 'fault'; look at the arm, then"
+        ):
             session._connection.refuse_faults()
         session.acknowledge_faults()
         session._connection.refuse_faults()

@@ -20,6 +20,7 @@ VOCABULARY = {
     "static_friction",
     "nonlinear_viscous_friction",
     "load_dependent_friction",
+    "directional_efficiency",
     "drifting_friction",
     "position_dependent_friction",
     "joint_elasticity",

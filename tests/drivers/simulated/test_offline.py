@@ -65,7 +65,7 @@ def test_cycle_by_cycle_gives_the_same_bits(
     to_joint = np.linalg.inv(tx40.transmission_matrix).T
     found, signal, position = [], [], []
     for target in targets:
-        position.append(bench.plant.position.copy())
+        position.append(bench.plant.joint_position())
         snapshot = bench.begin_cycle(tracking, target)
         found.append((snapshot.position / scale) @ to_joint)
         signal.append(snapshot.control_signal)

@@ -243,13 +243,11 @@ def usual_motion() -> np.ndarray:
     return solved(torque(lambda t, q, v: 0.0), 2)
 
 
-def test_the_usual_axis_follows_its_equation_in_first_order() -> None:
-    errors = [
-        np.abs(simulate(*model_with(EMPS), motion(), substeps=steps).position[:, 0] - usual_motion()).max()
-        for steps in (20, 40)
-    ]
-    assert errors[0] <= 0.002 * np.abs(usual_motion()).max()
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.3)
+@pytest.mark.parametrize("steps", [1, 4])
+def test_the_usual_axis_follows_its_equation(steps: int) -> None:
+    """Steps of the controller's own sample time are short enough: a first-order step would miss by 2 %."""
+    error = np.abs(simulate(*model_with(EMPS), motion(), substeps=steps).position[:, 0] - usual_motion())
+    assert error.max() <= 5e-6 * np.abs(usual_motion()).max()
 
 
 @pytest.mark.parametrize("name", PARTS)

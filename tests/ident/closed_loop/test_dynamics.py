@@ -9,9 +9,9 @@ import pinocchio
 import pytest
 
 import robots
-from ident.closed_loop.chain import chain_frames
-from ident.closed_loop.kernel.friction import WORK_ROWS, friction, implicit_step
-from ident.closed_loop.kernel.rigid_bodies import is_positive_definite, mass_and_bias
+from ident.kernels.friction import WORK_ROWS, friction, implicit_step
+from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias
+from ident.parameters.chain import chain_frames
 
 
 def random_chain(seed: int) -> pinocchio.Model:
@@ -115,7 +115,7 @@ def solved(width: float, v: np.ndarray, push: np.ndarray, h: float) -> tuple[np.
     work[0, :2] = v
     friction(terms, spans, None, work, 0, 7)
     row = implicit_step(
-        (0, 1), terms, spans, np.ones(3), None, implicit, push, new, h, np.empty((2, 2)), work, 7
+        (0, 1), terms, spans, np.ones(3), np.ones(3), None, implicit, push, new, h, np.empty((2, 2)), work, 7
     )
     # What is handed on to the next step belongs to the new velocity.
     np.testing.assert_allclose(work[row], speed @ new / width, rtol=1e-12, atol=1e-12)

@@ -18,6 +18,7 @@ from ident.closed_loop.torque_parts import ModelStructure
 from ident.effects import Effect, FrictionSign, State
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.description import Robot
+from tests.ident.closed_loop.held_torque import held_torque
 
 TX40 = robots.load("tx40")
 
@@ -184,24 +185,9 @@ def test_the_torque_of_the_simulated_motion_is_that_of_the_regressor() -> None:
     model = RegressorModel.of(robot)
     recording = swing(robot, period=0.001)
     run = simulate(model, model.prior(), recording, 1)
-    acceleration = np.diff(run.velocity, axis=0) / recording.sample_time
-    # Links as at the beginning of a step, friction as at its end.
-    structure = ModelStructure(model)
-    parts = structure.parts(model.prior())
-    start = State(run.position[:-1], run.velocity[:-1], acceleration)
-    links = model.effects[0].columns(start) @ parts.links.ravel()
-    end = State(run.position[1:], run.velocity[1:], acceleration)
-    rest = sum(
-        effect.columns(end) @ values
-        for effect, values in zip(model.effects[1:], split(model, model.prior())[1:], strict=True)
-    )
-    torque = robot.joint_torque(run.control_signal[:-1])
-    assert np.abs(links + rest - torque).max() <= 1e-8 * np.abs(torque).max()
-
-
-def split(model: RegressorModel, standard: np.ndarray) -> list[np.ndarray]:
-    ends = np.cumsum([len(effect.parameter_names) for effect in model.effects])
-    return np.split(standard, ends[:-1])
+    torque = robot.joint_torque(run.control_signal[1:-1])
+    taken = held_torque(model, model.prior(), run, recording.sample_time)
+    assert np.abs(taken - torque).max() <= 1e-8 * np.abs(torque).max()
 
 
 def test_many_vectors_give_what_each_gives_alone_whatever_the_threads() -> None:
@@ -262,7 +248,7 @@ def test_an_unstable_loop_is_explained() -> None:
 def test_without_a_place_for_a_cache_it_still_compiles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ident.closed_loop.kernel import compilation
+    from ident.kernels import compilation
 
     def no_place(*_: object, **options: object) -> Any:
         if options.get("cache"):

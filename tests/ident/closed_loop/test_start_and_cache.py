@@ -13,11 +13,11 @@ import pytest
 import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
-from ident.closed_loop.kernel.compilation import stamp_of
-from ident.closed_loop.set_points import set_point_accelerations
 from ident.closed_loop.simulate import leading_of, run_in_python
 from ident.closed_loop.start import start_velocity
 from ident.closed_loop.torque_parts import ModelStructure
+from ident.kernels.compilation import stamp_of
+from ident.preparation.set_points import set_point_accelerations
 
 TX40 = robots.load("tx40")
 MODEL = RegressorModel.of(TX40)
@@ -130,13 +130,13 @@ def test_acceleration_of_set_points_is_the_second_difference() -> None:
 
 
 _MODULES = {
-    "inner.py": "from ident.closed_loop.kernel.compilation import compiled_with_stamp, stamp_of\n"
+    "inner.py": "from ident.kernels.compilation import compiled_with_stamp, stamp_of\n"
     "from pathlib import Path\n"
     "S = stamp_of(Path(__file__).parent)\n"
     "def value(x):\n    return x + {added}\n"
     "value = compiled_with_stamp(value, S)\n",
     "outer.py": "from inner import S, value\n"
-    "from ident.closed_loop.kernel.compilation import compiled_with_stamp\n"
+    "from ident.kernels.compilation import compiled_with_stamp\n"
     "def twice(x):\n    return 2.0 * value(x)\n"
     "twice = compiled_with_stamp(twice, S)\n"
     "print(twice(1.0), sum(twice.stats.cache_hits.values()))\n",

@@ -11,11 +11,12 @@ from scipy.signal import butter, sosfiltfilt
 import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
-from ident.discrepancy.present import Present
-from ident.effects import RigidBody, State
+from ident.effects import State
 from ident.effects.placed import Family, Placed
 from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.parameters.present import Present
 from robots.description import Robot
+from tests.ident.closed_loop.held_torque import held_torque, middle_of_steps
 
 STEP, EDGE = 0.00025, 400
 """s; samples at either end, where filters and differences do not hold."""
@@ -61,16 +62,9 @@ def torques(
     """What the usual model leaves of the control signals' torque, and what the effect's columns say of it."""
     model = replace(MODEL, effects=(*MODEL.effects, effect))
     run = simulate(model, np.concatenate([PRIOR, values]), recording, 1)
-    q, steps = run.position[1:-1], np.diff(run.position, axis=0) / STEP
-    before, after = steps[:-1], steps[1:]
-    acceleration = (after - before) / STEP
     torque = robot.joint_torque(run.control_signal[1:-1])
-    # Links at the beginning of a step, friction at its end, as the integration takes them.
-    links = sum(len(e.parameter_names) for e in MODEL.effects if isinstance(e, RigidBody))
-    start = MODEL.effects[0].columns(State(q, before, acceleration)) @ PRIOR[:links]
-    rest = replace(MODEL, effects=MODEL.effects[1:]).columns(State(q, after, acceleration)) @ PRIOR[links:]
-    state = State(q, 0.5 * (before + after), acceleration, run.time[1:-1], torque)
-    left, said = torque - start - rest, effect.columns(state) @ values
+    state = replace(middle_of_steps(run, STEP), torque=torque)
+    left, said = torque - held_torque(MODEL, PRIOR, run, STEP), effect.columns(state) @ values
     # Both through the low-pass that both sides of the identification go through.
     lowpass = butter(4, robot.identification.cutoff_hz, fs=1.0 / STEP, output="sos")
     smooth = [sosfiltfilt(lowpass, torque, axis=0)[EDGE:-EDGE] for torque in (left, said)]
@@ -81,7 +75,7 @@ def torques(
 # torque that its columns may miss. Falling friction and loads are taken at the old velocity, and columns that
 # are linear in the effect (of a lag, a delay, a gear that gives way) miss its second order. Backlash is the
 # coarsest: its columns are the gear's own state along the recorded motion, where an impact comes at another
-# instant.
+# instant. With another inertia the stiffest friction is taken at another share of a step.
 CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], float]]] = {
     "viscous_friction": [(2, None, (0.5,), 0.005), (5, None, (0.5,), 0.005)],
     "coulomb_friction": [(2, None, (0.5,), 0.01), (5, None, (0.5,), 0.01), (1, None, (-3.0,), 0.01)],
@@ -90,6 +84,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "static_friction": [(2, None, (2.0, 0.5), 0.15), (2, None, (0.0, 2.0), 0.1)],
     "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
+    "directional_efficiency": [(1, None, (0.1, 0.05), 0.03), (4, None, (0.5, -0.2), 0.03)],
     "drifting_friction": [
         (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
@@ -109,7 +104,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (2.0, 1.0), (0.03, 0.02), 0.06),
     ],
     "saturation": [(2, (25.0,), (1.0,), 0.001)],
-    "rotor_inertia": [(2, None, (0.02,), 1e-6)],
+    "rotor_inertia": [(2, None, (0.02,), 0.002)],
     "current_loop_lag": [(2, None, (0.001,), 0.05)],
     "payload": [(0, None, (0.5, 0.01, 0.0, 0.05, 0.006, 0.0, 0.006, 0.0, -0.001, 0.001), 0.001)],
     "gravity_spring": [(1, None, (20.0, 5.0), 1e-4)],

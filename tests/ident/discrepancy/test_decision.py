@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 import robots
 from ident.discrepancy.bounded import within_bounds
-from ident.discrepancy.component import Component
-from ident.discrepancy.decision import _best_pair, _is_limit, _needed
+from ident.discrepancy.decision import _best_pair, _Even, _is_limit, _needed
+from ident.discrepancy.found import alternatives
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.refined import beside_factor
-from ident.discrepancy.scoring import best_per_place, singles
-from ident.effects.family import Place
+from ident.discrepancy.scoring import Score, best_per_place, singles
+from ident.discrepancy.settings import DEFAULTS
+from ident.effects.family import Place, PlacedEffect
 from ident.effects.gain_drift import GAIN_DRIFT
 from ident.effects.placed import Family
 from ident.effects.springs import ANCHORED_SPRING, CABLE_SPRING, GRAVITY_SPRING
@@ -73,20 +77,28 @@ def test_evidence_in_the_rows_of_the_prior_needs_to_exceed_noise_only() -> None:
     assert by_data.value > by_prior.value
 
 
+SHAPE = (1e-3, 1.0, 1e5, 0.3)
+"""Gap, offset at the link, stiffness and damping of the flanks."""
+
+
+def _effect(name: str, shape: tuple[float, ...]) -> PlacedEffect:
+    robot = robots.load("tx40")
+    return family_named(name).effect(robot, Place("drive", (2,)), shape, _Nothing())  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("name", "wider"), [("joint_elasticity", True), ("hysteresis", False)])
 def test_a_factor_away_from_one_widens_what_is_said_of_the_shape(name: str, wider: bool) -> None:
     family = family_named(name)
     sizes = (2e-4, 0.05) if wider else (0.05,)
     noise = np.full(len(sizes), 1e-6)
-    said = beside_factor(Component(family, Place("drive", (2,)), sizes), noise, np.array([0.9]))
+    said = beside_factor(_effect(family.name, sizes), noise, np.array([0.9]))
     expected = np.hypot(1e-6, 0.1 * np.array(sizes)) if wider else noise
     assert said == pytest.approx(expected)
 
 
 def test_what_is_not_searched_for_keeps_no_deviation() -> None:
-    backlash = Component(family_named("backlash"), Place("drive", (2,)), (1e-3, 1.0))
-    said = beside_factor(backlash, np.array([1e-6, 0.0]), np.array([0.8]))
-    assert said == pytest.approx([2e-4, 0.0], rel=1e-3)
+    said = beside_factor(_effect("backlash", SHAPE), np.array([1e-6, 0.0, 0.0, 0.0]), np.array([0.8]))
+    assert said == pytest.approx([2e-4, 0.0, 0.0, 0.0], rel=1e-3)
 
 
 def test_a_parameter_at_its_bound_leaves_the_others_at_their_best() -> None:
@@ -100,3 +112,45 @@ def test_a_parameter_at_its_bound_leaves_the_others_at_their_best() -> None:
     assert found == pytest.approx(reference, abs=1e-6)
     unbounded = within_bounds(columns, residual, np.tile([-np.inf, np.inf], (3, 1)))
     assert unbounded == pytest.approx(np.linalg.lstsq(columns, residual, rcond=None)[0])
+
+
+def test_what_stands_in_both_sets_is_not_in_doubt() -> None:
+    robot = robots.load("tx40")
+    names = [("backlash", 4), ("drifting_friction", 2), ("joint_elasticity", 4), ("saturation", 0)]
+    play, drift, soft, limit = (_trial(robot, family_named(n), d, k, 1) for k, (n, d) in enumerate(names))
+    chosen = Score((play, drift), 900.0, 880.0, np.ones(2))
+    rivals = [Score(pair, 880.0, 870.0, np.ones(2)) for pair in ((soft, drift), (play, limit), (soft, limit))]
+    of_play, of_drift = (
+        [candidate.words() for candidate in alternatives(chosen, rivals, k, 1000.0)] for k in range(2)
+    )
+    both = "joint_elasticity (joint 5) and saturation (joint 1)"
+    assert of_play == ["joint_elasticity (joint 5)", both]
+    assert of_drift == ["saturation (joint 1)", both]
+    assert not alternatives(chosen, rivals[:1], 1, 1000.0)
+
+
+def test_what_another_effect_does_to_other_joints_is_not_for_a_candidate_to_explain() -> None:
+    """More data shows more of it: a name that half of them confirmed would be lost with the other half."""
+    robot = robots.load("tx40")
+    trial = _trial(robot, family_named("viscous_friction"), 0, 0, 1)
+    columns: Any = np.zeros((200, 1), dtype=np.float32)
+    columns[:100] = 0.1
+    library = Library((trial,), np.eye(1), np.array([20.0]), columns)
+    joint = np.repeat([0, 1], 100)
+    for elsewhere in (10.0, 5000.0):
+        examination: Any = SimpleNamespace(
+            repeats=True,
+            loop=None,
+            joint_of_rows=joint,
+            excess_of_joints=np.array([402.0, elsewhere]),
+            excess=402.0 + elsewhere,
+            torque=np.zeros(200),
+        )
+        even = _Even(examination, library, DEFAULTS)
+        assert even.unexplained(*singles(library, library.score, 200)) == pytest.approx(400.0)
+
+
+def test_where_nothing_repeats_likelihood_alone_decides() -> None:
+    """The energy of noise is not known there: a share of it hid what two joints of a real arm showed."""
+    examination: Any = SimpleNamespace(repeats=False, loop=None)
+    assert DEFAULTS.share_of(examination) == 0.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.deviations import blocks_of, deviations, instrumented
-from ident.whitening import Whitening
+from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
 ROW, PERIOD, PERIODS, JOINTS = 0.01, 10.0, 2, 2

@@ -12,19 +12,23 @@ from drivers.simulated import draw_truth
 from drivers.simulated.drawing import exercise
 from drivers.simulated.offline import simulate_offline
 from ident import Recording, RegressorModel, base_parameters, identify
-from ident.base import BaseParameters
+from ident.closed_loop import simulate
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.loop import COARSE, FINE, bristled, repeated, sample_of, settled
+from ident.discrepancy.loop import COARSE, FINE, repeated, sample_of, settled, with_standstill_of
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.loop_examination import beside_found, examine_in_loop
 from ident.discrepancy.scene import make_scene
 from ident.discrepancy.settings import searching
+from ident.effects import FrictionSign
 from ident.effects.family import Place
 from ident.effects.simulated import Bristle
 from ident.effects.vocabulary import family_named
+from ident.parameters.base import BaseParameters
 
 WIDTH = 2e-5
 """rad over which the simulated arm's friction builds up."""
+SMOOTH = 0.005
+"""m/s over which friction turns its sign on an arm without bristles."""
 
 
 @cache
@@ -57,7 +61,28 @@ def test_a_period_stands_for_all() -> None:
 
 
 def test_the_pre_sliding_way_is_that_of_the_arm() -> None:
-    assert evidence().lengths == pytest.approx(np.full(6, WIDTH), rel=0.15)
+    lengths = [law.length for law in evidence().standstill if isinstance(law, Bristle)]
+    assert lengths == pytest.approx([WIDTH] * 6, rel=0.15), "and not smoothed over a speed"
+
+
+def test_friction_that_is_smoothed_over_a_speed_is_found_to_be() -> None:
+    """No arm like that was ever clean: bristles do otherwise at each reversal."""
+    plain = robots.load("emps")
+    smooth = {"friction_sign": "tanh", "friction_width": SMOOTH}
+    rig = plain.model_copy(update={"identification": plain.identification.model_copy(update=smooth)})
+    path = simulate_offline(plain, draw_truth(plain, 3), exercise(plain, duration=5.0), periods=2, seed=1)
+    model = RegressorModel.of(rig)
+    given = Recording("given", path.time, path.reference, path.position, path.control_signal)
+    run = simulate(model, model.prior(), given)
+    noise = 1e-2 * np.random.default_rng(1).normal(size=run.control_signal.shape)
+    recording = Recording("smooth", path.time, path.reference, run.position, run.control_signal + noise)
+    robot = searching(rig, recording)
+    base = base_parameters(RegressorModel.of(robot))
+    found = examine_in_loop(base, (make_scene(robot, recording),), None, base.regroup(model.prior()))
+    assert found.loop is not None
+    (law,) = found.loop.standstill
+    assert isinstance(law, FrictionSign)
+    assert law.width == pytest.approx(SMOOTH, rel=0.1)
 
 
 def test_a_clean_arm_leaves_noise_alone_reversals_included() -> None:
@@ -82,7 +107,7 @@ def test_friction_that_falls_steeply_with_speed_is_no_jump_at_a_reversal() -> No
     """However coarse the integration, a sign that a film of lubricant takes away is that of bristles."""
     found, place = evidence(), Place("drive", (3,))
     effect = family_named("stribeck_friction").effect(found.robot, place, (0.02, 1.0), found.present)
-    steep = bristled(found.twin(effect).simulated(np.array([0.8])), found.lengths, found.robot)
+    steep = with_standstill_of(found.twin(effect).simulated(np.array([0.8])), found.standstill, found.robot)
     assert isinstance(steep.friction[0].law, Bristle) and steep.friction[0].speed_factor is not None
     coarse, fine = (found.change(steep, substeps) for substeps in (COARSE, FINE))
     assert coarse is not None and fine is not None

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from ident.discrepancy.portrait import portraits
 from ident.discrepancy.unrepeated import _bursts, _nearly_white, _shocks, _single_frequency
-from ident.discrepancy.where import correlation_ratio
+from ident.discrepancy.where import correlation_ratio, habitats
+from ident.effects import State
 
 
 def test_the_correlation_ratio_is_the_share_that_a_quantity_explains() -> None:
@@ -70,3 +75,22 @@ def test_a_block_that_repeats_exactly_is_no_quiet_between_bursts() -> None:
     white = np.random.default_rng(5).normal(size=4000)
     white[1000:1600] = 0.0
     assert not _bursts(0, white, 0.004)
+
+
+def test_a_joint_that_stands_still_has_no_residual_to_live_anywhere() -> None:
+    generator = np.random.default_rng(7)
+    motion = generator.normal(size=(400, 2))
+    motion[:, 1] = 0.0
+    scene: Any = SimpleNamespace(
+        moving=np.column_stack([np.ones(400, dtype=np.bool_), np.zeros(400, dtype=np.bool_)]),
+        measured=State(motion, motion, motion),
+        time=0.008 * np.arange(400),
+        thin=lambda columns: columns,
+        torque=motion,
+    )
+    residual = generator.normal(size=(400, 2))
+    still = habitats([scene], [residual], [motion])[1]
+    assert still.rms == 0.0 and all(share == 0.0 for _, share in still.shares)
+    assert still.sentence() == "joint 2: no row in which it moves"
+    drawn = portraits([scene], [residual], [residual], [motion])
+    assert [one.centre.size > 0 for one in drawn] == [True] * 4 + [False] * 4

@@ -6,12 +6,12 @@ import numpy as np
 
 import robots
 from ident import RegressorModel, base_parameters
-from ident.base import random_states
 from ident.drift import Geometry, Night
+from ident.parameters.base import random_states
 from robots.arrays import FloatArray
 
 
-def geometry(name: str = "tx40", seed: int = 0) -> Geometry:
+def geometry(name: str = "tx40", seed: int = 0, friction: float = 1.0) -> Geometry:
     """Of random states within the limits, with the parameters of the description and some friction."""
     robot = robots.load(name)
     base = base_parameters(RegressorModel.of(robot))
@@ -21,6 +21,7 @@ def geometry(name: str = "tx40", seed: int = 0) -> Geometry:
     for column, symbol in enumerate(base.model.names):
         standard[symbol] = float(rng.uniform(0.5, 2.0)) if symbol[0] in "FMIo" else float(rng.uniform(0, 0.1))
         assert base.model.names[column] == symbol
+        standard[symbol] *= friction if symbol[0] == "F" else 1.0
     moments = np.einsum("sia,sjb->ijab", rows, rows, optimize=True) / len(rows)
     return Geometry(base, moments, np.full(robot.n, 0.05), base.regroup(standard))
 

@@ -22,8 +22,8 @@ from ident.drift import (
     patterns_of,
 )
 from ident.effects.vocabulary import EffectEntry
-from ident.found_effects import FoundModel, extended_model
-from ident.observation import Rows
+from ident.identification.found_effects import FoundModel, extended_model
+from ident.preparation.observation import Rows
 from robots.arrays import FloatArray
 from tests.ident.drift.arms_of_nights import draw_nights, geometry
 

@@ -12,7 +12,7 @@ from statsmodels.stats.multitest import multipletests
 import robots
 from ident import IdentificationError, RegressorModel, base_parameters
 from ident.drift import Relation, common_base, cusum, holm, run_length, trend_threshold, wald_test
-from ident.drift.change_point import find_change
+from ident.drift.change_point import Warmth, find_change
 from ident.drift.charts import normal_scores, one_night_threshold
 from ident.drift.run_to_run import recursive_residuals, run_to_run_covariance
 from robots.arrays import FloatArray
@@ -25,18 +25,25 @@ def test_holm_is_that_of_statsmodels() -> None:
         np.testing.assert_allclose(holm(p_values), multipletests(p_values, method="holm")[1], rtol=1e-12)
 
 
-def test_wald_test_is_that_of_statsmodels() -> None:
+@pytest.mark.parametrize("apart", [0.3, 1.0, 8.0])
+def test_wald_test_is_that_of_statsmodels(apart: float) -> None:
+    """Beside values that are not zero, and for probabilities that are not tiny as well as some that are."""
     rng = np.random.default_rng(1)
     x = rng.normal(size=(80, 4)) * [1.0, 1e-3, 50.0, 1.0]
     fit = sm.OLS(x @ [1.0, 2.0, 0.1, -3.0] + rng.normal(size=80), x).fit()
-    reference = fit.wald_test(np.eye(4), use_f=False, scalar=True)
-    found = wald_test(fit.params, np.zeros(4), fit.cov_params(), name="t", null="n")
+    covariance = fit.cov_params()
+    old = fit.params - apart * np.linalg.cholesky(covariance) @ rng.normal(size=4)
+    found = wald_test(fit.params, old, covariance, name="t", null="n")
+    reference = fit.wald_test((np.eye(4), old), use_f=False, scalar=True)
+    assert (0.01 < reference.pvalue < 1.0) == (apart < 2.0)
     assert found.statistic == pytest.approx(float(reference.statistic), rel=1e-9)
-    assert found.p_value == pytest.approx(float(reference.pvalue), rel=1e-9, abs=1e-300)
-    as_f = wald_test(fit.params, np.zeros(4), fit.cov_params(), name="t", null="n", runs=77)
-    assert as_f.p_value == pytest.approx(
-        float(fit.wald_test(np.eye(4), use_f=True, scalar=True).pvalue), rel=1e-9
-    )
+    assert np.log(found.p_value) == pytest.approx(np.log(float(reference.pvalue)), rel=1e-9, abs=1e-12)
+    assert found.df == (4,)
+    as_f = wald_test(fit.params, old, covariance, name="t", null="n", runs=77)
+    reference = fit.wald_test((np.eye(4), old), use_f=True, scalar=True)
+    assert as_f.statistic == pytest.approx(float(reference.statistic), rel=1e-9)
+    assert np.log(as_f.p_value) == pytest.approx(np.log(float(reference.pvalue)), rel=1e-9, abs=1e-12)
+    assert as_f.df == (reference.df_num, reference.df_denom) == (4.0, 76.0)
 
 
 def test_wald_test_refuses_what_cannot_be_compared() -> None:
@@ -137,7 +144,8 @@ def test_change_point_and_shape(shape: str, start: int) -> None:
     day = np.arange(40.0)
     celsius = rng.normal(20, 3, 40)
     course = (day >= start) * 3.0 if shape == "step" else np.maximum(day - start + 1, 0) * 0.4
-    found, how = find_change(course + 0.5 * celsius + 0.3 * rng.normal(size=40), day, celsius, 5)
+    warmth = Warmth(celsius, np.array(0.4), 10.0)
+    found, how = find_change(course + 0.5 * celsius + 0.3 * rng.normal(size=40), day, warmth, 5)
     assert how == shape
     assert abs(found - start) <= (0 if shape == "step" else 3)
 

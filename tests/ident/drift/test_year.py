@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from benchmarks.year_nights import bench, hall
 from ident.drift import DriftSettings
 
 LEARNING = 8
-AFTER = 7
+AFTER = 11
 
 
 def test_each_change_is_named_at_its_joint_and_nothing_else_is() -> None:
@@ -20,7 +22,7 @@ def test_each_change_is_named_at_its_joint_and_nothing_else_is() -> None:
     assert found["nights"] == 15 and found["false_alarms"] == []
     wear, tool, gain = found["changes"]
     assert wear["named"] is not None and wear["named"] >= 2, "one hundredth more a week is not seen at once"
-    assert wear["sentence"].startswith("Coulomb friction of joint 2 +0.")
+    assert re.match(r"Coulomb friction of joint 2 \+(0\.[7-9]|1\.[0-3]) %", wear["sentence"])
     assert (tool["delay"], tool["named"]) == (1, 1)
     assert tool["sentence"].startswith("payload on the tool +0.2")
     assert (gain["delay"], gain["named"]) == (1, 1)

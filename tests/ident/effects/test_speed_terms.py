@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import robots
-from ident.base import random_states
 from ident.effects import AsymmetricFriction, CoulombFriction, FrictionSign, State, WristCoupling
+from ident.parameters.base import random_states
 from robots.arrays import FloatArray
 
 TX40 = robots.load("tx40")

@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 import robots
 from ident import RegressorModel
-from ident.discrepancy.present import Present
 from ident.effects import State
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT
@@ -20,6 +19,7 @@ from ident.effects.placed import Family, Placed
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
 from ident.errors import IdentificationError
+from ident.parameters.present import Present
 from ident.signals import low_pass
 from robots import rigid_body_model
 from robots.arrays import FloatArray
@@ -32,7 +32,8 @@ STEP = 0.002
 NAMES = [family.name for family in VOCABULARY]
 
 IDENTIFIERS = """viscous_friction coulomb_friction asymmetric_friction stribeck_friction static_friction
-nonlinear_viscous_friction load_dependent_friction drifting_friction position_dependent_friction
+nonlinear_viscous_friction load_dependent_friction directional_efficiency drifting_friction
+position_dependent_friction
 joint_elasticity backlash hysteresis wrist_coupling gear_ripple drive_gain_error current_offset torque_ripple
 saturation rotor_inertia current_loop_lag payload gravity_spring base_tilt time_delay cable_spring contact"""
 
@@ -254,6 +255,11 @@ def test_friction_over_position_and_load() -> None:
     ]
     got = placed("load_dependent_friction", 1, 0.0).columns(MOTION)
     np.testing.assert_allclose(got, on_joints(row, np.abs(load) * SIGN(v)), atol=1e-9)
+    # Of an efficiency each way: 0.3 of the load while the gear lifts it, 0.1 while it lets it down.
+    taken = placed("directional_efficiency", 1, 0.0).columns(MOTION)[:, 1] @ np.array([0.2, 0.1])
+    sliding = np.abs(v) > 0.1
+    share = np.where(np.array(load) * v > 0, 0.3, 0.1)
+    np.testing.assert_allclose(taken[sliding], (share * np.abs(load) * np.sign(v))[sliding], atol=1e-9)
 
 
 # Motors and drives

@@ -20,7 +20,7 @@ from trajectories import (
     approach,
     plan,
 )
-from trajectories.constraints.limits import Limits, Margins
+from trajectories.limits import Limits, Margins
 from trajectories.motions.segments import PiecewiseJerk, SegmentPlanner, Waypoint
 
 CELL = Surroundings(floor=0.0, obstacles=(Obstacle("wall", (0.55, 0.0, 0.5), (0.1, 2.0, 1.0)),))

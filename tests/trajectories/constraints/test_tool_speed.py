@@ -15,7 +15,7 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 from tests.trajectories.random_arms import random_arm
 from trajectories import Conditions, Tool, ToolSpeed, Trajectory, TrajectoryError, approach, plan
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 from trajectories.motions.motion import Motion
 from trajectories.motions.segments import SegmentPlanner, Waypoint, join
 

@@ -9,8 +9,8 @@ import pytest
 from robots import load, rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.constraints.limits import Limits
 from trajectories.constraints.torque import TorqueCheck
+from trajectories.limits import Limits
 from trajectories.motions.motion import MotionState
 from trajectories.motions.segments import PiecewiseJerk, SegmentPlanner, Waypoint, join
 

@@ -7,8 +7,8 @@ import numpy as np
 from drivers.simulated import draw_truth, simulate_offline
 from ident import Recording, base_parameters, identify
 from ident.estimators import stack, weighted_least_squares
-from ident.observation import observe
-from ident.regressor import RegressorModel
+from ident.parameters.regressor import RegressorModel
+from ident.preparation.observation import observe
 from robots import load
 from trajectories import ExpectedValues, TorqueNoise, plan, predicted
 from trajectories.information.expected import median_size

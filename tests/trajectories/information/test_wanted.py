@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ident.base import BaseParameters, base_parameters
-from ident.regressor import RegressorModel
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots import load
 from trajectories import PlanError, objective_for, plan
 from trajectories.information.wanted import payload_directions, payload_sigma

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from robots import load
 from trajectories import PlanError, plan
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 from trajectories.motions.fourier import FourierMotion
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.arrays import FloatArray
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 from trajectories.motions.motion import MotionSequence
 from trajectories.motions.segments import PiecewiseJerk, SegmentPlanner, Waypoint, hold, join
 

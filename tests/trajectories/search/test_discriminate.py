@@ -8,17 +8,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ident.base import BaseParameters, base_parameters
-from ident.discrepancy.present import Present
 from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import family_named
-from ident.regressor import RegressorModel
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 from robots import load
 from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories import Discrimination, PlanError, Trajectory, discriminate, plan
-from trajectories.constraints.limits import Limits
+from trajectories.limits import Limits
 
 CYCLE = 0.004
 ROW_RATE = 50.0

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.base import base_parameters
-from ident.regressor import RegressorModel
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots import load
 from trajectories import Conditions, Objective, PlanError
 from trajectories.motions.fourier import FourierMotion

@@ -16,6 +16,7 @@ from robots import Robot
 from tests.drivers.simulated.rigs import axis_truth, carried, released
 
 FC = 20.0
+EFFICIENCY = {"drive": 2, "driving": 0.3, "driven": 0.1, "time_constant": 0.002}
 HEAVY = 1e7
 """kg: an axis this heavy keeps the speed that it was given."""
 
@@ -119,25 +120,40 @@ def test_a_spot_and_a_wave_sit_where_they_should(emps: Robot) -> None:
     assert forces[400:] == pytest.approx(expected[400:], rel=0.02)
 
 
-def test_friction_grows_with_the_load_through_the_gear(tx40: Robot) -> None:
-    """Joint 2 in motion, stretched: the level rises with what its links take from the gear."""
+@pytest.mark.parametrize(
+    ("entry", "speed", "coefficient"),
+    [
+        ({"load_dependent_friction": [{"drive": 2, "coefficient": 0.2, "time_constant": 0.002}]}, 0.2, 0.2),
+        ({"load_dependent_friction": [{"drive": 2, "coefficient": 0.2, "time_constant": 0.002}]}, -0.2, 0.2),
+        ({"directional_efficiency": [EFFICIENCY]}, 0.2, EFFICIENCY["driven"]),
+        ({"directional_efficiency": [EFFICIENCY]}, -0.2, EFFICIENCY["driving"]),
+    ],
+)
+def test_friction_grows_with_the_load_through_the_gear(
+    tx40: Robot, entry: dict[str, object], speed: float, coefficient: float
+) -> None:
+    """Joint 2 in motion, stretched: the level rises with what its links take from the gear.
+
+    The stretched arm pulls joint 2 forwards: forwards it drives its gear, backwards the gear lifts it.
+    """
     nominal = nominal_truth(tx40)
     figures = {name: 0.0 if name[:2] in ("Fv", "Fc") else v for name, v in nominal.parameters.items()}
     truth = replace(nominal, parameters=figures | {"Fc2": 5.0})
-    entry = {"drive": 2, "coefficient": 0.2, "time_constant": 0.002}
-    plant = released(tx40, truth, load_dependent_friction=[entry])
+    plant = released(tx40, truth, **entry)
     plant.position[:3] = [0.0, 1.2, 0.3]
-    plant.velocity[1] = 0.2
+    plant.velocity[1] = speed
     for _ in range(80):
         before = plant.velocity.copy()
-        plant.step(plant.holding_torque() + np.array([0, 5.0, 0, 0, 0, 0]))
+        push = np.array([0, np.copysign(5.0, speed), 0, 0, 0, 0])
+        plant.step(plant.holding_torque() + push)
     acceleration = (plant.velocity - before) / plant.step_time
     data = plant.model.createData()
     load = pin.rnea(plant.model, data, plant.position, plant.velocity, acceleration)[1]
     motor = plant.motion.motors[1]
     assert abs(load) > 20
     friction = motor["dry"] + motor["slope"] * motor["velocity"]
-    assert friction == pytest.approx(5.0 + 0.2 * abs(load), rel=0.02)
+    assert load < 0.0
+    assert friction == pytest.approx(np.copysign(5.0 + coefficient * abs(load), speed), rel=0.02)
 
 
 def test_temperature_follows_the_power_of_friction(emps: Robot) -> None:

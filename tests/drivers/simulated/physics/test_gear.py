@@ -22,7 +22,7 @@ def stretches(plant: Plant, duration: float, force: float = 0.0) -> np.ndarray:
     found = np.empty(round(duration / plant.step_time))
     for k in range(len(found)):
         plant.step(np.array([force]))
-        found[k] = plant.drive_position()[0] - plant.position[0]
+        found[k] = plant.drive_position()[0] - plant.joint_position()[0]
     return found
 
 
@@ -129,7 +129,7 @@ def test_wind_up_lags_where_elements_join_rotor_and_output(emps: Robot) -> None:
     found = np.empty(len(force))
     for k, f in enumerate(force):
         plant.step(np.array([f]))
-        found[k] = plant.drive_position()[0] - plant.position[0]
+        found[k] = plant.drive_position()[0] - plant.joint_position()[0]
     falling, rising = found[steps + steps // 2], found[2 * steps - 1]
     assert falling > 2e-5
     assert rising < -2e-5
@@ -145,7 +145,7 @@ def test_transmission_error_moves_the_output(emps: Robot) -> None:
         plant.step(np.zeros(1))
         rotor = plant.drive_position()[0]
         error = 1e-5 * math.sin(rad_per_metre * rotor + 0.4)
-        assert plant.position[0] == pytest.approx(rotor - error, abs=1e-6)
+        assert plant.joint_position()[0] == pytest.approx(rotor - error, abs=1e-6)
     travelled = np.arange(0, 0.01, 1e-4)
     assert np.ptp(np.sin(rad_per_metre * travelled + 0.4)) > 0.5
 

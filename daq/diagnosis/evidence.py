@@ -1,0 +1,70 @@
+"""``armhil diagnose --search evidence|both``: the search by evidence, beside the one by rules."""
+
+from __future__ import annotations
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from daq.diagnosis.diagnose import DiagnoseRequest, question_of
+from daq.text.progress import Steps
+from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
+from ident.discrepancy.by_evidence.report.as_json import answer_json
+from ident.effects.family import joint_words
+
+__all__ = ["answer_json", "print_evidence", "run_by_evidence"]
+
+_COLOURS = {"clean": "green", "named": "cyan", "not_confirmed": "yellow", "unnamed": "red"}
+_RANKED = 5
+
+
+def run_by_evidence(request: DiagnoseRequest, steps: Steps) -> EvidenceAnswer:
+    """Read and search; nothing is written.
+
+    Raises:
+        CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
+    """
+    with question_of(request, steps) as question, steps.step("Search by evidence") as update:
+        return diagnose_by_evidence(question, lambda step, share: update(share, step))
+
+
+def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
+    """Findings with their probabilities, the ranking, and each joint, worst first."""
+    console.print("\n[bold]By evidence[/]", highlight=False)
+    for finding in answer.findings:
+        console.print(finding.words(), highlight=False, markup=False)
+        seen = finding.confirmation
+        console.print(
+            f"  on recordings that were not fitted: {seen.observed:.0f} nats,"
+            f" predicted {seen.predicted:.0f} ± {seen.deviation:.0f}",
+            highlight=False,
+            markup=False,
+        )
+    console.print(_ranking(answer))
+    console.print(_joints(answer))
+    if not answer.repeats:
+        console.print("The motion does not repeat: noise is told from misfit by its course in time alone.")
+    if answer.gate_one_rejected:
+        console.print("Gate 1 rejects: the simulated arm is not the real one.")
+    colour, words = _COLOURS[answer.verdict], answer.verdict.replace("_", " ").upper()
+    console.print(
+        f"[bold {colour}]{words}[/]   probability that nothing is missing: {answer.probability_clean:.2f}",
+        highlight=False,
+    )
+
+
+def _ranking(answer: EvidenceAnswer) -> Table:
+    table = Table("Effect", "Where", "Probability", title="Names for the first effect", box=SIMPLE_HEAD)
+    for one in answer.ranking[:_RANKED]:
+        place = "" if one.name == "nothing" else joint_words(tuple(joint + 1 for joint in one.joints))
+        table.add_row(one.name.replace("_", " "), place, f"{one.probability:.3f}")
+    return table
+
+
+def _joints(answer: EvidenceAnswer) -> Table:
+    title = "Torque that stays unexplained on recordings that were not fitted"
+    table = Table("Joint", "Before", "After", "Misfit", "Accepted", title=title, box=SIMPLE_HEAD)
+    for one in answer.joints:
+        cells = (f"{one.before:.1%}", f"{one.after:.1%}", f"{one.kappa:.3g}", f"{one.accepted:.3g}")
+        table.add_row(str(one.joint), *cells)
+    return table

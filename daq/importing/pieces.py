@@ -1,0 +1,94 @@
+"""The uninterrupted pieces of a recording: what no drive has answered is never data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from daq.recording.capture import CaptureError
+from ident import Recording
+from robots.arrays import BoolArray, FloatArray
+
+SHORTEST_PIECE = 2.0
+"""s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
+_NEAR = 0.75
+"""Of a period: a time without a sample that near has none."""
+
+
+def long_pieces(
+    path: Path, lengths: Sequence[int], period: float, make: Callable[[int, str], Recording]
+) -> tuple[tuple[Recording, ...], str]:
+    """The pieces that are long enough, and a sentence on the others (empty where there are none).
+
+    Args:
+        path: of the recording.
+        lengths: of all pieces in their order, samples.
+        period: between samples, s.
+        make: gets the number of a piece and its name.
+
+    Raises:
+        CaptureError: none is long enough.
+    """
+    seconds = [length * period for length in lengths]
+    long = [number for number, length in enumerate(seconds) if length >= SHORTEST_PIECE]
+    if not long:
+        longest = f"{max(seconds):.3g} s long" if seconds else "0 s long: some drive never answered"
+        raise CaptureError(
+            f"{path}: its longest piece without a gap is {longest};"
+            f" allowed: pieces of at least {SHORTEST_PIECE:g} s"
+        )
+    names = [path.name] if len(long) == 1 else [f"{path.name}, piece {k}" for k in range(1, len(long) + 1)]
+    recordings = tuple(make(number, name) for number, name in zip(long, names, strict=True))
+    left_out = [length for length in seconds if length < SHORTEST_PIECE]
+    if not left_out:
+        return recordings, ""
+    return recordings, (
+        f"{path}: pieces between gaps shorter than {SHORTEST_PIECE:g} s were left out:"
+        f" {len(left_out)} of {len(seconds)}, {sum(left_out):.3g} of {sum(seconds):.3g} s"
+    )
+
+
+def answered_pieces(
+    path: Path, recording: Recording, complete: BoolArray
+) -> tuple[tuple[Recording, ...], str]:
+    """A recording, cut where some drive has not answered; as :func:`long_pieces`.
+
+    Args:
+        path: of the recording.
+        recording: N samples.
+        complete: N × n, whether each drive has answered.
+    """
+    if complete.all():
+        return (recording,), ""
+    good = np.flatnonzero(complete.all(axis=1))
+    cuts = np.flatnonzero(np.diff(good) != 1) + 1
+    pieces = [slice(int(run[0]), int(run[-1]) + 1) for run in np.split(good, cuts) if run.size]
+
+    def make(number: int, name: str) -> Recording:
+        rows, reference = pieces[number], recording.reference
+        return Recording(
+            name,
+            recording.time[rows],
+            None if reference is None else reference[rows],
+            recording.position[rows],
+            recording.control_signal[rows],
+        )
+
+    return long_pieces(path, [rows.stop - rows.start for rows in pieces], recording.sample_time, make)
+
+
+def complete_at(grid: FloatArray, time: FloatArray, complete: BoolArray) -> BoolArray:
+    """Whether there is a sample at each time of a grid, and those on both sides of it are complete: M × n.
+
+    Args:
+        grid: (M,) s, evenly spaced.
+        time: (N,) s, of the samples.
+        complete: N × n.
+    """
+    after = np.clip(np.searchsorted(time, grid), 0, len(time) - 1)
+    before = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, len(time) - 1)
+    nearest = np.minimum(np.abs(grid - time[before]), np.abs(time[after] - grid))
+    there = nearest <= _NEAR * (grid[-1] - grid[0]) / max(len(grid) - 1, 1)
+    return np.asarray(complete[before] & complete[after] & there[:, np.newaxis], dtype=np.bool_)

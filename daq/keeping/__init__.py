@@ -1,0 +1,1 @@
+"""Results that are put into the catalogue, made again, compared, pruned."""

@@ -1,0 +1,121 @@
+"""The first motions of an arm that nobody has seen move: at rest, a touch, half a degree, joint by joint.
+
+Each is judged before the next (``first_judgement``). At rest the joints hold still. A touch asks a joint for
+a way so small that even a description that is wrong by a factor of fifty moves it by less than a degree. Only
+then the joint moves by half a degree to both sides, slowly: what torque both directions have in common
+is gravity, what differs is friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.session.cell import Cell
+from daq.session.session_error import SessionError
+from robots import Robot
+from robots.arrays import FloatArray
+from trajectories import Trajectory
+from trajectories.motions.sampled import sampled_motion
+
+HALF_DEGREE = {"revolute": float(np.radians(0.5)), "prismatic": 0.5e-3}
+"""rad, m; farthest that a joint goes to either side."""
+TOUCH = {"revolute": float(np.radians(0.015)), "prismatic": 15e-6}
+"""rad, m."""
+REST_SECONDS = 1.0
+TOUCH_SECONDS = 0.3
+"""One way, and each pause."""
+MOVE_SECONDS = 1.0
+"""One way of half a degree."""
+PAUSE_SECONDS = 0.4
+
+
+@dataclass(frozen=True)
+class Turn:
+    """The rows in which one joint has its turn, and how far it goes above and below where it stood."""
+
+    joint: int
+    rows: slice
+    above: float
+    below: float
+
+
+@dataclass(frozen=True)
+class FirstMotion:
+    """One of the three motions, with the turns of the joints; none at rest."""
+
+    trajectory: Trajectory
+    turns: tuple[Turn, ...]
+
+
+def at_rest(robot: Robot, posture: FloatArray) -> FirstMotion:
+    """Every joint holds still for a second at a posture (n,), rad or m."""
+    rows = round(REST_SECONDS / robot.bus.cycle_time)
+    return FirstMotion(_trajectory(robot, np.tile(posture, (rows, 1))), ())
+
+
+def touch(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
+    """Each of the joints (from 0) in turn a touch there and back."""
+    return _in_turns(robot, posture, joints, TOUCH, TOUCH_SECONDS, TOUCH_SECONDS)
+
+
+def half_degree(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
+    """Each of the joints (from 0) in turn half a degree to either side and back."""
+    return _in_turns(robot, posture, joints, HALF_DEGREE, MOVE_SECONDS, PAUSE_SECONDS)
+
+
+def refuse_in_the_way(robot: Robot, motion: FirstMotion, cell: Cell) -> None:
+    """Is there room for it?
+
+    Raises:
+        SessionError: names what it breaks first.
+    """
+    start = np.asarray(motion.trajectory.position[0])
+    problems = cell.conditions.judge(robot, start=start).judge(motion.trajectory.motion).problems
+    if problems:
+        raise SessionError(
+            f"stage first move: there is no room for half a degree of it: {problems[0]};"
+            " move the arm by hand, or with its maker's pendant, to where there is"
+        )
+
+
+def _in_turns(
+    robot: Robot,
+    posture: FloatArray,
+    joints: Sequence[int],
+    size: dict[str, float],
+    seconds: float,
+    pause: float,
+) -> FirstMotion:
+    cycle = robot.bus.cycle_time
+    hold = np.tile(posture, (max(2, round(pause / cycle)), 1))
+    pieces, turns, row = [hold], [], len(hold)
+    for k in joints:
+        joint = robot.joint[k]
+        above = min(size[joint.kind], max(0.0, robot.upper[k] - posture[k]))
+        below = min(size[joint.kind], max(0.0, posture[k] - robot.lower[k]))
+        ways = [way for way in (above, -below) if abs(way) > 0.5 * size[joint.kind]] or [above or -below]
+        before = len(pieces)
+        for way in ways:
+            end = posture.copy()
+            end[k] += way
+            there = _ramp(posture, end, seconds, cycle)
+            pieces += [there, np.tile(end, (len(hold), 1)), there[::-1], hold]
+        length = sum(len(piece) for piece in pieces[before:])
+        turns.append(Turn(k, slice(row, row + length), max(0.0, *ways), max(0.0, *(-way for way in ways))))
+        row += length
+    return FirstMotion(_trajectory(robot, np.vstack(pieces)), tuple(turns))
+
+
+def _ramp(start: FloatArray, end: FloatArray, seconds: float, cycle: float) -> FloatArray:
+    """A quintic from rest to rest, rows × n."""
+    s = np.linspace(0.0, 1.0, max(8, round(seconds / cycle)))[:, np.newaxis]
+    return np.asarray(start + (10 * s**3 - 15 * s**4 + 6 * s**5) * (end - start))
+
+
+def _trajectory(robot: Robot, position: FloatArray) -> Trajectory:
+    time = robot.bus.cycle_time * np.arange(len(position), dtype=np.float64)
+    motion = sampled_motion(time, position, np.zeros_like(position))
+    return Trajectory.sampled(motion, robot.bus.cycle_time, family="move")

@@ -1,0 +1,1 @@
+"""A session with an arm: opened, driven, ended."""

@@ -1,0 +1,126 @@
+"""Effects that a search has settled for, as it goes on with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.component import Component
+from ident.discrepancy.decision import Choice
+from ident.discrepancy.found import alternatives
+from ident.discrepancy.refined import Refined
+from ident.discrepancy.results import Candidate
+from ident.discrepancy.scoring import Score
+from ident.effects.family import PlacedEffect
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Robot
+
+_INTERVAL = 1.959964
+"""Standard deviations to either side of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """One effect with the sizes that were fitted last.
+
+    Attributes:
+        robot: the arm.
+        component: family, place and shape.
+        choice: of the step that chose it.
+        position: among the effects that were chosen together there.
+        placed: the effect with its shape.
+        linear, linear_sigma, shape_sigma: its parameters and their deviations.
+        seen: which of its parameters the data show.
+    """
+
+    robot: Robot
+    component: Component
+    choice: Choice
+    position: int
+    placed: PlacedEffect
+    linear: FloatArray
+    linear_sigma: FloatArray
+    shape_sigma: FloatArray
+    seen: BoolArray
+
+    @classmethod
+    def of(
+        cls, robot: Robot, component: Component, choice: Choice, position: int, refined: Refined, index: int
+    ) -> Accepted:
+        """An effect with the sizes of a fit.
+
+        Args:
+            robot: see above.
+            component: as it was chosen.
+            choice: see above.
+            position: see above.
+            refined: of all effects that were fitted together.
+            index: of this one among them.
+        """
+        effect = refined.effects[index]
+        return cls(
+            robot,
+            Component(component.family, component.place, effect.shape),
+            choice,
+            position,
+            effect,
+            refined.linear[index],
+            refined.linear_sigma[index],
+            refined.shape_sigma[index],
+            refined.seen[index],
+        )
+
+    @property
+    def chosen(self) -> Score:
+        assert self.choice.chosen is not None
+        return self.choice.chosen
+
+    @property
+    def effect(self) -> str:
+        return self.placed.name
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """From 1."""
+        return tuple(joint + 1 for joint in self.placed.place.joints)
+
+    @property
+    def score(self) -> float:
+        return self.chosen.value
+
+    @property
+    def indistinguishable_from(self) -> tuple[Candidate, ...]:
+        return alternatives(self.chosen, self.choice.alike, self.position, self.choice.excess)
+
+    @property
+    def unsure(self) -> str:
+        """What makes it this effect and is not told from its absence at 95 %, in words; empty where all is.
+
+        That is each parameter without which it is something else (of an effect that has none such, the
+        surest) and each shape that at one of its limits makes it another.
+        """
+        return self._unsure_size() or self._unsure_shape()
+
+    def _unsure_size(self) -> str:
+        essential = self.component.family.essential
+        clear = np.abs(self.linear) > _INTERVAL * self.linear_sigma
+        clear &= self.linear != 0.0
+        if essential:
+            missing = [k for k in essential if not clear[k]]
+        else:
+            surest = int(np.argmax(np.abs(self.linear) / np.maximum(self.linear_sigma, 1e-300)))
+            missing = [] if clear.any() else [surest]
+        if not missing:
+            return ""
+        k = missing[0]
+        value = f"{self.linear[k]:.2g} ± {self.linear_sigma[k]:.2g} {self.placed.units[k]}"
+        return f"{self.placed.parameter_names[k]} is {value.removesuffix(' 1')}, which may as well be nothing"
+
+    def _unsure_shape(self) -> str:
+        shapes = self.component.family.shapes(self.robot, self.placed.place)
+        for shape, value, sigma in zip(shapes, self.placed.shape, self.shape_sigma, strict=True):
+            for limit in shape.limits:
+                if abs(value - limit) <= _INTERVAL * sigma:
+                    return f"{shape.name} is {value:.2g} ± {sigma:.2g}, which may as well be {limit:g}"
+        return ""

@@ -1,0 +1,23 @@
+"""The search by evidence: one model of the data, its evidence for every set of effects, names with
+probabilities. It runs beside the search by rules until it is shown to be better.
+"""
+
+from __future__ import annotations
+
+from ident.discrepancy.by_evidence.accepted import prior_by_evidence
+from ident.discrepancy.by_evidence.report.answer import (
+    EvidenceAnswer,
+    EvidenceFinding,
+    EvidenceVerdict,
+    JointMisfit,
+)
+from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
+
+__all__ = [
+    "EvidenceAnswer",
+    "EvidenceFinding",
+    "EvidenceVerdict",
+    "JointMisfit",
+    "diagnose_by_evidence",
+    "prior_by_evidence",
+]

@@ -1,0 +1,1 @@
+"""Whether what was found holds on recordings that were not fitted."""

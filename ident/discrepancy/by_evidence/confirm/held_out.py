@@ -1,0 +1,126 @@
+"""What a set predicts of recordings that were not fitted, and whether it came true.
+
+With r the white rows of the validation that the set leaves and d what an effect changes of its prediction,
+leaving the effect out adds
+
+    Δ = ‖r + d‖² − ‖r‖² = ‖d‖² + 2 dᵀr
+
+to the sum of squares. The posterior predicts ‖d‖² ± 2 (dᵀ (s² + Φ Φᵀ κ²/m + A Σ Aᵀ) d)^½: noise, misfit,
+and what is not known of the parameters. An effect is confirmed where Δ is positive and not below that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis
+from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.evidence.known import known_columns
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared
+from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
+from robots.arrays import FloatArray
+
+_DEVIATIONS = 1.96
+"""Of the predictive interval: 95 %."""
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Of one effect of a set, in nats of the validation's rows.
+
+    Attributes:
+        predicted: ½ ‖d‖², what leaving it out should cost.
+        deviation: of that.
+        observed: what it costs.
+    """
+
+    predicted: float
+    deviation: float
+    observed: float
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the gap grows without it, and by what the posterior predicted."""
+        return self.observed > max(0.0, self.predicted - _DEVIATIONS * self.deviation)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Recordings that nothing was fitted to, as white rows."""
+
+    problem: Problem
+    rows: Rows
+
+    @classmethod
+    def of(cls, problem: Problem, validation: Prepared) -> HeldOut:
+        """Rows of a validation with the noise and the prior of the fit."""
+        prepared = validation.asked(problem.present)
+        known, _ = known_columns(prepared, problem.base, problem.prior, problem.start, problem.present)
+        basis = misfit_basis(prepared, problem.present)
+        return cls(problem, Rows(prepared, known, basis, problem.rows.noise))
+
+    def confirmation(self, found: Found, number: int, without: Found) -> Confirmation:
+        """Of one member of a set.
+
+        Args:
+            found: the set.
+            number: which of its members.
+            without: the set without it, fitted.
+        """
+        k, own = self.rows.precision.size, self._effects(found)
+        others = [one for i, one in enumerate(own) if i != number]
+        observed = predicted = variance = 0.0
+        shown = np.zeros(found.posterior.covariance.shape[0])
+        for j, white in enumerate(self.rows.white):
+            m = self.rows.misfit[j].shape[1]
+            with_it = _prediction(white[:, :k], own, j, found)
+            change = with_it - _prediction(white[:, :k], others, j, without)
+            size, of_misfit = float(change @ change), white[:, k : k + m].T @ change
+            predicted += size
+            observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
+            kappa, excess = float(found.level.kappa[j]), float(found.level.excess[j])
+            variance += excess**2 * size + kappa**2 / max(m, 1) * float(of_misfit @ of_misfit)
+            shown += np.concatenate([white[:, :k].T @ change, *(_seen(one, j, change) for one in own)])
+        variance += float(shown @ found.posterior.covariance @ shown)
+        return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
+
+    def residual(self, found: Found) -> FloatArray:
+        """Rows × joints, N·m (or N), that a set leaves of the torque."""
+        known = self.rows.known
+        left = known.target - known.columns @ found.posterior.known
+        for number, member in enumerate(found.members):
+            left = left - effect_rows(self.rows.prepared, member.entry.placed) @ found.theta(number)[0]
+        return np.asarray(left)
+
+    def unexplained(self, found: Found) -> FloatArray:
+        """(n,) share of the torque that a set leaves, beyond noise, where the joints move."""
+        used, torque = self.rows.prepared.used, self.rows.prepared.torque
+        left = self.residual(found)
+        count = np.maximum(used.sum(axis=0), 1)
+        level = np.sum(np.where(used, left, 0.0) ** 2, axis=0) / count
+        noise = np.array([one.marginal**2 for one in self.rows.noise])
+        power = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / count
+        return np.asarray(np.sqrt(np.maximum(level - noise, 0.0) / np.maximum(power, 1e-300)))
+
+    def _effects(self, found: Found) -> list[WhiteEffects]:
+        return [self.rows.effect(member.entry.placed) for member in found.members]
+
+
+def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:
+    """(p,) products of columns with a change of a joint's rows."""
+    columns = effects.joints[j]
+    return np.zeros(effects.count) if columns is None else np.asarray(columns.T @ change)
+
+
+def _prediction(known: FloatArray, effects: Sequence[WhiteEffects], j: int, found: Found) -> FloatArray:
+    """White rows of a joint as a set predicts them."""
+    total, start = known @ found.posterior.known, 0
+    for one in effects:
+        columns = one.joints[j]
+        if columns is not None:
+            total = total + columns @ found.posterior.theta[start : start + one.count]
+        start += one.count
+    return np.asarray(total)

@@ -1,0 +1,1 @@
+"""Which set of effects the data have."""

@@ -1,0 +1,89 @@
+"""The model with everything that is found, as effects ask it for torques: a payload is in its links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.state import Found
+from ident.effects import RigidBody, State
+from ident.effects.placed import Placed
+from ident.parameters.identity_cache import Lately
+from ident.parameters.present import Present
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class PresentWith:
+    """A model with effects of given values; see :class:`ident.effects.family.PresentModel`."""
+
+    model: Present
+    beside: Sequence[tuple[Placed, FloatArray]]
+    repeats: bool
+    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+
+    def torque(self, state: State) -> FloatArray:
+        """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        return self._torques.of(state, lambda: self._torque(state))
+
+    def _torque(self, state: State) -> FloatArray:
+        total = self.model.torque(state)
+        for effect, values in self.beside:
+            total = total + effect.columns(state) @ values
+        return total
+
+    def calm(self, state: State) -> State:
+        """The motion for rates of torques: that of other periods needs no filter of its own for its noise.
+
+        Such a filter takes a third off a torque near its cut-off, and the rest would look for another name.
+        """
+        return state if self.repeats else self.model.calm(state)
+
+    def link_torque(self, state: State) -> FloatArray:
+        """Torque of the links alone, samples × joints."""
+        return self.model.link_torque(state)
+
+    def link_mass_matrix(self, position: FloatArray) -> FloatArray:
+        """Of the links alone, samples × joints × joints."""
+        return self.model.link_mass_matrix(position)
+
+    def offset_torque(self) -> FloatArray:
+        """Constant torque on each joint (n,)."""
+        return self.model.offset_torque()
+
+    def drive_friction(self, drive: int) -> tuple[float, float]:
+        """Dry and viscous friction of a drive."""
+        return self.model.drive_friction(drive)
+
+    def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Torque that holds the links against a gravity (3,): samples × joints."""
+        return self.model.gravity_torque(position, gravity)
+
+
+def present_with(problem: Problem, found: Found) -> PresentWith:
+    """The model at a set's posterior mean. What a load adds to the links passes through the gears, too."""
+    base = problem.base
+    standard = base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
+    beside = []
+    for number, member in enumerate(found.members):
+        placed, values = member.entry.placed, found.theta(number)[0]
+        assert isinstance(placed, Placed)
+        links = placed.simulated(values).links
+        if links is None:
+            beside.append((placed, values))
+        else:
+            standard = standard + _in_links(problem, np.asarray(links))
+    return PresentWith(Present(base.model, standard), tuple(beside), problem.prepared.repeats)
+
+
+def _in_links(problem: Problem, links: FloatArray) -> FloatArray:
+    """(p,) standard parameters of links (n, 10)."""
+    model = problem.base.model
+    body = next(effect for effect in model.effects if isinstance(effect, RigidBody))
+    start = model.names.index(body.parameter_names[0])
+    added = np.zeros(len(model.names))
+    added[start : start + links.size] = links.reshape(-1)
+    return added

@@ -1,0 +1,132 @@
+"""The data, the model under examination, and what is known of both: what every step of the search reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, Posterior
+from ident.discrepancy.by_evidence.evidence.kappa import Misfit, fitted
+from ident.discrepancy.by_evidence.evidence.known import Beta, known_columns
+from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
+from ident.discrepancy.by_evidence.evidence.noise import Noise
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared, joined
+from ident.discrepancy.by_evidence.evidence.residual import first_noise, noise_beside
+from ident.discrepancy.by_evidence.evidence.rows import Rows
+from ident.discrepancy.prior import Prior
+from ident.effects.usual import friction_sign
+from ident.parameters.base import BaseParameters
+from ident.parameters.present import Present
+from robots.arrays import FloatArray
+
+_OF_NOISE = 0.5
+"""Misfit of an arm of which no accepted run is known, in deviations of its noise."""
+
+_ROUNDS = 3
+"""Noise and misfit are estimated in turn: the one without the other takes all for itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A model against recordings, before any effect is added.
+
+    Attributes:
+        base: parameters β.
+        prior: of β; None after a refit.
+        start: β (b,) that flat parameters are counted from.
+        present: the model as effects ask it for torques.
+        rows: white rows.
+        beta: how β is made of the known factors.
+        misfit: prior of κ.
+        level: of the misfit beside the model without any effect.
+        score: its log evidence with the prior of κ.
+        posterior: of the same.
+    """
+
+    base: BaseParameters
+    prior: Prior | None
+    start: FloatArray
+    present: Present
+    rows: Rows
+    beta: Beta
+    misfit: Misfit
+    level: Level
+    score: float
+    posterior: Posterior
+
+    @property
+    def prepared(self) -> Prepared:
+        return self.rows.prepared
+
+
+def pose(
+    base: BaseParameters, prior: Prior | None, prepared: Prepared, accepted: FloatArray | None
+) -> Problem:
+    """Fit β, noise and κ of the model without any effect.
+
+    Args:
+        base: the model's parameters.
+        prior: of them; None after a refit.
+        prepared: recordings to fit.
+        accepted: (n,) κ of an accepted run, N·m (or N); the noise's deviation where None.
+    """
+    values = _first_values(base, prior, prepared)
+    present = Present(base.model, base.standard_from(values, base.model.prior()))
+    prepared = prepared.asked(present)
+    known, beta = known_columns(prepared, base, prior, values, present)
+    basis = misfit_basis(prepared, present)
+    noise = first_noise(prepared, known, basis)
+    size = _root_mean_square(prepared)
+    kappa = _usual(noise) if accepted is None else accepted
+    level = Level(kappa, np.ones_like(kappa))
+    for _ in range(_ROUNDS):
+        rows = Rows(prepared, known, basis, noise)
+        misfit = Misfit(_usual(noise) if accepted is None else accepted, size)
+        score, level, posterior = fitted(Gram(rows, ()), (), level, range(rows.n), misfit)
+        noise = noise_beside(rows, level, posterior)
+    return Problem(base, prior, values, present, rows, beta, misfit, level, score, posterior)
+
+
+def _usual(noise: tuple[Noise, ...]) -> FloatArray:
+    """(n,) κ of an arm of which no accepted run is known: half its noise, N·m (or N)."""
+    return np.array([_OF_NOISE * one.marginal for one in noise])
+
+
+def _root_mean_square(prepared: Prepared) -> FloatArray:
+    """(n,) of the torque over the rows used."""
+    used = prepared.used
+    squares = np.sum(np.where(used, prepared.torque, 0.0) ** 2, axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=0), 1)))
+
+
+def _first_values(base: BaseParameters, prior: Prior | None, prepared: Prepared) -> FloatArray:
+    """β (b,): that of the prior, and least squares for what it leaves open."""
+    regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
+    used, torque = prepared.used, prepared.torque
+    held = np.zeros(base.independent.size, dtype=np.bool_)
+    values = np.zeros(base.independent.size)
+    if prior is not None:
+        held = np.isfinite(np.diag(prior.covariance))
+        values = np.where(held, prior.values, 0.0)
+    if held.all():
+        return values
+    deviation = torque.std(axis=0)
+    for _ in range(2):
+        rest = (torque - regressor @ np.where(held, values, 0.0)) / deviation
+        columns = (regressor / deviation[:, np.newaxis])[used][:, ~held]
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+        values[~held] = np.linalg.lstsq(columns / scale, rest[used], rcond=1e-8)[0] / scale
+        left = torque - regressor @ values
+        spread = np.array([float(np.std(left[rows, j])) for j, rows in enumerate(used.T) if rows.any()])
+        deviation[used.any(axis=0)] = np.maximum(spread, 1e-9)
+    return values
+
+
+def misfit_basis(prepared: Prepared, present: Present) -> tuple[FloatArray, ...]:
+    """Φ of each joint, at the motion that effects are evaluated at."""
+    robot, used = prepared.robot, prepared.used
+    state = joined([part.at_rows for part in prepared.parts])
+    load = present.link_torque(state)
+    sign = friction_sign(robot)
+    return tuple(misfit_columns(j, state, load[:, j], used[:, j], sign) for j in range(robot.n))

@@ -1,0 +1,96 @@
+"""Every candidate beside a set, by small solves from one Gram matrix; κ as the set has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky
+from scipy.special import logsumexp
+
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
+from ident.discrepancy.by_evidence.evidence.gram import Gram, bounds_factor
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from robots.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A candidate beside a set.
+
+    Attributes:
+        best: with the best shape of its grid.
+        gain: log evidence over the set without it, its shapes averaged over the grid.
+        log_odds: coarsened, with its prior.
+    """
+
+    best: Member
+    gain: float
+
+    @property
+    def candidate(self) -> Candidate:
+        return self.best.candidate
+
+    @property
+    def log_odds(self) -> float:
+        return TEMPERATURE * self.gain + self.best.log_prior
+
+
+def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Screened]:
+    """All candidates that are not in a set, the likeliest first."""
+    gains = _gains(problem, found, entries)
+    taken = {member.candidate.key for member in found.members if not member.candidate.family.several}
+    grouped: dict[int, list[int]] = {}
+    for number, entry in enumerate(entries):
+        if entry.candidate.key not in taken:
+            grouped.setdefault(id(entry.candidate), []).append(number)
+    screened = []
+    for numbers in grouped.values():
+        own = np.array([gains[number] for number in numbers])
+        mean = float(logsumexp(own) - np.log(own.size))
+        best = numbers[int(np.argmax(own))]
+        member = Member(entries[best], mean - float(own.max()))
+        screened.append(Screened(member, mean))
+    return sorted(screened, key=lambda one: -one.log_odds)
+
+
+def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArray:
+    """(entries,) log evidence of the set with each of them, less that of the set."""
+    members = [member.entry.white for member in found.members]
+    gram = Gram(problem.rows, (*members, *(entry.white for entry in entries)))
+    whole, _ = gram.reduced(found.level)
+    precision = problem.rows.precision
+    k, p = precision.size, int(gram.starts[len(members)])
+    y = k
+    inner = np.concatenate([np.arange(k), np.arange(k + 1, k + 1 + p)])
+    centre = np.concatenate([part.centre for part in members]) if members else np.zeros(0)
+    outer = np.arange(k + 1 + p, whole.shape[0])
+    system = whole[np.ix_(inner, inner)]
+    system[np.arange(k + p), np.arange(k + p)] += np.concatenate([precision, np.ones(p)])
+    factor = cholesky(system, lower=True, check_finite=False)
+    right = whole[inner, y] - whole[inner, k + 1 : k + 1 + p] @ centre
+    beside = whole[np.ix_(inner, outer)]
+    solved = cho_solve((factor, True), np.column_stack([beside, right]), check_finite=False)
+    own = whole[np.ix_(outer, outer)] - beside.T @ solved[:, :-1]
+    score = whole[outer, y] - whole[outer, k + 1 : k + 1 + p] @ centre - beside.T @ solved[:, -1]
+    gains, start = np.empty(len(entries)), 0
+    for number, entry in enumerate(entries):
+        part = slice(start, start + entry.white.count)
+        gains[number] = _gain(own[part, part], score[part], entry)
+        start = part.stop
+    return gains
+
+
+def _gain(own: FloatArray, score: FloatArray, entry: Entry) -> float:
+    """Of one effect: ½ zᵀA⁻¹z − ½ log |A| about its centre, and its bounds."""
+    centre = entry.white.centre
+    left = score - own @ centre
+    system = own + np.eye(score.size)
+    inverse = np.linalg.inv(system)
+    mean = inverse @ left
+    gain = 0.5 * float(left @ mean) - 0.5 * float(np.linalg.slogdet(system)[1])
+    gain += float(score @ centre) - 0.5 * float(centre @ own @ centre)
+    deviation = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
+    return gain + bounds_factor(mean + centre, deviation, [entry.white]) - entry.white.unsaid

@@ -1,0 +1,167 @@
+"""The search over sets: forward with pairs of leaders, everything fitted again, and backward."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.shapes import refined
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
+
+_log = logging.getLogger(__name__)
+
+LEADERS = 10
+"""Candidates whose κ is fitted with them."""
+
+_SHAPED = 4
+"""Candidates whose shapes are refined."""
+
+_PAIRED = 6
+"""Candidates that are tried in pairs."""
+
+MOST = 5
+"""Effects of a set."""
+
+Key = frozenset[tuple[str, tuple[int, ...]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """Where the search ended.
+
+    Attributes:
+        found: the best set.
+        empty: the model without any effect.
+        present: the model with the set.
+        entries: the vocabulary beside it.
+        visited: log posterior of every set that was fitted.
+    """
+
+    found: Found
+    empty: Found
+    present: PresentWith
+    entries: tuple[Entry, ...]
+    visited: dict[Key, float]
+
+
+@dataclass(eq=False)
+class Search:
+    """One search over the sets of a vocabulary."""
+
+    problem: Problem
+    wanted: Sequence[Candidate]
+    progress: Callable[[str, float], None]
+    visited: dict[Key, float] = field(default_factory=dict)
+
+    def run(self) -> Searched:
+        """Until no set is better."""
+        problem = self.problem
+        empty = Found((), problem.level, problem.score, problem.posterior)
+        found = self._seen(empty)
+        present = present_with(problem, found)
+        self.progress("vocabulary", 0.1)
+        entries = library(problem.rows, self.wanted, present)
+        while len(found.members) < MOST:
+            self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
+            better = self._extended(found, entries, present)
+            if better is None:
+                break
+            found, present = self._refitted(better)
+            found, present = self._pruned(found, present)
+            _log.info("set %s, log posterior %.1f", key_of(found), found.log_posterior)
+        return Searched(found, empty, present, entries, self.visited)
+
+    def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
+        """The best set with one or two members more; None where none is better."""
+        leaders = screen(self.problem, found, entries)[:LEADERS]
+        screened = [self._remade(one, present) for one in leaders]
+        tried = [self._fitted((*found.members, one.best), found, (one,)) for one in screened]
+        order = np.argsort([-one.log_posterior for one in tried], kind="stable")
+        sets = [self._shaped(tried[k], present) for k in order[:_SHAPED]]
+        sets += self._pairs(found, [screened[k] for k in order[:_PAIRED]])
+        best = max(sets, key=lambda one: one.log_posterior, default=None)
+        return best if best is not None and best.log_posterior > found.log_posterior else None
+
+    def _remade(self, screened: Screened, present: PresentWith) -> Screened:
+        """A leader with columns that are made of the model with everything that is found."""
+        old = screened.best.entry
+        placed = old.candidate.at(self.problem.prepared.robot, old.placed.shape, present)
+        white = self.problem.rows.effect(placed)
+        if not white.there:
+            return screened
+        return Screened(Member(Entry(old.candidate, placed, white), screened.best.volume), screened.gain)
+
+    def _pairs(self, found: Found, leaders: Sequence[Screened]) -> list[Found]:
+        return [
+            self._fitted((*found.members, one.best, other.best), found, (one, other))
+            for one, other in combinations(leaders, 2)
+            if one.candidate.key != other.candidate.key
+        ]
+
+    def _fitted(self, members: Sequence[Member], found: Found, added: Sequence[Screened]) -> Found:
+        joints = sorted({joint for one in added for joint in joints_of(one.best)})
+        return self._seen(found_set(self.problem, members, found.level, joints))
+
+    def _shaped(self, found: Found, present: PresentWith) -> Found:
+        """The last member with its best shapes."""
+        last = len(found.members) - 1
+        member = refined(self.problem, found.members, last, found, present)
+        members = (*found.members[:last], member)
+        shaped = found_set(self.problem, members, found.level, joints_of(member))
+        return self._seen(max(shaped, found, key=lambda one: one.log_posterior))
+
+    def _refitted(self, found: Found) -> tuple[Found, PresentWith]:
+        """Columns made of the model with the whole set, shapes one after the other, κ of all joints."""
+        for _ in range(2):
+            present = present_with(self.problem, found)
+            for number in range(len(found.members)):
+                members = list(found.members)
+                members[number] = refined(self.problem, members, number, found, present)
+                found = found_set(self.problem, members, found.level, joints_of(members[number]))
+        found = found_set(self.problem, found.members, found.level, range(self.problem.rows.n))
+        return self._seen(found), present_with(self.problem, found)
+
+    def _pruned(self, found: Found, present: PresentWith) -> tuple[Found, PresentWith]:
+        """Without the members that the others have made superfluous."""
+        while found.members:
+            fewer = [self.without(found, number) for number in range(len(found.members))]
+            best = max(fewer, key=lambda one: one.log_posterior)
+            if best.log_posterior <= found.log_posterior:
+                break
+            found = best
+            present = present_with(self.problem, found)
+        return found, present
+
+    def without(self, found: Found, number: int) -> Found:
+        """A set less one member, κ of its joints fitted again."""
+        members = [member for k, member in enumerate(found.members) if k != number]
+        return self._seen(found_set(self.problem, members, found.level, joints_of(found.members[number])))
+
+    def replaced(self, without: Found, other: Screened, present: PresentWith) -> float:
+        """Log posterior of a set with another candidate in place of what it lacks, κ and shapes fitted."""
+        remade = self._remade(other, present)
+        tried = self._fitted((*without.members, remade.best), without, (remade,))
+        return self._shaped(tried, present).log_posterior
+
+    def _seen(self, found: Found) -> Found:
+        key = key_of(found)
+        self.visited[key] = max(self.visited.get(key, -np.inf), found.log_posterior)
+        return found
+
+
+def joints_of(member: Member) -> tuple[int, ...]:
+    """Joints whose misfit an effect can take the place of."""
+    return member.candidate.place.joints or member.entry.white.at
+
+
+def key_of(found: Found) -> Key:
+    """Names and places of a set."""
+    return frozenset(member.candidate.key for member in found.members)

@@ -1,0 +1,145 @@
+"""Shapes of an effect beside a set: the best ones, and what integrating over them costs (Laplace)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.state import Found, Member
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.family import PresentModel, Shape
+from robots.arrays import FloatArray
+
+_EVALUATIONS = 14
+"""Per shape that is refined."""
+
+_STEP = 0.02
+"""Of a shape's range, for the curvature."""
+
+
+def refined(
+    problem: Problem, members: Sequence[Member], number: int, found: Found, present: PresentModel
+) -> Member:
+    """A member of a set with the shapes of the largest evidence; κ as the set has it.
+
+    Args:
+        problem: the data.
+        members: the set.
+        number: which of them.
+        found: κ that it is looked at with.
+        present: the model that columns are made of.
+    """
+    search = _Search(problem, members, number, found.level, present)
+    return search.best()
+
+
+class _Search:
+    def __init__(
+        self,
+        problem: Problem,
+        members: Sequence[Member],
+        number: int,
+        level: Level,
+        present: PresentModel,
+    ) -> None:
+        self.problem, self.level, self.present = problem, level, present
+        self.others = [member.entry.white for k, member in enumerate(members) if k != number]
+        self.member = members[number]
+        self.candidate: Candidate = self.member.candidate
+        self.free = [k for k, shape in enumerate(self.candidate.shapes) if not shape.fixed]
+        self.best_entry = self.member.entry
+        self.best_value = -np.inf
+
+    def value(self, entry: Entry) -> float:
+        """Log evidence of the set with the effect like this."""
+        if not entry.white.there:
+            return -np.inf
+        gram = Gram(self.problem.rows, (*self.others, entry.white))
+        value = gram.posterior(self.level, range(len(self.others) + 1)).log_evidence
+        if value > self.best_value:
+            self.best_value, self.best_entry = value, entry
+        return value
+
+    def best(self) -> Member:
+        start = np.array([_inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
+        value = self.value(self.entry_at(start))
+        if not self.free:
+            return Member(self.best_entry, self.member.volume)
+        limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in self._shapes()]
+        steps = np.array([_grid_step(s) for s in self._shapes()])
+        simplex = np.vstack([start, *(self._within(start + np.diag(0.4 * steps), limits))])
+        minimize(
+            lambda point: -self.value(self.entry_at(point)),
+            start,
+            method="Nelder-Mead",
+            bounds=limits,
+            options={
+                "maxfev": _EVALUATIONS * len(self.free),
+                "initial_simplex": simplex,
+                "xatol": 1e-3,
+                "fatol": 0.02,
+            },
+        )
+        assert self.best_value >= value
+        return Member(self.best_entry, self._volume(limits))
+
+    def entry_at(self, point: FloatArray) -> Entry:
+        """The effect with free shapes at inner values."""
+        shape = list(self.member.entry.placed.shape)
+        for k, value in zip(self.free, point, strict=True):
+            one = self.candidate.shapes[k]
+            shape[k] = float(np.clip(_outer(one, float(value)), one.lower, one.upper))
+        placed = self.candidate.at(self.problem.prepared.robot, tuple(shape), self.present)
+        return Entry(self.candidate, placed, self.problem.rows.effect(placed))
+
+    def _shapes(self) -> list[Shape]:
+        return [self.candidate.shapes[k] for k in self.free]
+
+    def _values(self) -> list[float]:
+        return [self.member.entry.placed.shape[k] for k in self.free]
+
+    def _within(self, points: FloatArray, limits: Sequence[tuple[float, float]]) -> FloatArray:
+        """Points that left the bounds go to the other side."""
+        start = np.array([_inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
+        low, high = np.array(limits).T
+        outside = (points < low) | (points > high)
+        return np.clip(np.where(outside, 2.0 * start - points, points), low, high)
+
+    def _volume(self, limits: Sequence[tuple[float, float]]) -> float:
+        """Log of the posterior's width over that of the prior, shape by shape; fixed ones by their number."""
+        entry, value = self.best_entry, self.best_value
+        point = np.array(
+            [_inner(s, entry.placed.shape[k]) for k, s in zip(self.free, self._shapes(), strict=True)]
+        )
+        volume = 0.0
+        for index, (low, high) in enumerate(limits):
+            step = _STEP * (high - low)
+            drop = 0.0
+            for side in (-step, step):
+                tried = point.copy()
+                tried[index] = np.clip(point[index] + side, low, high)
+                drop += max(value - self.value(self.entry_at(tried)), 0.0)
+            width = np.sqrt(2.0 * np.pi) * step / np.sqrt(max(drop, 1e-6))
+            volume += float(np.log(min(1.0, width / (high - low))))
+        fixed = [len(s.grid) for s in self.candidate.shapes if s.fixed]
+        return volume - float(np.log(fixed).sum()) if fixed else volume
+
+
+def _inner(shape: Shape, value: float) -> float:
+    return float(np.log(value)) if shape.logarithmic else value
+
+
+def _outer(shape: Shape, value: float) -> float:
+    return float(np.exp(value)) if shape.logarithmic else value
+
+
+def _grid_step(shape: Shape) -> float:
+    """Between values of its grid, inner; a tenth of the range where there is one alone."""
+    inner = [_inner(shape, value) for value in shape.grid]
+    if len(inner) < 2:
+        return 0.1 * (_inner(shape, shape.upper) - _inner(shape, shape.lower))
+    return float(np.median(np.abs(np.diff(inner))))

@@ -1,0 +1,86 @@
+"""A set of placed effects beside the model, with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, Posterior
+from ident.discrepancy.by_evidence.evidence.kappa import fitted
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from robots.arrays import FloatArray
+
+TEMPERATURE = 0.5
+"""T of evidence^T: what the model of the data is trusted for (Miller and Dunson 2019); set by calibration."""
+
+ONE_MORE = 0.2
+"""Prior odds of one effect more: of six arms that are looked at five are clean."""
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One effect of a set.
+
+    Attributes:
+        entry: with its shape.
+        volume: log of the share of its shapes' prior that the data leave: what integrating over them costs.
+    """
+
+    entry: Entry
+    volume: float
+
+    @property
+    def candidate(self) -> Candidate:
+        return self.entry.candidate
+
+    @property
+    def log_prior(self) -> float:
+        """Log odds of this effect being there, before any data."""
+        return float(np.log(ONE_MORE * self.candidate.share))
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A set with everything that is fitted to it.
+
+    Attributes:
+        members: in the order in which they came.
+        level: of the misfit.
+        score: log evidence with the prior of κ and s.
+        posterior: of known factors and θ.
+    """
+
+    members: tuple[Member, ...]
+    level: Level
+    score: float
+    posterior: Posterior
+
+    @property
+    def log_evidence(self) -> float:
+        """Shapes and κ counted in."""
+        return self.score + sum(member.volume for member in self.members)
+
+    @property
+    def log_posterior(self) -> float:
+        """Coarsened, with the prior of the set; up to a constant."""
+        return TEMPERATURE * self.log_evidence + sum(member.log_prior for member in self.members)
+
+    def theta(self, number: int) -> tuple[FloatArray, FloatArray]:
+        """Values and covariance of a member's parameters, in their units."""
+        start = sum(member.entry.white.count for member in self.members[:number])
+        scale = self.members[number].entry.white.scale
+        part = slice(start, start + scale.size)
+        k = self.posterior.known.size
+        inside = slice(k + part.start, k + part.stop)
+        covariance = self.posterior.covariance[inside, inside] * np.outer(scale, scale)
+        return self.posterior.theta[part] * scale, covariance
+
+
+def found_set(problem: Problem, members: Sequence[Member], level: Level, joints: Sequence[int]) -> Found:
+    """Fit a set, the misfit of some joints anew."""
+    gram = Gram(problem.rows, tuple(member.entry.white for member in members))
+    score, level, posterior = fitted(gram, range(len(members)), level, joints, problem.misfit)
+    return Found(tuple(members), level, score, posterior)

@@ -1,0 +1,1 @@
+"""The model of the data and the evidence of a set of effects."""

@@ -1,0 +1,81 @@
+"""The misfit Φ w of a joint: what every real arm has and no vocabulary names (Kennedy and O'Hagan 2001).
+
+Φ is a modest smooth basis over speed, position, acceleration, load and direction of motion of the joint, the
+motion of the others, and time. With w ~ N(0, κ²/m) for m columns of unit root mean square, κ is the root mean
+square of the misfit in N·m (or N).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from ident.effects import FrictionSign, State
+from robots.arrays import BoolArray, FloatArray
+
+_DEGREE = 3
+_INNER = (0.005, 0.995)
+"""Quantiles between which the knots lie; rows beyond take the value at the end."""
+
+_WAVES = (1, 2, 3)
+"""Half waves over the recordings: what changes in time without a cause that is known."""
+
+_NOTHING = 1e-9
+
+
+def misfit_columns(
+    joint: int, state: State, load: FloatArray, used: BoolArray, sign: FrictionSign
+) -> FloatArray:
+    """Φ of a joint, rows × m; of unit root mean square over the rows used.
+
+    Args:
+        joint: from 0.
+        state: motion at the rows.
+        load: (rows,) torque of the links on the joint, N·m (or N).
+        used: (rows,) which rows count.
+        sign: the arm's form of a friction's sign.
+    """
+    position, speed = state.position[:, joint], state.velocity[:, joint]
+    direction = sign(speed)
+    parts = [
+        _splines(speed, 8, used),
+        _splines(position, 8, used),
+        _splines(state.acceleration[:, joint], 6, used),
+        _splines(load, 6, used),
+        direction[:, np.newaxis] * _splines(np.abs(speed), 6, used),
+        direction[:, np.newaxis] * _splines(position, 6, used),
+        direction[:, np.newaxis] * _splines(np.abs(load), 5, used),
+        speed[:, np.newaxis] * _splines(position, 5, used),
+        speed[:, np.newaxis] * _splines(np.abs(load), 4, used),
+        *_of_others(joint, state, sign),
+        _of_time(state),
+    ]
+    columns = np.concatenate(parts, axis=1)
+    columns = columns - columns[used].mean(axis=0) if used.any() else columns
+    size = np.sqrt(np.mean(columns[used] ** 2, axis=0)) if used.any() else np.zeros(columns.shape[1])
+    there = size > _NOTHING
+    return np.asarray(columns[:, there] / size[there])
+
+
+def _of_others(joint: int, state: State, sign: FrictionSign) -> list[FloatArray]:
+    """Speeds, accelerations and directions of the other joints."""
+    others = [k for k in range(state.velocity.shape[1]) if k != joint]
+    return [state.velocity[:, others], state.acceleration[:, others], sign(state.velocity[:, others])]
+
+
+def _of_time(state: State) -> FloatArray:
+    assert state.time is not None
+    share = (state.time - state.time[0]) / (state.time[-1] - state.time[0])
+    waves = [wave(np.pi * k * share) for k in _WAVES for wave in (np.sin, np.cos)]
+    return np.stack(waves, axis=1)
+
+
+def _splines(values: FloatArray, count: int, used: BoolArray) -> FloatArray:
+    """Cubic B-splines over the range of values (rows,): rows × count."""
+    low, high = np.quantile(values[used] if used.any() else values, _INNER)
+    if high - low <= _NOTHING * max(abs(low), abs(high), _NOTHING):
+        return np.zeros((values.shape[0], 0))
+    share = np.clip((values - low) / (high - low), 0.0, 1.0 - 1e-9)
+    inner = np.linspace(0.0, 1.0, count - _DEGREE + 1)
+    knots = np.concatenate([np.zeros(_DEGREE), inner, np.ones(_DEGREE)])
+    return np.asarray(BSpline.design_matrix(share, knots, _DEGREE).toarray())

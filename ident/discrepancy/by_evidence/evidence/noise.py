@@ -1,0 +1,118 @@
+"""The noise ε: an AR model per joint, from what does not repeat or from innovations beside the misfit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ident.statistics.whitening import is_stable, largest_order, unbroken
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+_ORDER = 4
+"""Of the AR model where nothing repeats."""
+
+_LEAST_FREEDOM = 20.0
+
+_SMALLEST = 1e-12
+"""N·m (or N), of a deviation: data without any noise."""
+
+_MEMORY = 500
+"""Rows after which an AR process has forgotten."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of one joint.
+
+    Attributes:
+        coefficients: (order,) of e_t = a₁ e_{t−1} + … + u_t.
+        deviation: of u_t, N·m (or N).
+    """
+
+    coefficients: FloatArray
+    deviation: float
+
+    @property
+    def marginal(self) -> float:
+        """Deviation of e_t, N·m (or N)."""
+        impulse = np.zeros(_MEMORY)
+        impulse[0] = self.deviation
+        response = lfilter([1.0], np.concatenate([[1.0], -self.coefficients]), impulse)
+        return float(np.linalg.norm(response))
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Rows of one joint through its AR filter, recording by recording; rows with a gap behind them go.
+
+    Attributes:
+        noise: of the joint.
+        pieces: first and last row of each recording.
+        whole: per recording, which of its rows from ``order`` on are used with all before that they mix.
+    """
+
+    noise: Noise
+    pieces: tuple[tuple[int, int], ...]
+    whole: tuple[BoolArray, ...]
+
+    @classmethod
+    def of(cls, noise: Noise, segment: IntArray, used: BoolArray) -> Whitener:
+        """For rows with recording numbers (rows,) of which some are used (rows,)."""
+        order = noise.coefficients.size
+        pieces, whole = [], []
+        for index in np.unique(segment):
+            rows = np.flatnonzero(segment == index)
+            pieces.append((int(rows[0]), int(rows[-1]) + 1))
+            whole.append(unbroken(used[rows], order) if order else used[rows])
+        return cls(noise, tuple(pieces), tuple(whole))
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Rows × k of all recordings as white rows of unit variance (N, k)."""
+        order = self.noise.coefficients.size
+        taps = np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation
+        parts = [
+            lfilter(taps, [1.0], values[start:end], axis=0)[order:][whole]
+            for (start, end), whole in zip(self.pieces, self.whole, strict=True)
+        ]
+        return np.ascontiguousarray(np.concatenate(parts))
+
+
+def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:
+    """AR model of a residual (rows,): least squares over rows without gaps.
+
+    Args:
+        series: of one joint, N·m (or N).
+        segment: (rows,) recording numbers.
+        used: (rows,) which rows count.
+        lost: degrees of freedom that the residual has less than rows.
+    """
+    order = min(_ORDER, largest_order(used[:, np.newaxis]))
+    target, lagged = _lagged(series, segment, used, order)
+    if target.size == 0:
+        return Noise(np.zeros(0), 1.0)
+    coefficients = np.zeros(0)
+    while order:
+        coefficients = np.asarray(np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0])
+        if is_stable(coefficients):
+            break
+        order -= 1
+        coefficients = np.zeros(0)
+    error = target - lagged[:, :order] @ coefficients
+    freedom = max(target.size - lost, _LEAST_FREEDOM)
+    return Noise(coefficients, max(float(np.sqrt(error @ error / freedom)), _SMALLEST))
+
+
+def _lagged(
+    series: FloatArray, segment: IntArray, used: BoolArray, order: int
+) -> tuple[FloatArray, FloatArray]:
+    """Rows that have ``order`` unbroken ones before them, and those, nearest first."""
+    targets, lags = [], []
+    for index in np.unique(segment):
+        part, chosen = series[segment == index], used[segment == index]
+        whole = unbroken(chosen, order) if order else chosen
+        targets.append(part[order:][whole])
+        before = [part[order - k : part.size - k][whole] for k in range(1, order + 1)]
+        lags.append(np.stack(before, axis=1) if before else np.zeros((int(whole.sum()), 0)))
+    return np.concatenate(targets), np.concatenate(lags)

@@ -1,0 +1,265 @@
+"""Recordings as the evidence reads them: torque and motion through one low-pass, then samples left out.
+
+The torque passes the filter of the positions, so both sides of y = X β + E θ + … hold the same content, and
+nothing above the rate of the rows is left to be folded down. No second filter is needed then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.effects import State
+from ident.effects.family import PresentModel
+from ident.errors import IdentificationError
+from ident.preparation.observation import observed_torque
+from ident.recording import Recording
+from ident.signals import low_pass, motion
+from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Identification, Robot
+
+ROW_RATE = 125.0
+"""Hz, of the rows."""
+
+_PASSED = 0.4
+"""Of the row rate: the highest cut-off. Half would be folded."""
+
+_FINER = 2
+"""Samples per row at which effects are evaluated: histories and rates of torques need them closer."""
+
+_EDGE = 5.0
+"""Periods of the cut-off at both ends in which a filtered acceleration is not to be trusted."""
+
+_FEWEST_ROWS = 50
+
+_SLOW = 6
+"""Half waves over a recording: what changes more slowly than that is no noise."""
+
+_MINIMUM_SPEED, _MARGIN = 0.01, 0.08
+"""Rows are left out where a joint is slower than this share of its limit, and so many s on both sides: there
+filtered signs look like friction that falls with speed."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One recording.
+
+    Attributes:
+        own: motion at the rows, of this sample.
+        other: motion at ``finer`` times the rows, as the other periods show it where the trajectory repeats.
+        torque: rows × joints, N·m (or N).
+        used: rows × joints, away from standstills.
+        period: rows per period of the trajectory, None where it does not repeat.
+        finer: samples of ``other`` per row.
+        sample_time: of the recording, s.
+    """
+
+    own: State
+    other: State
+    torque: FloatArray
+    used: BoolArray
+    period: int | None
+    finer: int
+    sample_time: float
+
+    @property
+    def rows(self) -> int:
+        return int(self.torque.shape[0])
+
+    @property
+    def at_rows(self) -> State:
+        """The other periods' motion at the rows."""
+        return _every(self.other, slice(None), self.finer)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """All recordings of one kind (to fit, or to validate), one after the other."""
+
+    robot: Robot
+    parts: tuple[Part, ...]
+
+    @property
+    def torque(self) -> FloatArray:
+        """Rows × joints."""
+        return np.concatenate([part.torque for part in self.parts])
+
+    @property
+    def used(self) -> BoolArray:
+        return np.concatenate([part.used for part in self.parts])
+
+    @property
+    def segment(self) -> IntArray:
+        """(rows,) which recording."""
+        return np.repeat(np.arange(len(self.parts)), [part.rows for part in self.parts])
+
+    @property
+    def repeats(self) -> bool:
+        """Whether every trajectory repeats, so that noise is told from what does not."""
+        return all(part.period is not None for part in self.parts)
+
+    def asked(self, present: PresentModel) -> Prepared:
+        """With the torque that a model predicts where no other period shows what was asked of the drives."""
+        parts = [
+            part
+            if part.other.torque is not None
+            else replace(part, other=replace(part.other, torque=present.torque(part.other)))
+            for part in self.parts
+        ]
+        return replace(self, parts=tuple(parts))
+
+    def not_repeating(self, values: FloatArray) -> FloatArray:
+        """What of rows × joints does not repeat, less friction that changes over a recording."""
+        cuts = np.cumsum([part.rows for part in self.parts])[:-1]
+        pieces = []
+        for part, piece in zip(self.parts, np.split(values, cuts), strict=True):
+            assert part.period is not None
+            pieces.append(_without_slow(part, not_repeating(piece, part.period), part.period))
+        return np.concatenate(pieces)
+
+
+def settings_for(robot: Robot, recording: Recording) -> Robot:
+    """The arm with filters for rows of the evidence."""
+    rate = 1.0 / recording.sample_time
+    stride = _stride(recording, max(1, int(rate / ROW_RATE + 1e-6)))
+    settings = robot.identification
+    changed = {
+        "cutoff_hz": min(settings.cutoff_hz, _PASSED * rate / stride),
+        "decimation": stride,
+        "derivative_accuracy": 8,
+        "minimum_speed": max(settings.minimum_speed, _MINIMUM_SPEED),
+        "standstill_margin": max(settings.standstill_margin, _MARGIN),
+    }
+    return robot.model_copy(update={"identification": settings.model_copy(update=changed)})
+
+
+def prepare(robot: Robot, recordings: Sequence[Recording]) -> Prepared:
+    """Filter and thin recordings, as if recorded without a pause.
+
+    Args:
+        robot: with the settings of :func:`settings_for`.
+        recordings: one or more.
+
+    Raises:
+        IdentificationError: no recording, or one that is too short.
+    """
+    if not recordings:
+        raise IdentificationError("no recording to examine")
+    parts, started = [], 0.0
+    for recording in recordings:
+        parts.append(_part(robot, recording, started))
+        started += float(recording.time[-1] - recording.time[0])
+    return Prepared(robot, tuple(parts))
+
+
+def _part(robot: Robot, recording: Recording, started: float) -> Part:
+    settings = robot.identification
+    step = recording.sample_time
+    stride = _stride(recording, settings.decimation)
+    whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
+    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
+    torque = observed_torque(robot, recording, everything)
+    torque = low_pass(torque, settings.cutoff_hz, step, settings.filter_order)
+    period = repeat_length(recording.reference, step)
+    if period is not None and period % stride:
+        period = None
+    time = recording.time - recording.time[0] + started
+    keep = _kept(recording, settings, stride)
+    own = _every(State(whole.position, whole.velocity, whole.acceleration, time, torque), keep, 1)
+    finer = _FINER if stride % _FINER == 0 else 1
+    used = _away_from_standstill(robot, own, step, settings)
+    return Part(
+        own=_every(own, slice(None), stride),
+        other=_every(_of_other_periods(own, period), slice(None), stride // finer),
+        torque=torque[keep][::stride],
+        used=used[::stride],
+        period=None if period is None else period // stride,
+        finer=finer,
+        sample_time=step,
+    )
+
+
+def _of_other_periods(own: State, period: int | None) -> State:
+    """The same motion without a sample's own noise, where it repeats.
+
+    Samples at the ends of the record, which the filter has spoiled, are not in it: they would spoil the same
+    phase of all other periods.
+    """
+    if period is None:
+        return replace(own, torque=None)
+    assert own.torque is not None
+    channels = (own.position, own.velocity, own.acceleration, own.torque)
+    position, velocity, acceleration, asked = (others_mean(one, period) for one in channels)
+    return State(position, velocity, acceleration, own.time, asked)
+
+
+def _stride(recording: Recording, most: int) -> int:
+    """Samples per row: the most that divide the period of the trajectory, where it repeats."""
+    period = repeat_length(recording.reference, recording.sample_time)
+    if period is None:
+        return most
+    return max(k for k in range(1, most + 1) if period % k == 0)
+
+
+def _kept(recording: Recording, settings: Identification, stride: int) -> slice:
+    """Samples away from both ends, a whole number of rows."""
+    samples = recording.time.shape[0]
+    least = int(np.ceil(_EDGE / (settings.cutoff_hz * recording.sample_time)))
+    start, end = (max(least, trim) for trim in settings.trim_samples)
+    rows = (samples - start - end) // stride
+    if rows < _FEWEST_ROWS:
+        raise IdentificationError(
+            f"{recording.name}: {samples} samples are too short a record;"
+            f" allowed: at least {start + end + _FEWEST_ROWS * stride}"
+        )
+    return slice(start, start + rows * stride)
+
+
+def _every(state: State, keep: slice, stride: int) -> State:
+    parts = (state.position, state.velocity, state.acceleration)
+    position, velocity, acceleration = (np.ascontiguousarray(part[keep][::stride]) for part in parts)
+    assert state.time is not None
+    torque = None if state.torque is None else np.ascontiguousarray(state.torque[keep][::stride])
+    return State(position, velocity, acceleration, state.time[keep][::stride], torque)
+
+
+def _away_from_standstill(robot: Robot, state: State, step: float, settings: Identification) -> BoolArray:
+    """Samples × joints: the joint and every drive that moves with it are fast enough, with a margin."""
+    transmission = robot.transmission_matrix
+    limit = settings.minimum_speed * robot.velocity_limits
+    slow = np.abs(state.velocity) <= limit
+    slow |= (np.abs(state.velocity @ transmission.T) <= limit) @ (transmission != 0.0)
+    reach = round(settings.standstill_margin / step)
+    return np.asarray(~binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_)))
+
+
+def _without_slow(part: Part, noise: FloatArray, period: int) -> FloatArray:
+    """Noise less what of it is slow, or is friction that changes slowly: that is a finding, no noise."""
+    time = part.own.time
+    assert time is not None
+    share = (time - time[0]) / (time[-1] - time[0])
+    slow = np.stack([np.cos(np.pi * k * share) for k in range(1, _SLOW + 1)], axis=1)
+    rest = noise.copy()
+    for joint in range(noise.shape[1]):
+        speed = part.own.velocity[:, joint]
+        causes = np.stack([np.ones_like(speed), np.sign(speed), speed], axis=1)
+        basis = (causes[:, :, np.newaxis] * slow[:, np.newaxis, :]).reshape(share.size, -1)
+        basis = not_repeating(basis, period)
+        used = part.used[:, joint]
+        scale = np.maximum(np.linalg.norm(basis[used], axis=0), 1e-12)
+        fit = np.linalg.lstsq(basis[used] / scale, noise[used, joint], rcond=1e-6)[0]
+        rest[:, joint] -= basis / scale @ fit
+    return rest
+
+
+def joined(states: Sequence[State]) -> State:
+    """Motions one after the other."""
+    position, velocity, acceleration, time = (
+        np.concatenate([getattr(state, name) for state in states])
+        for name in ("position", "velocity", "acceleration", "time")
+    )
+    return State(position, velocity, acceleration, time)

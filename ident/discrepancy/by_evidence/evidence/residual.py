@@ -1,0 +1,66 @@
+"""What the known columns and the misfit leave of the torque, and the noise that is read off it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
+from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared
+from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from robots.arrays import FloatArray
+
+_RIDGE = 1e-3
+"""Of a unit column's energy: a first fit has to leave the noise, not to be right."""
+
+
+def first_noise(prepared: Prepared, known: Known, basis: tuple[FloatArray, ...]) -> tuple[Noise, ...]:
+    """Noise beside a ridge fit of everything, before κ is known."""
+    left = np.empty_like(known.target)
+    for j, misfit in enumerate(basis):
+        used = prepared.used[:, j]
+        columns = np.concatenate([known.columns[:, j], misfit], axis=1)
+        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+        inside = columns[used]
+        system = inside.T @ inside + _RIDGE * np.eye(columns.shape[1])
+        left[:, j] = known.target[:, j] - columns @ np.linalg.solve(system, inside.T @ known.target[used, j])
+    return _noise(prepared, left, np.zeros(left.shape[1]))
+
+
+def noise_beside(rows: Rows, level: Level, posterior: Posterior) -> tuple[Noise, ...]:
+    """Noise beside the posterior of the known columns and the misfit."""
+    left, freedom = residual(rows, level, posterior)
+    return _noise(rows.prepared, left, freedom)
+
+
+def residual(rows: Rows, level: Level, posterior: Posterior) -> tuple[FloatArray, FloatArray]:
+    """Rows × joints, N·m (or N), less the known columns and the misfit, and (n,) what was fitted to it."""
+    known = rows.known
+    left = known.target - known.columns @ posterior.known
+    freedom = np.empty(rows.n)
+    for j in range(rows.n):
+        weights, lost = _misfit_weights(rows, j, level, posterior)
+        left[:, j] -= rows.misfit[j] @ weights
+        freedom[j] = lost + known.precision.size / rows.n
+    return left, freedom
+
+
+def _misfit_weights(rows: Rows, j: int, level: Level, posterior: Posterior) -> tuple[FloatArray, float]:
+    """Posterior mean of w of a joint, and its degrees of freedom."""
+    k, m = rows.known.precision.size, rows.misfit[j].shape[1]
+    white = rows.white[j]
+    left = white[:, k + m] - white[:, :k] @ posterior.known
+    values, vectors = rows.diagonal[j]
+    variance = float(level.kappa[j]) ** 2 / max(m, 1) / float(level.excess[j]) ** 2
+    shrunk = variance / (1.0 + variance * values)
+    weights = vectors @ (shrunk * (vectors.T @ (white[:, k : k + m].T @ left)))
+    return weights, float(np.sum(shrunk * values))
+
+
+def _noise(prepared: Prepared, left: FloatArray, freedom: FloatArray) -> tuple[Noise, ...]:
+    if prepared.repeats:
+        left, freedom = prepared.not_repeating(left), np.zeros_like(freedom)
+    segment, used = prepared.segment, prepared.used
+    return tuple(
+        autoregressive(left[:, j], segment, used[:, j], float(freedom[j])) for j in range(left.shape[1])
+    )

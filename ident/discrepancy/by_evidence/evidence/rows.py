@@ -1,0 +1,164 @@
+"""White rows of the one model y = X β + Φ w + E θ + ε, joint by joint, and their products.
+
+Rows of a joint hold, side by side, the *known* columns (X β in units of its prior's deviations, the lag of
+the channels, the drives' gains), its misfit Φ, and y less what the prior expects. Φ of a joint stands in the
+rows of that joint alone, so κ of one joint is no matter of the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared
+from ident.effects.family import PlacedEffect
+from robots.arrays import FloatArray
+
+_FLAT = 1e-9
+"""Precision of a parameter without a prior, relative to that of the data."""
+
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Known:
+    """Columns that every model has, and what is known of their factors.
+
+    Attributes:
+        columns: rows × joints × k, each in units of its factor's prior deviation where it has one.
+        precision: (k,) 1 with a prior, 0 without.
+        target: rows × joints, N·m (or N): torque less what the prior expects.
+    """
+
+    columns: FloatArray
+    precision: FloatArray
+    target: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteEffects:
+    """White columns of an effect: per joint (N, p), None where the joint has none of it.
+
+    Attributes:
+        count: p.
+        joints: the columns, in units of the parameters' scales.
+        centre, bounds: (p,) and (p, 2) of the prior, in units of the scales.
+        scale: (p,) of the parameters.
+        unsaid: nats that rows cost of which the effect does not say what is measured.
+    """
+
+    count: int
+    joints: tuple[FloatArray | None, ...]
+    centre: FloatArray
+    bounds: FloatArray
+    scale: FloatArray
+    unsaid: float = 0.0
+
+    @property
+    def there(self) -> bool:
+        """Whether the data show anything of it."""
+        return any(part is not None for part in self.joints)
+
+    @property
+    def at(self) -> tuple[int, ...]:
+        """Joints with rows that show it."""
+        return tuple(joint for joint, part in enumerate(self.joints) if part is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The data with a noise model.
+
+    Attributes:
+        prepared: the recordings.
+        known: columns of every model.
+        misfit: per joint, rows × m.
+        noise: per joint.
+    """
+
+    prepared: Prepared
+    known: Known
+    misfit: tuple[FloatArray, ...]
+    noise: tuple[Noise, ...]
+
+    @property
+    def n(self) -> int:
+        return len(self.noise)
+
+    @cached_property
+    def whiteners(self) -> tuple[Whitener, ...]:
+        segment, used = self.prepared.segment, self.prepared.used
+        return tuple(Whitener.of(noise, segment, used[:, j]) for j, noise in enumerate(self.noise))
+
+    @cached_property
+    def white(self) -> tuple[FloatArray, ...]:
+        """Per joint (N, k + m + 1): known, misfit, y."""
+        known = self.known
+        return tuple(
+            self.whiteners[j](
+                np.concatenate([known.columns[:, j], self.misfit[j], known.target[:, j, np.newaxis]], axis=1)
+            )
+            for j in range(self.n)
+        )
+
+    @cached_property
+    def products(self) -> tuple[FloatArray, ...]:
+        """Per joint, the Gram matrix of :attr:`white`."""
+        return tuple(block.T @ block for block in self.white)
+
+    @cached_property
+    def diagonal(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Per joint, eigenvalues (m,) and vectors of ΦᵀΦ."""
+        k, found = self.known.precision.size, []
+        for product, misfit in zip(self.products, self.misfit, strict=True):
+            inside = slice(k, k + misfit.shape[1])
+            values, vectors = np.linalg.eigh(product[inside, inside])
+            found.append((np.maximum(values, 0.0), vectors))
+        return tuple(found)
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """(k,) of the known factors; next to none where there is no prior."""
+        k = self.known.precision.size
+        data = sum(np.diag(product)[:k] for product in self.products)
+        flat = _FLAT * np.maximum(data, _NOTHING)
+        return np.where(self.known.precision > 0.0, self.known.precision, flat)
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """White rows of each joint."""
+        return tuple(block.shape[0] for block in self.white)
+
+    def effect(self, placed: PlacedEffect) -> WhiteEffects:
+        """White columns of an effect, each in units of its parameter's prior deviation."""
+        thin = effect_rows(self.prepared, placed)
+        scale = np.array(placed.scale)
+        joints = []
+        for j, whitener in enumerate(self.whiteners):
+            columns = thin[:, j]
+            white = whitener(columns * scale) if columns.any() else None
+            joints.append(white if white is not None and np.abs(white).max() > _NOTHING else None)
+        bounds = np.array(placed.bounds) / scale[:, np.newaxis]
+        unsaid = self._unsaid(thin) if placed.of_measured else 0.0
+        return WhiteEffects(scale.size, tuple(joints), np.array(placed.centre) / scale, bounds, scale, unsaid)
+
+    def _unsaid(self, thin: FloatArray) -> float:
+        """Nats of rows whose torque the effect leaves open: anything up to the largest, not noise alone.
+
+        Without them an effect that takes the measured torque for its column explains all by itself.
+        """
+        total = 0.0
+        for j, noise in enumerate(self.noise):
+            acts = thin[:, j].any(axis=1) & self.prepared.used[:, j]
+            if acts.any():
+                open_to = float(np.abs(self.prepared.torque[acts, j]).max())
+                total += int(acts.sum()) * max(float(np.log(open_to / noise.deviation)), 0.0)
+        return total
+
+
+def effect_rows(prepared: Prepared, effect: PlacedEffect) -> FloatArray:
+    """Columns of an effect at the other periods' motion, rows × joints × p."""
+    return np.concatenate([effect.columns(part.other)[:: part.finer] for part in prepared.parts])

@@ -1,0 +1,1 @@
+"""The vocabulary on an arm, as columns."""

@@ -1,0 +1,84 @@
+"""The vocabulary on this arm: every name at every place, with every shape of its grids, as white columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
+from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
+from robots.description import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One form of a name at one place.
+
+    Attributes:
+        family: the form.
+        place: where.
+        shapes: its shape parameters there.
+        names, places, forms: how many names there are, places for this one, and forms of it.
+    """
+
+    family: EffectFamily
+    place: Place
+    shapes: tuple[Shape, ...]
+    names: int
+    places: int
+    forms: int
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """Name and place, which an answer gives; forms are not told apart."""
+        return self.family.name, self.place.joints
+
+    @property
+    def share(self) -> float:
+        """Of the prior: equal per name, divided among its places and forms."""
+        return 1.0 / (self.names * self.places * self.forms)
+
+    def at(self, robot: Robot, shape: tuple[float, ...], present: PresentModel) -> PlacedEffect:
+        """The effect with these shape values."""
+        return self.family.effect(robot, self.place, shape, present)
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A candidate with one shape of its grid."""
+
+    candidate: Candidate
+    placed: PlacedEffect
+    white: WhiteEffects
+
+
+def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidate, ...]:
+    """Every form of every name at every place of this arm."""
+    with_places = [(family, family.places(robot)) for family in families if family.places(robot)]
+    found = []
+    for family, places in with_places:
+        forms = (family, *family.forms, *family.further)
+        for form in forms:
+            for place in form.places(robot):
+                shapes = form.shapes(robot, place)
+                found.append(Candidate(form, place, shapes, len(with_places), len(places), len(forms)))
+    return tuple(found)
+
+
+def library(
+    rows: Rows,
+    wanted: Sequence[Candidate],
+    present: PresentModel,
+    progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Entry, ...]:
+    """Candidates with every combination of their grids, those that the data show anything of."""
+    entries = []
+    for number, candidate in enumerate(wanted):
+        progress(number / len(wanted))
+        for shape in product(*(one.grid for one in candidate.shapes)):
+            placed = candidate.at(rows.prepared.robot, shape, present)
+            white = rows.effect(placed)
+            if white.there:
+                entries.append(Entry(candidate, placed, white))
+    return tuple(entries)

@@ -1,0 +1,172 @@
+"""The answer: what is missing, how sure that is, what confirms it, what stays unexplained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
+from ident.discrepancy.by_evidence.decide.names import Named, smallest
+from ident.effects.family import PlacedEffect, joint_words
+from robots.arrays import FloatArray
+
+EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
+
+SURE = 0.9
+"""Probability from which on a name is given, or an arm called clean."""
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One parameter of an effect, SI; a shape where the torque is not linear in it."""
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+    shape: bool
+
+
+@dataclass(frozen=True)
+class EvidenceFinding:
+    """One effect of the best set.
+
+    Attributes:
+        placed: the effect with its shapes.
+        names: the possible names in its place, the likeliest first; nothing at all is one of them.
+        parameters: values with deviations.
+        confirmation: on recordings that were not fitted.
+        explains: root mean square of its torque, N·m (or N), at its joints.
+        left: κ of the joint of its own that keeps most of it, N·m (or N); 0 where no joint's misfit is above
+            the accepted one.
+    """
+
+    placed: PlacedEffect
+    names: tuple[Named, ...]
+    parameters: tuple[FittedParameter, ...]
+    confirmation: Confirmation
+    explains: float
+    left: float
+
+    @property
+    def name(self) -> str:
+        return self.placed.name
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """From 1."""
+        return tuple(joint + 1 for joint in self.placed.place.joints)
+
+    @property
+    def probability(self) -> float:
+        """Of its name at its place."""
+        key = (self.placed.name, self.placed.place.joints)
+        return sum(one.probability for one in self.names if (one.name, one.joints) == key)
+
+    @property
+    def set(self) -> tuple[Named, ...]:
+        """The smallest set of names that holds 95 %."""
+        return smallest(self.names)
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is likely enough, and explains more than stays unexplained beside it."""
+        return self.probability >= SURE and self.explains > self.left
+
+    @property
+    def named(self) -> bool:
+        return self.sure and self.confirmation.confirmed
+
+    def words(self) -> str:
+        """As a sentence."""
+        what = (
+            f"{self.name.replace('_', ' ')} ({joint_words(self.joints)}), probability {self.probability:.2f}"
+        )
+        if not self.confirmation.confirmed:
+            return f"{what}; not confirmed: the recordings that were not fitted do not bear it out"
+        if self.explains <= self.left:
+            return f"{what}; more stays unexplained at its joint than it explains"
+        return what
+
+
+@dataclass(frozen=True)
+class JointMisfit:
+    """What stays unexplained at a joint, from 1.
+
+    Attributes:
+        joint: which.
+        before, after: share of the torque that is left beyond noise on recordings that were not fitted.
+        kappa, accepted: root mean square of the misfit and that of the accepted run, N·m (or N).
+        above: probability that it is above the accepted one.
+    """
+
+    joint: int
+    before: float
+    after: float
+    kappa: float
+    accepted: float
+    above: float
+
+
+@dataclass(frozen=True)
+class EvidenceAnswer:
+    """What the evidence says.
+
+    Attributes:
+        verdict: of the whole.
+        findings: effects of the best set, in the order in which they came.
+        ranking: names for the first effect, the likeliest first; nothing at all is one of them.
+        joints: worst first.
+        gate_one_rejected: whether gate 1 of the revised test rejects a model that is otherwise clean; None
+            where it was not asked, or the loop cannot be simulated.
+        repeats: whether noise was told from repeats of the motion.
+        log_evidence: of the model without an effect, and of the best set.
+    """
+
+    verdict: EvidenceVerdict
+    findings: tuple[EvidenceFinding, ...]
+    ranking: tuple[Named, ...]
+    joints: tuple[JointMisfit, ...]
+    gate_one_rejected: bool | None
+    repeats: bool
+    log_evidence: tuple[float, float]
+
+    @property
+    def probability_clean(self) -> float:
+        """That nothing of the vocabulary is missing."""
+        return next((one.probability for one in self.ranking if one.name == "nothing"), 0.0)
+
+
+def verdict_of(
+    findings: tuple[EvidenceFinding, ...], nothing: float, joints: tuple[JointMisfit, ...]
+) -> EvidenceVerdict:
+    """What the parts of an answer come to, gate 1 apart: an arm that it rejects is not clean.
+
+    Args:
+        findings: of the best set.
+        nothing: probability that nothing of the vocabulary is missing.
+        joints: what stays unexplained.
+    """
+    if findings:
+        if any(finding.named for finding in findings):
+            return "named"
+        return "not_confirmed" if any(finding.sure for finding in findings) else "unnamed"
+    quiet = all(one.above <= 1.0 - SURE for one in joints)
+    return "clean" if nothing >= SURE and quiet else "unnamed"
+
+
+def parameters_of(
+    placed: PlacedEffect, units: tuple[str, ...], theta: FloatArray, deviation: FloatArray
+) -> tuple[FittedParameter, ...]:
+    """Linear parameters with deviations, then shapes."""
+    linear = [
+        FittedParameter(name, float(value), float(sigma), unit, shape=False)
+        for name, value, sigma, unit in zip(
+            placed.parameter_names, theta, deviation, placed.units, strict=True
+        )
+    ]
+    shapes = [
+        FittedParameter(name, float(value), 0.0, unit, shape=True)
+        for name, value, unit in zip(placed.shape_names, placed.shape, units, strict=True)
+    ]
+    return (*linear, *shapes)

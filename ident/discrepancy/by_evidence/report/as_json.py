@@ -1,0 +1,67 @@
+"""The answer as plain values: what ``diagnose --json`` prints under ``evidence``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ident.discrepancy.by_evidence.decide.names import Named
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
+
+
+def answer_json(answer: EvidenceAnswer) -> dict[str, Any]:
+    """The answer as a JSON object."""
+    return {
+        "verdict": answer.verdict,
+        "probability_clean": answer.probability_clean,
+        "findings": [_finding(finding) for finding in answer.findings],
+        "ranking": [_named(one) for one in answer.ranking[:_LISTED]],
+        "joints": [
+            {
+                "joint": one.joint,
+                "unexplained": {"before": one.before, "after": one.after},
+                "misfit": one.kappa,
+                "misfit_accepted": one.accepted,
+                "probability_above": one.above,
+            }
+            for one in answer.joints
+        ],
+        "gate_1_rejected": answer.gate_one_rejected,
+        "repeats": answer.repeats,
+        "log_evidence": {"without": answer.log_evidence[0], "with": answer.log_evidence[1]},
+    }
+
+
+_LISTED = 10
+"""Names of a ranking."""
+
+
+def _finding(finding: EvidenceFinding) -> dict[str, Any]:
+    confirmation = finding.confirmation
+    return {
+        "effect": finding.name,
+        "joints": list(finding.joints),
+        "sentence": finding.words(),
+        "probability": finding.probability,
+        "named": finding.named,
+        "set": [_named(one) for one in finding.set],
+        "parameters": [
+            {"name": one.name, "value": one.value, "sigma": one.sigma, "unit": one.unit, "shape": one.shape}
+            for one in finding.parameters
+        ],
+        "confirmation": {
+            "confirmed": confirmation.confirmed,
+            "predicted": confirmation.predicted,
+            "deviation": confirmation.deviation,
+            "observed": confirmation.observed,
+        },
+        "explains": finding.explains,
+        "left_at_its_joint": finding.left,
+    }
+
+
+def _named(one: Named) -> dict[str, Any]:
+    return {
+        "effect": one.name,
+        "joints": [joint + 1 for joint in one.joints],
+        "probability": one.probability,
+    }

@@ -1,0 +1,183 @@
+"""From a question to the answer of the evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ident.discrepancy.before_after import gate_of
+from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.names import NOTHING, Slot, of_nothing, slot
+from ident.discrepancy.by_evidence.decide.problem import Problem, pose
+from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.evidence.gram import Gram
+from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
+from ident.discrepancy.by_evidence.evidence.lag import aligned
+from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.discrepancy.by_evidence.evidence.rows import effect_rows
+from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.report.answer import (
+    EvidenceAnswer,
+    EvidenceFinding,
+    JointMisfit,
+    parameters_of,
+    verdict_of,
+)
+from ident.discrepancy.question import Question
+from ident.discrepancy.settings import searching
+from ident.errors import IdentificationError
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+
+def _silent(step: str, share: float) -> None:
+    """Nobody watches."""
+
+
+def diagnose_by_evidence(
+    question: Question, progress: Callable[[str, float], None] = _silent
+) -> EvidenceAnswer:
+    """Find and name what the model lacks, with probabilities.
+
+    Args:
+        question: recordings, model and prior; its settings are those of the rules and not read.
+        progress: told of each step.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm, or that determine too little.
+    """
+    if not question.fit or not question.validation:
+        raise IdentificationError("the search needs one recording to fit and another to validate")
+    progress("filter", 0.0)
+    problem = posed(question)
+    wanted = candidates(problem.prepared.robot, question.families)
+    search = Search(problem, wanted, progress)
+    searched = search.run()
+    problem = search.problem
+    progress("validation", 0.95)
+    held = HeldOut.of(problem, prepare(problem.prepared.robot, question.validation))
+    findings = tuple(_finding(search, searched, held, k) for k in range(len(searched.found.members)))
+    ranking = of_nothing(search, searched)
+    joints = _joints(problem, searched, held)
+    nothing = next(one.probability for one in ranking if one.name == NOTHING[0])
+    verdict, rejected = verdict_of(findings, nothing, joints), None
+    if verdict == "clean":
+        rejected = _gate_one_rejects(question, problem)
+        verdict = "unnamed" if rejected else "clean"
+    return EvidenceAnswer(
+        verdict=verdict,
+        findings=findings,
+        ranking=ranking,
+        joints=tuple(sorted(joints, key=lambda one: -one.after)),
+        gate_one_rejected=rejected,
+        repeats=problem.prepared.repeats,
+        log_evidence=(searched.empty.log_evidence, searched.found.log_evidence),
+    )
+
+
+def _gate_one_rejects(question: Question, problem: Problem) -> bool | None:
+    """Whether the simulated arm is not the real one; None where it cannot be simulated."""
+    lag = problem.prepared.robot.identification.control_signal_lag
+    settings = question.robot.identification.model_copy(update={"control_signal_lag": lag})
+    robot = question.robot.model_copy(update={"identification": settings})
+    robot = searching(robot, question.fit[0])
+    base = base_parameters(RegressorModel(robot, problem.base.model.effects))
+    beta = problem.beta.mean(problem.posterior.known)
+    gate, _ = gate_of(base, beta, problem.prior, question.validation)
+    return None if gate is None else gate.passed is False
+
+
+def posed(question: Question) -> Problem:
+    """The question's model against its recordings, before any effect is added."""
+    robot = _aligned(question)
+    effects = (question.model or RegressorModel.of(robot)).effects
+    base = base_parameters(RegressorModel(robot, effects))
+    prior = question.prior(base) if question.prior else None
+    accepted = None if prior is None else prior.misfit
+    return pose(base, prior, prepare(robot, question.fit), accepted)
+
+
+def _aligned(question: Question) -> Robot:
+    """The arm with the settings of the evidence and the lag that the recordings show."""
+    robot = settings_for(question.robot, question.fit[0])
+    effects = (question.model or RegressorModel.of(robot)).effects
+    return aligned(robot, base_parameters(RegressorModel(robot, effects)), question.fit)
+
+
+def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> EvidenceFinding:
+    found = searched.found
+    without = search.without(found, number)
+    names: Slot = slot(search, searched, number, without)
+    member = found.members[number]
+    theta, covariance = found.theta(number)
+    placed = member.entry.placed
+    units = tuple(shape.unit for shape in member.candidate.shapes)
+    joints = joints_of(member)
+    above, misfit = above_accepted(search.problem, found), misfit_of(search.problem, found)
+    return EvidenceFinding(
+        placed=placed,
+        names=names.names,
+        parameters=parameters_of(placed, units, theta, np.sqrt(np.diag(covariance))),
+        confirmation=held.confirmation(found, number, without),
+        explains=_explained(search.problem, found, number),
+        left=max((float(misfit[j]) for j in joints if above[j] > 0.5), default=0.0),
+    )
+
+
+def _explained(problem: Problem, found: Found, number: int) -> float:
+    """Root mean square of a member's torque, N·m (or N), at the joint of its own where it is largest."""
+    torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
+    used = problem.prepared.used
+    squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
+    return float(np.sqrt(max(squares[j] for j in joints_of(found.members[number]))))
+
+
+def above_accepted(problem: Problem, found: Found) -> FloatArray:
+    """(n,) probability that a joint's misfit is above the accepted one by more than its prior's width."""
+    gram = Gram(problem.rows, tuple(member.entry.white for member in found.members))
+    shares = np.empty(problem.rows.n)
+    limit = problem.misfit.accepted * np.exp(SPREAD)
+    rough = _not_smooth(problem, found)
+    for joint in range(problem.rows.n):
+        grid = problem.misfit.grid(joint)
+        scores = np.empty(grid.size)
+        for step, value in enumerate(grid):
+            level = found.level.changed(joint, kappa=float(value))
+            score = gram.posterior(level, range(len(found.members))).log_evidence
+            scores[step] = TEMPERATURE * score + problem.misfit.log_prior(level)
+        weights = np.exp(scores - scores.max())
+        above = float(weights[grid > limit[joint]].sum() / weights.sum())
+        shares[joint] = 1.0 if rough[joint] > limit[joint] else above
+    return shares
+
+
+def _not_smooth(problem: Problem, found: Found) -> FloatArray:
+    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known."""
+    noise = np.array([one.marginal for one in problem.rows.noise])
+    return np.asarray(noise * np.sqrt(found.level.excess**2 - 1.0))
+
+
+def misfit_of(problem: Problem, found: Found) -> FloatArray:
+    """(n,) rms of all that stays unexplained, N·m (or N)."""
+    return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
+
+
+def _joints(problem: Problem, searched: Searched, held: HeldOut) -> tuple[JointMisfit, ...]:
+    above = above_accepted(problem, searched.found)
+    misfit = misfit_of(problem, searched.found)
+    before, after = held.unexplained(searched.empty), held.unexplained(searched.found)
+    return tuple(
+        JointMisfit(
+            joint=j + 1,
+            before=float(before[j]),
+            after=float(after[j]),
+            kappa=float(misfit[j]),
+            accepted=float(problem.misfit.accepted[j]),
+            above=float(above[j]),
+        )
+        for j in range(problem.rows.n)
+    )

@@ -1,0 +1,132 @@
+"""Is what was found there on recordings that were not fitted?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.deviations import BLOCK, block_labels
+from ident.discrepancy.scene import Scene
+from ident.statistics.whitening import Whitening
+from robots.arrays import FloatArray, IntArray
+
+_INTERVAL = 1.959964
+"""Standard deviations to either side of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Of a change of the model that a finding makes, how much the recordings show that were not fitted.
+
+    With r the residual without the finding and d what the finding adds to the model, both whitened, ``share``
+    is dᵀr/dᵀd: 1 where all of it is there, 0 where nothing is. Below one half the residual has grown,
+    ‖r − d‖ > ‖r‖: a model without the finding predicts better.
+
+    Attributes:
+        share: see above.
+        sigma: its standard deviation, over blocks of time.
+    """
+
+    share: float
+    sigma: float
+
+    @property
+    def there(self) -> bool:
+        """Nearer to all than to nothing, and told from nothing."""
+        return self.share > max(0.5, _INTERVAL * self.sigma)
+
+    @property
+    def contradicted(self) -> bool:
+        """Nearer to nothing than to all, beyond its own deviation: the gap has grown."""
+        return self.share + _INTERVAL * self.sigma < 0.5
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Of one finding, on recordings that were not fitted, less the finding alone and with it.
+
+    Attributes:
+        torque: of the inverse model, or of the drives in the simulated closed loop where it was found there.
+        loop: of the simulated positions; None where there is no simulation.
+        unsure: what makes it this effect and is not told from its absence, in words; empty where all is.
+    """
+
+    torque: Shown
+    loop: Shown | None
+    unsure: str = ""
+
+    @property
+    def passed(self) -> bool:
+        return not self.reason
+
+    @property
+    def reason(self) -> str:
+        """Why it is not confirmed, in words; empty where it is."""
+        if self.unsure:
+            return self.unsure
+        if not self.torque.there:
+            share = f"{100 * self.torque.share:.0f} ± {100 * self.torque.sigma:.0f} %"
+            return f"of the torque that it adds, data that was not fitted shows {share}"
+        if self.loop is not None and self.loop.contradicted:
+            return "with it the simulated closed loop is farther from the arm on data that was not fitted"
+        return ""
+
+
+def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray) -> Shown:
+    """How much of a change data show.
+
+    Args:
+        before, after: (N,) whitened residuals without and with the change.
+        blocks: (N,) block of time of each row, in which errors may depend on each other.
+    """
+    change = before - after
+    whole = float(change @ change)
+    if whole == 0.0:
+        return Shown(0.0, 0.0)
+    share = float(change @ before) / whole
+    moments = np.bincount(blocks, change * (before - share * change))
+    count = int(np.count_nonzero(np.bincount(blocks)))
+    spread = float(moments @ moments) * count / max(1, count - 1)
+    return Shown(share, float(np.sqrt(spread)) / whole)
+
+
+def shown_in_torque(
+    scenes: Sequence[Scene],
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    whitening: Whitening,
+) -> Shown:
+    """The same of decimated torque residuals per scene, rows × joints, where the joints move.
+
+    Args:
+        scenes: recordings that were not fitted.
+        before, after: without and with the finding.
+        whitening: of the noise, as it was fitted with.
+    """
+    segment = np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes])
+    used = np.concatenate([scene.moving for scene in scenes])
+    both = np.stack([np.concatenate(list(before)), np.concatenate(list(after))], axis=2)
+    white = whitening.apply(both, segment, used)
+    return shown_share(white[:, 0], white[:, 1], block_labels(scenes, segment, used, whitening))
+
+
+def shown_in_positions(
+    scenes: Sequence[Scene], before: Sequence[FloatArray], after: Sequence[FloatArray], unit: FloatArray
+) -> Shown:
+    """The same of position errors of the simulated loop per scene, samples × joints.
+
+    Args:
+        scenes: recordings that were not fitted.
+        before, after: measured less simulated, without and with the finding.
+        unit: (n,) what an error of each joint is measured by.
+    """
+    whole, other = np.concatenate(list(before)) / unit, np.concatenate(list(after)) / unit
+    labels, first = [], 0
+    for scene in scenes:
+        block = (scene.recording.time - scene.recording.time[0]) // BLOCK
+        labels.append(first + block.astype(np.int64))
+        first = int(np.max(labels[-1])) + 1
+    blocks = np.repeat(np.concatenate(labels), whole.shape[1])
+    return shown_share(whole.ravel(), other.ravel(), blocks)

@@ -1,0 +1,132 @@
+"""The model that a search goes on with: what was there before, and what was found."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.component import Component
+from ident.discrepancy.decision import Choice
+from ident.discrepancy.extension import extended, extended_prior
+from ident.discrepancy.refine import added_values, refine, refit
+from ident.discrepancy.refined import Refined
+from ident.discrepancy.results import Finding
+from ident.discrepancy.scene import Scene
+from ident.discrepancy.scoring import Score
+from ident.discrepancy.step import Step
+from ident.discrepancy.validation import LoopRun, Validation
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass
+class Course:
+    """Where a search is.
+
+    Attributes:
+        scenes: recordings to fit.
+        first: the model before anything was found.
+        step: with all that was found.
+        moving: with what the moving arm shows.
+        reversing: the same in closed loop, once reversals are looked at.
+        findings: in the order they were made.
+    """
+
+    scenes: tuple[Scene, ...]
+    first: Step
+    step: Step
+    moving: Step
+    reversing: Step | None = None
+    findings: list[Accepted] = field(default_factory=list)
+
+    @classmethod
+    def begun(cls, scenes: tuple[Scene, ...], first: Step) -> Course:
+        return cls(scenes, first, first, first)
+
+    def add(self, chosen: Score, choice: Choice) -> None:
+        """Fit what was chosen, with all that was found before it, and go on with a model that has it."""
+        start, robot = len(self.findings), self.first.base.model.robot
+        components = [Component.of(trial) for trial in chosen.trials]
+        refined = refine(self.step.examination, components, self.step.present)
+        new = [Accepted.of(robot, one, choice, k, refined, k) for k, one in enumerate(components)]
+        if self.reversing is not None:
+            self.findings += new
+            self.step = self._extended(self.step, refined)
+        else:
+            self._fit_together([*self.findings, *new], refined if start == 0 else None)
+        for one in self.findings[start:]:
+            _log.info("found %s at %s", one.effect, one.placed.place)
+
+    def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:
+        """A model with effects that the moving arm shows, each fitted beside all others."""
+        if refined is None:
+            components = [one.component for one in accepted]
+            refined = refit(self.first.examination, components, self.first.present)
+        robot = self.first.base.model.robot
+        self.findings = [
+            Accepted.of(robot, one.component, one.choice, one.position, refined, k)
+            for k, one in enumerate(accepted)
+        ]
+        self.step = self.moving = self._extended(self.first, refined)
+
+    def _extended(self, before: Step, refined: Refined) -> Step:
+        return Step.of(
+            extended(before.base, refined.effects, refined.seen),
+            self.scenes,
+            extended_prior(before.prior, int(sum(seen.sum() for seen in refined.seen))),
+            before,
+            start=np.concatenate([before.examination.beta, *added_values(refined)]),
+        )
+
+    def _in_motion(self) -> list[Accepted]:
+        """What the moving arm shows; the rest was found at reversals, beside it."""
+        return self.findings[: len(self.moving.base.model.effects) - len(self.first.base.model.effects)]
+
+    def _without(self, position: int) -> Step:
+        """The final model less one finding."""
+        in_motion = self._in_motion()
+        if position >= len(in_motion):
+            assert self.reversing is not None
+            return self.reversing
+        others = [one for k, one in enumerate(in_motion) if k != position]
+        if not others:
+            return self.first
+        seen = [one.seen for one in others]
+        prior = extended_prior(self.first.prior, int(sum(one.sum() for one in seen)))
+        base = extended(self.first.base, [one.placed for one in others], seen)
+        return Step.of(base, self.scenes, prior, self.first, simulated=False)
+
+    def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
+        """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.
+
+        A model is fitted again without what is contradicted: what is confirmed was fitted beside it. What was
+        found at reversals was found beside all that moves, so of that nothing is taken away from under it.
+        """
+        rejected: list[Finding] = []
+        while True:
+            last = validation.loop_run(self.step)
+            moving = last if self.step is self.moving else validation.loop_run(self.moving)
+            found = []
+            for k, one in enumerate(self.findings):
+                without, whole = self._without(k), (self.moving, moving)
+                if k >= len(self._in_motion()):
+                    whole = (self.step, last)
+                loops = (validation.loop_run(without), whole[1])
+                found.append(validation.finding(one, without, whole[0], loops))
+            wrong = [k for k, one in enumerate(found) if not one.confirmation.passed]
+            confirmed, in_motion = len(found) - len(wrong), self._in_motion()
+            if len(found) > len(in_motion):
+                wrong = [k for k in wrong if k >= len(in_motion)]
+            if not wrong or not confirmed:
+                return found, rejected, last
+            k = min(wrong, key=lambda k: found[k].confirmation.torque.share)
+            rejected.append(found[k])
+            self.step = self.moving
+            if k < len(in_motion):
+                self._fit_together([one for j, one in enumerate(in_motion) if j != k])
+            else:
+                self.findings = in_motion

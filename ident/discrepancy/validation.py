@@ -1,0 +1,168 @@
+"""What recordings that were not fitted say of models: gaps, and whether a finding is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions, shown_in_torque
+from ident.discrepancy.decision import Choice
+from ident.discrepancy.found import candidate_of
+from ident.discrepancy.gap import (
+    Gap,
+    LoopGap,
+    LoopTrace,
+    closed_loop_gap,
+    position_floor,
+    torque_floor,
+    torque_gap,
+    torque_residual,
+)
+from ident.discrepancy.loop_examination import loop_gap
+from ident.discrepancy.portrait import Portrait, portrait
+from ident.discrepancy.results import Candidate, Finding, FoundParameter
+from ident.discrepancy.scene import Scene
+from ident.discrepancy.step import Step
+from ident.discrepancy.unexplained import Unexplained, unexplained_of
+from ident.discrepancy.where import habitats
+from ident.statistics.whitening import Whitening
+from robots.arrays import FloatArray
+
+_RANKED = 12
+"""Candidates that a ranking lists."""
+
+LoopRun = tuple[LoopGap | None, str]
+"""A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
+
+
+@dataclass(frozen=True)
+class LoopGaps:
+    """Gaps of positions and control signals in closed loop, before anything was found and after all."""
+
+    position: Gap | None
+    control_signal: Gap | None
+    trace: LoopTrace | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Recordings that nothing is fitted to.
+
+    Attributes:
+        scenes: the recordings.
+        whitening: of the rows of an inverse model.
+    """
+
+    scenes: tuple[Scene, ...]
+    whitening: Whitening
+
+    def gap(self, before: Step, after: Step) -> Gap:
+        """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
+        return self._compared(before, after)[0]
+
+    def loop_run(self, step: Step) -> LoopRun:
+        """The model of a step in closed loop."""
+        return closed_loop_gap(step.base, step.standard_shown, self.scenes)
+
+    def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
+        """Of two models."""
+        first, last = before[0], after[0]
+        if first is None or last is None:
+            return LoopGaps(None, None, None, before[1] or after[1])
+        floor = position_floor(self.scenes)
+        none = np.full_like(floor, np.nan)
+        return LoopGaps(
+            Gap(first.position, last.position, floor),
+            Gap(first.control_signal, last.control_signal, none),
+            LoopTrace(self.scenes[0].recording.time, first.errors[0], last.errors[0]),
+            "",
+        )
+
+    def unexplained(self, step: Step) -> tuple[Unexplained, ...]:
+        """What a model leaves, worst joint first."""
+        return unexplained_of(
+            self.scenes, [torque_residual(step.base, step.shown, scene) for scene in self.scenes]
+        )
+
+    def finding(
+        self, accepted: Accepted, without: Step, whole: Step, loops: tuple[LoopRun, LoopRun]
+    ) -> Finding:
+        """All that is said of one effect.
+
+        Args:
+            accepted: the effect.
+            without: the final model less this effect alone.
+            whole: the final model.
+            loops: both in closed loop.
+        """
+        choice = accepted.choice
+        gap, torque = self._compared(without, whole)
+        return Finding(
+            effect=accepted.effect,
+            sentence=accepted.placed.sentence,
+            scope=accepted.placed.place.scope,
+            joints=accepted.joints,
+            parameters=_parameters(accepted),
+            p_value=choice.p_value,
+            score=accepted.score,
+            threshold=choice.threshold,
+            held_out_gain=gap.closed or 0.0,
+            indistinguishable_from=accepted.indistinguishable_from,
+            mode="refit" if whole.prior is None else "prior",
+            gap=gap,
+            confirmation=Confirmation(torque, self._shown_in_loop(*loops), accepted.unsure),
+            placed=accepted.placed,
+            portrait=self._portrait(without, whole),
+            ranking=ranking_of(choice),
+        )
+
+    def _compared(self, before: Step, after: Step) -> tuple[Gap, Shown]:
+        if after.examination.loop is not None:
+            models = ((before.base, before.shown), (after.base, after.shown))
+            found = loop_gap(self.scenes, after.examination.loop.standstill, models)
+            if found is not None:
+                return found
+        first, last = self._residuals(before), self._residuals(after)
+        gap = Gap(
+            torque_gap(before.base, before.shown, self.scenes),
+            torque_gap(after.base, after.shown, self.scenes),
+            torque_floor(after.base, after.shown, self.scenes),
+        )
+        return gap, shown_in_torque(self.scenes, first, last, self.whitening)
+
+    def _residuals(self, step: Step) -> list[FloatArray]:
+        """Per scene, rows × joints."""
+        return [scene.thin(torque_residual(step.base, step.shown, scene)) for scene in self.scenes]
+
+    def _shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
+        if without[0] is None or whole[0] is None:
+            return None
+        floor = position_floor(self.scenes)
+        unit = np.where(np.isfinite(floor) & (floor > 0.0), floor, without[0].position)
+        return shown_in_positions(self.scenes, without[0].errors, whole[0].errors, unit)
+
+    def _portrait(self, before: Step, after: Step) -> Portrait:
+        """Where the residual lives before and after."""
+        first, last = self._residuals(before), self._residuals(after)
+        torques = [scene.torque - residual for scene, residual in zip(self.scenes, first, strict=True)]
+        places = habitats(self.scenes, first, torques)
+        return portrait(self.scenes, first, last, torques, places)
+
+
+def ranking_of(choice: Choice) -> tuple[Candidate, ...]:
+    """The best candidates of one step of the search."""
+    return tuple(candidate_of(score, choice.excess) for score in choice.ranking[:_RANKED])
+
+
+def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:
+    effect = accepted.placed
+    shapes = accepted.component.family.shapes(accepted.robot, effect.place)
+    linear = zip(effect.parameter_names, accepted.linear, accepted.linear_sigma, effect.units, strict=True)
+    shaped = zip(shapes, effect.shape, accepted.shape_sigma, strict=True)
+    return (
+        *(FoundParameter(n, float(v), float(s), u, False) for n, v, s, u in linear),
+        *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),
+    )

@@ -1,0 +1,86 @@
+"""The verdict of a search: what may be called named, and what may be called clean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
+from ident.discrepancy.unexplained import Unexplained
+from ident.discrepancy.unrepeated import Unrepeated
+from ident.discrepancy.where import Habitat
+from ident.results import Gate
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the final model leaves.
+
+    Attributes:
+        habitats: where the residual of the fit lives, per joint.
+        unrepeated: what does not repeat and should not be there.
+        form: what the residual is, where it has a form without a name.
+        more_than_noise: whether it is more than noise and the usual misfit.
+        unexplained: per joint, of the torque on data that was not fitted, worst first.
+        margin: share of a joint's torque that a model may lack, as in gate 1.
+    """
+
+    habitats: tuple[Habitat, ...]
+    unrepeated: tuple[Unrepeated, ...]
+    form: str
+    more_than_noise: bool
+    unexplained: tuple[Unexplained, ...]
+    margin: float
+
+    @property
+    def beyond_margin(self) -> tuple[Unexplained, ...]:
+        """Joints of whose torque the model lacks more than the margin, at 95 %."""
+        return tuple(one for one in self.unexplained if one.least > self.margin)
+
+
+def verdict_of(findings: Sequence[Finding], left: Left) -> DiagnosisVerdict:
+    """A name that the data that was not fitted contradicts is none; a model that leaves much is not clean."""
+    if any(not finding.confirmation.passed for finding in findings):
+        return "not_confirmed"
+    if any(finding.indistinguishable_from for finding in findings):
+        return "ambiguous"
+    if findings:
+        return "named"
+    something = left.more_than_noise or left.unrepeated or left.form or left.beyond_margin
+    return "unnamed" if something else "clean"
+
+
+def description(verdict: DiagnosisVerdict, left: Left) -> str:
+    """What is left, in words, where it has no name."""
+    if verdict != "unnamed":
+        return ""
+    if left.form:
+        return left.form
+    if left.unrepeated:
+        return "; ".join(item.sentence for item in left.unrepeated)
+    if left.beyond_margin and not left.more_than_noise:
+        joints = ", ".join(f"{100 * one.share:.0f} % of joint {one.joint + 1}" for one in left.beyond_margin)
+        return (
+            f"of the torque on data that was not fitted the model leaves {joints} unexplained"
+            f" (margin {100 * left.margin:.0f} %), and no effect of the vocabulary passes"
+        )
+    worst = max(left.habitats, key=lambda place: place.strongest[1] * place.rms)
+    return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
+
+
+def beside_gate(diagnosis: Diagnosis, gate: Gate | None) -> Diagnosis:
+    """The diagnosis beside gate 1 of the final model: what it rejects is not clean.
+
+    Args:
+        diagnosis: of the search.
+        gate: on the validation recordings; None where it cannot be run.
+    """
+    if diagnosis.verdict != "clean" or gate is None or gate.passed:
+        return diagnosis
+    failed = [check for check in gate.columns if not check.passed]
+    worst = max(failed, key=lambda check: check.size / check.limit)
+    words = (
+        f"gate 1 of the revised test rejects the simulated arm ({worst.column}: {100 * worst.size:.3g} %,"
+        f" margin {100 * worst.limit:.3g} %), and no effect of the vocabulary passes"
+    )
+    return replace(diagnosis, verdict="unnamed", description=words)

@@ -1,0 +1,1 @@
+"""The identification: prepared rows, estimates, the test, the verdict."""

@@ -1,0 +1,185 @@
+"""What a motion lets one see: the rank of the data beside that of the structure, and the reasons for a gap.
+
+The structure says which combinations of parameters exist at all (:mod:`ident.parameters.base`). Whether a
+recording shows them is another matter: a joint that stands still or never accelerates shows none of its own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.effects import State
+from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
+from ident.preparation.observation import Rows
+from ident.preparation.spectrum import PositionSpectrum
+from ident.recording import Recording
+from ident.results import Rank
+from ident.signals import Motion, motion
+from robots.arrays import FloatArray
+from robots.description import Identification, Robot
+
+_NUMERICAL = 1e-10
+"""Singular values of unit columns below this share of the largest are rounding."""
+
+_TAKES_PART = 0.1
+"""Share of a unit direction from which on a parameter is part of it."""
+
+_STATES = 400
+"""States at which the noise of the columns is computed."""
+
+_ROWS_PER_PARAMETER = 2.0
+"""Of each joint's share of the parameters."""
+
+_FEWEST_ROWS = 24
+"""Of a joint: what is said of its errors needs some."""
+
+_SEED = 0
+_SLOW = 0.02
+"""Shares of the limits of speed and acceleration below which a joint hardly shows anything."""
+
+_JOINT = re.compile(r"\d+")
+
+
+def rank_of(
+    base: BaseParameters, rows: Rows, recordings: tuple[Recording, ...], spectrum: PositionSpectrum
+) -> Rank:
+    """Rank of the observation matrix against the noise of its own columns.
+
+    Columns are scaled to unit norm. A singular value counts where it is larger than the spectral norm of what
+    the positions' noise puts into the columns: below, the direction may as well be noise (Stewart 1993).
+
+    Args:
+        base: the parameters.
+        rows: of the recordings.
+        recordings: measured positions.
+        spectrum: of these positions, for their noise.
+
+    Raises:
+        IdentificationError: the rows have no information on some parameters; names them and says why.
+    """
+    settings = base.model.robot.identification
+    moved = [motion(r.time, r.position, settings) for r in recordings]
+    x = rows.regressor[rows.used]
+    scale = np.linalg.norm(x, axis=0)
+    silent = scale == 0.0
+    if silent.any():
+        names = [name for name, nothing in zip(base.names, silent, strict=True) if nothing]
+        raise _unseen("does not excite", names, base.model.robot, moved)
+    _, values, directions = np.linalg.svd(x / scale, full_matrices=False)
+    blind = values < _NUMERICAL * values[0]
+    if blind.any():
+        raise _unseen("does not tell apart", _named(base, directions[blind]), base.model.robot, moved)
+    floor = _noise_of_columns(base, moved, spectrum, settings) / scale * np.sqrt(x.shape[0])
+    level = float(np.linalg.norm(floor))
+    weak = values < level
+    names = _named(base, directions[weak])
+    return Rank(
+        structural=len(base.names),
+        data=int(np.count_nonzero(~weak)),
+        smallest=float(values[-1]),
+        noise_level=level,
+        unseen=tuple(names),
+        reasons=tuple(reasons(names, base.model.robot, moved)),
+    )
+
+
+def require_enough_rows(rows: Rows, parameters: int) -> None:
+    """Refuse what is too short to tell errors from parameters.
+
+    Raises:
+        IdentificationError: names the joint with the fewest rows.
+    """
+    counts = rows.used.sum(axis=0)
+    fewest = max(_FEWEST_ROWS, int(np.ceil(_ROWS_PER_PARAMETER * parameters / rows.joints)))
+    joint = int(np.argmin(counts))
+    if counts[joint] < fewest:
+        raise IdentificationError(
+            f"{counts[joint]} rows in which joint {joint + 1} is in motion; allowed: at least {fewest} of"
+            " each joint. Record for longer, or with fewer reversals"
+        )
+
+
+def _noise_of_columns(
+    base: BaseParameters, moved: Sequence[Motion], spectrum: PositionSpectrum, settings: Identification
+) -> FloatArray:
+    """(b,) rms over the rows of what noise in q̇̂ and q̈̂ changes in each column.
+
+    Noise enters through the accelerations, in which the columns are linear, and through the speeds, where
+    they are smooth: one draw at states of the recording gives the size. The Coulomb columns are left out
+    where they change sign with the noise; rows without a sign are no rows.
+    """
+    generator = np.random.default_rng(_SEED)
+    position, velocity, acceleration = (
+        np.concatenate([getattr(m, name) for m in moved]) for name in ("position", "velocity", "acceleration")
+    )
+    chosen = np.linspace(0, len(position) - 1, min(_STATES, len(position))).astype(np.int64)
+    q, qd, qdd = position[chosen], velocity[chosen], acceleration[chosen]
+    speed, rate = _motion_noise(spectrum, settings)
+    clean = base.columns(State(q, qd, qdd))
+    noisy = base.columns(
+        State(
+            q,
+            qd + speed * generator.standard_normal(qd.shape),
+            qdd + rate * generator.standard_normal(qdd.shape),
+        )
+    )
+    difference = noisy - clean
+    flips = np.abs(difference) > np.abs(clean)
+    signs = np.array([name.startswith("Fc") for name in base.names])
+    difference[flips & signs] = 0.0
+    return np.asarray(np.sqrt(np.mean(difference**2, axis=(0, 1))))
+
+
+def _motion_noise(spectrum: PositionSpectrum, settings: Identification) -> tuple[FloatArray, FloatArray]:
+    """(n,) deviations of q̇̂ and q̈̂ in the rows, after the low-pass and the decimation."""
+    frequency = np.linspace(0.0, spectrum.rate / 2 / settings.decimation, 1000)
+    passed = 1.0 / (1.0 + (frequency / settings.cutoff_hz) ** (2 * settings.filter_order)) ** 2
+    omega = 2 * np.pi * frequency
+    powers = (np.trapezoid(omega**k * passed, frequency) for k in (2, 4))
+    speed, rate = (np.sqrt(power * spectrum.noise) for power in powers)
+    return np.asarray(speed), np.asarray(rate)
+
+
+def _named(base: BaseParameters, directions: FloatArray) -> list[str]:
+    """Parameters that take part in any of the directions, k × b."""
+    if not len(directions):
+        return []
+    share = np.abs(directions).max(axis=0)
+    return [name for name, part in zip(base.names, share, strict=True) if part > _TAKES_PART]
+
+
+def _unseen(what: str, names: Sequence[str], robot: Robot, moved: Sequence[Motion]) -> IdentificationError:
+    why = "; ".join(reasons(names, robot, moved))
+    advice = why or "the joints move in step with one another; record a more exciting trajectory"
+    return IdentificationError(f"the motion {what} {', '.join(names)}: {advice}")
+
+
+def reasons(names: Sequence[str], robot: Robot, moved: Sequence[Motion]) -> list[str]:
+    """Why parameters cannot be seen: which of the joints they belong to stand still or are too slow.
+
+    Args:
+        names: of base parameters.
+        robot: limits to compare with.
+        moved: the motions.
+    """
+    position, velocity, acceleration = (
+        np.concatenate([getattr(m, name) for m in moved]) for name in ("position", "velocity", "acceleration")
+    )
+    found = []
+    for joint in sorted({int(match.group()) - 1 for name in names if (match := _JOINT.search(name))}):
+        prismatic = robot.joint[joint].kind == "prismatic"
+        unit = "m" if prismatic else "rad"
+        travel = float(np.ptp(position[:, joint]))
+        speed, rate = (float(np.abs(values[:, joint]).max()) for values in (velocity, acceleration))
+        limits = robot.joint[joint]
+        if travel < 1e-3 * float(robot.upper[joint] - robot.lower[joint]):
+            found.append(f"joint {joint + 1} does not move ({travel:.2g} {unit} in all)")
+        elif speed < _SLOW * limits.velocity:
+            found.append(f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)")
+        elif rate < _SLOW * limits.acceleration:
+            found.append(f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)")
+    return found

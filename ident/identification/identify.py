@@ -1,0 +1,273 @@
+"""The whole method in order: rows, IDIM-LS, closed-loop simulation, IDIM-IV, revised test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ident.effects.found import Found
+from ident.errors import IdentificationError
+from ident.estimators import LinearFit, stack
+from ident.estimators.consistent import ConsistentFit, consistent_fit, require_solver
+from ident.exogeneity import (
+    GateSettings,
+    TestedRows,
+    no_such_arm,
+    not_testable,
+    revised_test,
+    simulation_agreement,
+    textbook_test,
+)
+from ident.identification.alignment import LagEstimate, estimate_lag
+from ident.identification.excitation import rank_of, require_enough_rows
+from ident.identification.fits import Fits, Prepared, Progress, all_fits
+from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
+from ident.identification.options import Options
+from ident.identification.summary import (
+    essential_of,
+    estimate_of,
+    held_out,
+    poorly_seen,
+    refuse_negative_friction,
+    trace_of,
+    with_consistent,
+)
+from ident.identification.taken_up import TakenUp, without_taken_up
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.regressor import RegressorModel
+from ident.preparation.checks import check_recordings
+from ident.preparation.cutoff import CutoffProposal, propose_cutoff
+from ident.preparation.noise import noise_estimate
+from ident.preparation.observation import Rows, observe
+from ident.preparation.spectrum import PositionSpectrum, position_spectrum
+from ident.recording import Recording
+from ident.results import Gate, Identification, Rank, RevisedTest, Signals
+from ident.statistics.restricted import regression_whitening
+from robots.description import Robot
+
+_LEVEL = 0.05
+_DEFAULTS = Options()
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model with its rows and fits: what the report, the model file and the search go on from.
+
+    The arm in ``base.model.robot`` has the settings that were used, those found in the data included.
+    ``known`` is the model whose found effects were asked for, ``taken_up`` what of them these recordings
+    cannot tell from the other parameters.
+    """
+
+    base: BaseParameters
+    rows: Rows
+    least_squares: LinearFit
+    instrumental: LinearFit | None
+    result: Identification
+    consistent: ConsistentFit | None = None
+    taken_up: TakenUp = field(default_factory=TakenUp)
+    known: FoundModel | None = None
+
+
+def _silent(step: str, share: float) -> None:
+    """Nobody watches."""
+
+
+def identify(
+    robot: Robot,
+    recordings: tuple[Recording, ...],
+    progress: Progress = _silent,
+    options: Options = _DEFAULTS,
+) -> Fitted:
+    """Identify an arm from recordings and say whether the result can be trusted.
+
+    Args:
+        robot: the arm; its ``identification`` settings rule filter and decimation.
+        recordings: one or more; a reference in each is what makes instruments possible.
+        progress: called between the steps.
+        options: which estimators, and what to do besides.
+
+    Raises:
+        IdentificationError: the recordings do not fit the arm, cannot be what they are said to be, are too
+            short, or excite too little; or IV was asked for and cannot be had, or the consistent fit without
+            the solver that it needs.
+    """
+    if options.method == "consistent":
+        require_solver()
+    progress("base parameters", 0.0)
+    warnings = check_recordings(robot, (*recordings, *options.validation))
+    spectrum = position_spectrum(recordings)
+    proposal = propose_cutoff(spectrum)
+    if options.propose_cutoff:
+        robot = _with_settings(robot, cutoff_hz=proposal.hz)
+    model = RegressorModel.of(robot)
+    if options.found is not None:
+        model = extended_model(robot, options.found)
+        recordings = end_to_end(recordings)
+        options = replace(options, validation=end_to_end(options.validation))
+    base = base_parameters(model)
+    prepared = _prepare(base, recordings, spectrum, progress)
+    base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
+    settings = base.model.robot.identification
+    fits = all_fits(prepared, recordings, options, progress)
+    progress("revised Durbin-Wu-Hausman test", 0.9)
+    test, textbook = _test(prepared, recordings, fits)
+    least_squares = estimate_of("ls", base, stacked, fits.least_squares)
+    refuse_negative_friction(least_squares, robot.n)
+    computed = {"ls": least_squares}
+    if fits.instrumental is not None:
+        computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental)
+    for name, fit in fits.alternatives.items():
+        computed[name] = estimate_of(name, base, stacked, fit)
+    signals = _signals(prepared, recordings, spectrum, proposal)
+    result = Identification(
+        robot=robot.name,
+        rows=rows.count,
+        by_estimator=computed,
+        instrumental_reason=fits.reason,
+        test=test,
+        textbook=textbook,
+        trace=trace_of(rows, fits.least_squares.beta),
+        found=found_entries(base.model),
+        warnings=(
+            *warnings,
+            *prepared.taken_up.sentences,
+            *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
+            *poorly_seen(least_squares),
+        ),
+        method=options.method,
+        rank=prepared.rank,
+        signals=signals,
+        essential=essential_of(base, rows) if options.essential else None,
+    )
+    consistent = None
+    if options.method == "consistent":
+        progress("physically consistent fit", 0.95)
+        consistent = _nearest_arm(prepared, fits, result)
+        result = with_consistent(result, base, stacked, consistent)
+    result = replace(result, held_out=held_out(base, result.estimates, options.validation))
+    progress("done", 1.0)
+    return Fitted(
+        base,
+        rows,
+        fits.least_squares,
+        fits.instrumental,
+        result,
+        consistent,
+        prepared.taken_up,
+        options.found,
+    )
+
+
+def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> ConsistentFit:
+    """The arm that can exist nearest to the estimate that the verdict tells to use."""
+    iv = result.of_verdict.method == "iv" and fits.instrumental is not None
+    fit = fits.instrumental if iv else fits.least_squares
+    assert fit is not None
+    return consistent_fit(prepared.base, fit, prepared.stacked)
+
+
+def _prepare(
+    base: BaseParameters, recordings: tuple[Recording, ...], spectrum: PositionSpectrum, progress: Progress
+) -> Prepared:
+    """Rows under the arm's settings; made again where their lag is to be found in the data."""
+    progress("observation matrix", 0.1)
+    robot = base.model.robot
+    rows, taken_up = observe(base, recordings, robot.identification), TakenUp()
+    if any(isinstance(effect, Found) for effect in base.model.effects):
+        base, rows, taken_up = without_taken_up(base, rows)
+    rank = rank_of(base, rows, recordings, spectrum)
+    require_enough_rows(rows, len(base.names))
+    stacked = stack(rows)
+    progress("errors and alignment", 0.25)
+    errors = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
+    lag = estimate_lag(base, recordings, rows, stacked, errors, robot.identification)
+    if robot.identification.alignment == "estimate":
+        if not lag.converged:
+            raise IdentificationError(
+                f'alignment "estimate": no lag within 20 ms of control_signal_lag'
+                f" {robot.identification.control_signal_lag:g} s makes the control signal fit the motion"
+            )
+        robot = _with_settings(robot, control_signal_lag=lag.lag)
+        base = replace(base, model=RegressorModel(robot, base.model.effects))
+        rows = observe(base, recordings, robot.identification)
+        stacked = stack(rows)
+        errors = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
+    return Prepared(base, rows, stacked, rank, errors, lag, taken_up)
+
+
+def _with_settings(robot: Robot, **changes: object) -> Robot:
+    settings = robot.identification.model_copy(update=changes)
+    return robot.model_copy(update={"identification": settings})
+
+
+def _test(
+    prepared: Prepared, recordings: tuple[Recording, ...], fits: Fits
+) -> tuple[RevisedTest, Gate | None]:
+    base, rows = prepared.base, prepared.rows
+    if fits.instruments is None or fits.instrumental is None:
+        verdict = no_such_arm if fits.impossible else not_testable
+        return verdict(fits.reason, prepared.errors.describe()), None
+    robot = base.model.robot
+    margins = robot.identification
+    settings = GateSettings(
+        _LEVEL, margins.instrument_margin, margins.torque_margin, margins.following_error_margin
+    )
+    deviation = np.sqrt(np.diag(fits.least_squares.covariance))
+    shift = (fits.least_squares.beta - fits.instrumental.beta) / deviation
+    tested = TestedRows(
+        rows.torque, rows.regressor, fits.instruments.columns, rows.segment, rows.used, prepared.errors
+    )
+    agreement = simulation_agreement(robot, recordings, fits.instruments.runs)
+    revised = revised_test(tested, base.names, shift, settings, agreement)
+    return revised, textbook_test(tested.whitened(tested.omega()), _LEVEL)
+
+
+def _signals(
+    prepared: Prepared,
+    recordings: tuple[Recording, ...],
+    spectrum: PositionSpectrum,
+    proposal: CutoffProposal,
+) -> Signals:
+    robot, lag = prepared.base.model.robot, prepared.lag
+    settings = robot.identification
+    noise = noise_estimate(robot, recordings, spectrum, settings)
+    return Signals(
+        cutoff_hz=settings.cutoff_hz,
+        proposed_cutoff_hz=proposal.hz,
+        position_noise=noise.position,
+        quantum=noise.quantum,
+        friction_width=settings.friction_width,
+        proposed_friction_width=noise.friction_width,
+        lag=settings.control_signal_lag,
+        estimated_lag=lag.lag if lag.converged else None,
+        lag_sigma=lag.sigma if lag.converged else None,
+    )
+
+
+def _doubts(
+    signals: Signals, proposal: CutoffProposal, lag: LagEstimate, rank: Rank, friction_sign: str
+) -> list[str]:
+    """Settings that the data speak against, and parameters that the motion hardly shows."""
+    found = []
+    if proposal.is_far_from(signals.cutoff_hz):
+        found.append(
+            f"cut-off {signals.cutoff_hz:g} Hz; the spectrum of the positions proposes {proposal.hz:g} Hz"
+        )
+    if lag.disagrees and signals.lag == lag.given:
+        found.append(
+            f"control-signal lag {1e3 * lag.given:g} ms; the data say {1e3 * lag.lag:.3g} ±"
+            f" {1e3 * lag.sigma:.1g} ms, and a wrong lag reads as inertia and viscous friction"
+        )
+    if friction_sign == "tanh" and signals.friction_width < signals.proposed_friction_width:
+        found.append(
+            f"friction width {signals.friction_width:g}: noise swings the friction's sign at standstill;"
+            f" at least {signals.proposed_friction_width:.2g} is proposed"
+        )
+    if rank.data < rank.structural:
+        why = f" ({'; '.join(rank.reasons)})" if rank.reasons else ""
+        found.append(
+            f"the data have rank {rank.data} of {rank.structural}: the motion does not lift"
+            f" {', '.join(rank.unseen)} above the noise of the positions{why}"
+        )
+    return found

@@ -1,0 +1,1 @@
+"""Compiled kernels: rigid bodies, friction, controller and the closed loop, as arrays in and out."""

@@ -1,0 +1,212 @@
+"""The model under examination, as effects ask it for torques."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import pinocchio
+
+from ident.effects import CurrentOffset, Effect, RigidBody, State
+from ident.effects.calm_motion import calm_motion
+from ident.effects.family import Place
+from ident.effects.placed import Placed
+from ident.effects.simulated import SimulatedParts
+from ident.parameters.chain import chain_frames
+from ident.parameters.identity_cache import Lately
+from ident.parameters.regressor import RegressorModel
+from robots.arrays import FloatArray
+
+_LIGHT = 1e-6
+"""kg; far below what any torque shows."""
+
+
+@dataclass(frozen=True)
+class Present:
+    """A model with its standard parameters (p,).
+
+    What was found counts as it does in the simulation: a payload is a part of the links, a tilt a part of
+    gravity, and both go through the gears.
+    """
+
+    model: RegressorModel
+    standard: FloatArray
+    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _link_torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _masses: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _calm: Lately[State] = field(default_factory=Lately, repr=False, compare=False)
+    _others: dict[tuple[str, Place], Present] = field(default_factory=dict, repr=False, compare=False)
+
+    def without(self, name: str, place: Place) -> Present:
+        """The model as one of its own effects sees it: less that effect, where it was found."""
+        kept = [
+            (effect, values)
+            for effect, values in self._effects()
+            if not (isinstance(effect, Placed) and (effect.name, effect.place) == (name, place))
+        ]
+        if len(kept) == len(self.model.effects):
+            return self
+        if (name, place) not in self._others:
+            model = RegressorModel(self.model.robot, tuple(effect for effect, _ in kept))
+            self._others[name, place] = Present(model, np.concatenate([values for _, values in kept]))
+        return self._others[name, place]
+
+    def _effects(self) -> Iterator[tuple[Effect, FloatArray]]:
+        """Each effect with its parameters (p,)."""
+        start = 0
+        for effect in self.model.effects:
+            end = start + len(effect.parameter_names)
+            yield effect, self.standard[start:end]
+            start = end
+
+    def torque(self, state: State) -> FloatArray:
+        """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        if state.torque is None:
+            return self._torque(state)
+        return self._torques.of(state, lambda: self._torque(state))  # recorded: many effects ask for it
+
+    def calm(self, state: State) -> State:
+        """The motion through a filter with a lower cut-off."""
+        return self._calm.of(state, lambda: calm_motion(self.model.robot, state))
+
+    def link_torque(self, state: State) -> FloatArray:
+        """Torque of the links alone, samples × joints."""
+        if state.torque is None:
+            return self._link_torque(state)
+        return self._link_torques.of(state, lambda: self._link_torque(state))
+
+    def _torque(self, state: State) -> FloatArray:
+        total = self.link_torque(state)
+        for effect, values in self._effects():
+            if not (isinstance(effect, RigidBody) or _is_load(effect)):
+                total = total + effect.columns(state) @ values
+        return total
+
+    def _link_torque(self, state: State) -> FloatArray:
+        chain = self._chain
+        if chain is not None:
+            return self._along(chain, state.position, state.velocity, state.acceleration)[0]
+        model = self._links()
+        data = model.createData()
+        torque = np.zeros_like(state.position)
+        for k in range(state.position.shape[0]):
+            q, v, a = state.position[k], state.velocity[k], state.acceleration[k]
+            torque[k] = pinocchio.rnea(model, data, q, v, a)
+        return torque
+
+    def link_mass_matrix(self, position: FloatArray) -> FloatArray:
+        """Mass matrix of the links alone, samples × joints × joints."""
+        return self._masses.of(position, lambda: self._mass_matrix(position))
+
+    def _mass_matrix(self, position: FloatArray) -> FloatArray:
+        chain = self._chain
+        if chain is not None:
+            still = np.zeros_like(position)
+            return self._along(chain, position, still, still)[1]
+        model = self._links()
+        data = model.createData()
+        samples, joints = position.shape
+        mass = np.empty((samples, joints, joints))
+        for k in range(samples):
+            mass[k] = pinocchio.crba(model, data, position[k])
+        upper = np.triu(mass)
+        return np.asarray(upper + np.triu(mass, 1).transpose(0, 2, 1))
+
+    def offset_torque(self) -> FloatArray:
+        """Constant torque on each joint (n,) that the model has, from whatever it comes."""
+        for effect in self.model.effects:
+            if isinstance(effect, CurrentOffset):
+                start = self.model.names.index(effect.parameter_names[0])
+                return np.asarray(self.standard[start : start + len(effect.parameter_names)])
+        return np.zeros(self.model.robot.n)
+
+    def drive_friction(self, drive: int) -> tuple[float, float]:
+        """Dry and viscous friction of a drive (from 0): the usual terms alone, none below zero.
+
+        A drive that turns with several joints has dry friction over its own joint's speed and over its own.
+        """
+        named = dict(zip(self.model.names, self.standard, strict=True))
+        number = drive + 1
+        dry = named.get(f"Fc{number}", 0.0) + named.get(f"Fcm{number}", 0.0)
+        return max(float(dry), 0.0), max(float(named.get(f"Fv{number}", 0.0)), 0.0)
+
+    def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
+        model = self._links()
+        model.gravity.linear = gravity
+        data = model.createData()
+        torque = np.zeros_like(position)
+        for k in range(position.shape[0]):
+            torque[k] = pinocchio.computeGeneralizedGravity(model, data, position[k])
+        return torque
+
+    @cached_property
+    def _chain(self) -> FloatArray | None:
+        """Constants of the joints for machine code; None where the links branch."""
+        return chain_frames(self._rigid_body.model)
+
+    @cached_property
+    def _loads(self) -> tuple[SimulatedParts, ...]:
+        """What was found that adds to the links or to gravity."""
+        return tuple(
+            effect.simulated(values)
+            for effect, values in self._effects()
+            if isinstance(effect, Placed) and _is_load(effect)
+        )
+
+    @property
+    def _gravity(self) -> FloatArray:
+        gravity = np.array(self._rigid_body.model.gravity.linear, dtype=np.float64)
+        return np.asarray(sum((load.gravity for load in self._loads if load.gravity is not None), gravity))
+
+    @property
+    def _rigid_body(self) -> RigidBody:
+        return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
+
+    def _along(
+        self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        # Imported here: the compiler takes a second to load.
+        from ident.parameters.link_torque import along_motion
+
+        samples, n = position.shape
+        torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
+        along_motion(
+            tuple(range(n)),
+            frames,
+            self._link_parameters(),
+            self._gravity,
+            np.ascontiguousarray(position),
+            np.ascontiguousarray(velocity),
+            np.ascontiguousarray(acceleration),
+            torque,
+            masses,
+        )
+        return torque, masses
+
+    def _link_parameters(self) -> FloatArray:
+        links = self._rigid_body
+        start = self.model.names.index(links.parameter_names[0])
+        values = self.standard[start : start + len(links.parameter_names)].reshape(-1, 10)
+        return np.ascontiguousarray(
+            sum((load.links for load in self._loads if load.links is not None), values)
+        )
+
+    def _links(self) -> pinocchio.Model:
+        loaded = self._rigid_body.model.copy()
+        loaded.gravity.linear = self._gravity
+        for joint, ten in enumerate(self._link_parameters(), start=1):
+            loaded.inertias[joint] = _inertia(ten)
+        return loaded
+
+
+def _is_load(effect: Effect) -> bool:
+    """Whether a found effect is a part of the links or of gravity."""
+    return isinstance(effect, Placed) and effect.place.scope in ("tool", "base")
+
+
+def _inertia(ten: FloatArray) -> pinocchio.Inertia:
+    """Ten standard parameters as pin's inertia, which divides by the mass: a massless link gets a little."""
+    return pinocchio.Inertia.FromDynamicParameters(ten if ten[0] else np.array([_LIGHT, *ten[1:]]))

@@ -1,0 +1,1 @@
+"""From samples to rows: checks, filters, noise, decimation."""

@@ -1,0 +1,318 @@
+"""The observation matrix: y = X β + ε (eq. 6) from recordings, both sides through the same filter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ident.effects import (
+    AsymmetricFriction,
+    CoulombFriction,
+    CurrentOffset,
+    RigidBody,
+    RotorInertia,
+    State,
+    ViscousFriction,
+    WristCoupling,
+)
+from ident.effects.found import Found
+from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters, random_states
+from ident.parameters.regressor import RegressorModel
+from ident.preparation.between_samples import with_mean_control_signal
+from ident.recording import Recording
+from ident.signals import (
+    AlignedControlSignal,
+    Motion,
+    decimate,
+    decimate_index,
+    decimation_reach,
+    differentiate,
+    kept_samples,
+    low_pass,
+    motion,
+)
+from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Identification, Robot
+
+_COLUMNS_AT_ONCE = 16
+"""Columns filtered together: bounds the memory of the decimation on long records."""
+
+_WITHOUT_HISTORY = (
+    RigidBody,
+    RotorInertia,
+    ViscousFriction,
+    CoulombFriction,
+    AsymmetricFriction,
+    CurrentOffset,
+    WristCoupling,
+)
+"""Effects that look at each sample alone."""
+
+_SAMPLES_AT_ONCE = 400
+"""Samples at which the regressor is evaluated together: a piece of it stays in the cache."""
+
+
+_STATES = 64
+"""Random states that show which columns are zero by structure."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Decimated samples of one or more recordings, kept as samples × joints until they are stacked.
+
+    Attributes:
+        time: (samples,) s, of each recording.
+        segment: (samples,) which recording a sample comes from.
+        torque: samples × joints, N·m (or N).
+        regressor: samples × joints × b.
+        used: samples × joints, false where a row is left out because its friction is not defined: the
+            joint, or a drive that moves with it, is slower than the arm's ``minimum_speed``.
+    """
+
+    time: FloatArray
+    segment: IntArray
+    torque: FloatArray
+    regressor: FloatArray
+    used: BoolArray
+
+    @property
+    def joints(self) -> int:
+        return int(self.torque.shape[1])
+
+    @property
+    def count(self) -> int:
+        """r, the number of rows in eq. 6."""
+        return int(self.used.sum())
+
+
+def observe(base: BaseParameters, recordings: tuple[Recording, ...], settings: Identification) -> Rows:
+    """Rows of eq. 6 from measured positions and control signals.
+
+    Args:
+        base: the base parameters, one column each.
+        recordings: each filtered, differentiated and decimated on its own.
+        settings: cut-off, decimation, trim.
+
+    Raises:
+        IdentificationError: no recording, a joint count that is not the arm's, or one that is too short.
+    """
+    if not recordings:
+        raise IdentificationError("no recording to identify from")
+    parts = [_rows_of(base, index, recording, settings) for index, recording in enumerate(recordings)]
+    return Rows(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.segment for part in parts]),
+        np.concatenate([part.torque for part in parts]),
+        np.concatenate([part.regressor for part in parts]),
+        np.concatenate([part.used for part in parts]),
+    )
+
+
+def observed_columns(
+    base: BaseParameters, time: FloatArray, position: FloatArray, settings: Identification
+) -> FloatArray:
+    """Base regressor of a sampled motion after low-pass, differences and decimation: samples × joints × b.
+
+    The same function serves the measured and the simulated positions, so that X and Z see one filter.
+    """
+    moved = motion(time, position, settings)
+    return _columns(base, State(moved.position, moved.velocity, moved.acceleration, moved.time), settings)
+
+
+def observed_columns_of(base: BaseParameters, recording: Recording, settings: Identification) -> FloatArray:
+    """The same of a recording, measured or simulated, with its torque for effects that ask for one."""
+    return _columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
+
+
+def observed_torque(
+    robot: Robot, recording: Recording, settings: Identification, *, as_rows: bool = False
+) -> FloatArray:
+    """Joint torques of the rows, N·m (or N): τ = Tᵀ g_τ v_τ at the instants of the positions, decimated.
+
+    Args:
+        robot: gains, transmission and controller.
+        recording: control signals, and references where ``control_signal_reading`` is ``sampled``.
+        settings: lag, reading, filter and decimation.
+        as_rows: through the low-pass of the positions, as the rows of a fit are where the settings say so.
+
+    Returns:
+        rows × joints.
+    """
+    observed = ObservedTorque.of(robot, recording, settings)
+    return (
+        observed.at(settings.control_signal_lag)
+        if as_rows
+        else observed.unfiltered_at(settings.control_signal_lag)
+    )
+
+
+@dataclass(frozen=True)
+class ObservedTorque:
+    """The joint torques of a recording's rows at any lag of the control signal, rows × joints.
+
+    Attributes:
+        robot: gains and transmission.
+        signal: of the recording.
+        settings: filters and decimation; not their lag.
+    """
+
+    robot: Robot
+    signal: AlignedControlSignal
+    settings: Identification
+
+    @classmethod
+    def of(cls, robot: Robot, recording: Recording, settings: Identification) -> ObservedTorque:
+        if settings.control_signal_reading == "sampled":
+            recording = with_mean_control_signal(robot, recording)
+        return cls(robot, AlignedControlSignal(recording, _hold(robot, recording, settings)), settings)
+
+    def at(self, lag: float) -> FloatArray:
+        """Torque, N·m (or N), with the control signal ``lag`` seconds late, through the rows' filter."""
+        torque = self.robot.joint_torque(self.signal.at(lag))
+        return self._rows(self._smooth(torque) if self.settings.torque_filter == "positions" else torque)
+
+    def unfiltered_at(self, lag: float) -> FloatArray:
+        """The same without the low-pass of the positions."""
+        return self._rows(self.robot.joint_torque(self.signal.at(lag)))
+
+    def rate_at(self, lag: float) -> FloatArray:
+        """dτ/dt, N·m/s (or N/s): what a shift in time adds to the torque."""
+        smooth = self._smooth(self.robot.joint_torque(self.signal.at(lag)))
+        step = self.signal.recording.sample_time
+        return self._rows(differentiate(smooth, step, self.settings.derivative_accuracy))
+
+    def _smooth(self, torque: FloatArray) -> FloatArray:
+        settings = self.settings
+        return low_pass(torque, settings.cutoff_hz, self.signal.recording.sample_time, settings.filter_order)
+
+    def _rows(self, values: FloatArray) -> FloatArray:
+        keep = kept_samples(values.shape[0], self.settings)
+        return decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
+
+
+def _hold(robot: Robot, recording: Recording, settings: Identification) -> float:
+    """For how long a recorded control signal acts, s; 0 where it is a mean over more than that already."""
+    held = robot.controller.sample_time
+    per_sample = round(recording.sample_time / held)
+    return held if settings.control_signal_reading == "sampled" or per_sample <= 1 else 0.0
+
+
+def _columns_of(
+    base: BaseParameters, recording: Recording, moved: Motion, settings: Identification
+) -> FloatArray:
+    torque = None
+    if any(isinstance(effect, Found) for effect in base.model.effects):
+        whole = settings.model_copy(update={"decimation": 1})
+        torque = observed_torque(base.model.robot, recording, whole)
+    state = State(moved.position, moved.velocity, moved.acceleration, moved.time, torque)
+    return _columns(base, state, settings)
+
+
+def _columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
+    """The base regressor of a motion through the decimation filter."""
+    samples, joints = state.position.shape
+    count = len(base.names)
+    if settings.decimation == 1:
+        return base.columns(state)
+    present, series = _series(base, state)
+    thin = np.zeros((decimate_index(samples, settings.decimation).size, joints * count))
+    for start in range(0, present.size, _COLUMNS_AT_ONCE):
+        part = slice(start, start + _COLUMNS_AT_ONCE)
+        rows = decimate(series[part], settings.decimation, settings.decimation_filter, axis=1)
+        thin[:, present[part]] = rows.T
+    return thin.reshape(-1, joints, count)
+
+
+def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:
+    """Which of the joints × b columns are not zero by structure, and these as rows, so that each is a run of
+    memory for the filter. Evaluated piece by piece, since a piece stays in the cache; an effect with a
+    history sees the whole motion at once.
+    """
+    samples = state.position.shape[0]
+    found = [effect for effect in base.model.effects if isinstance(effect, Found)]
+    if found:
+        return _series_with_found(base, found, state)
+    if not all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
+        full = base.columns(state).reshape(samples, -1)
+        present = np.flatnonzero(full.any(axis=0))
+        return present, np.ascontiguousarray(full[:, present].T)
+    sight = base.columns(random_states(base.model.robot, 0, _STATES)).reshape(_STATES, -1)
+    present = np.flatnonzero(sight.any(axis=0))
+    joint, column = np.divmod(present, len(base.names))
+    standard = joint * len(base.model.names) + base.independent[column]
+    series = np.empty((present.size, samples))
+    for start in range(0, samples, _SAMPLES_AT_ONCE):
+        part = slice(start, start + _SAMPLES_AT_ONCE)
+        piece = State(state.position[part], state.velocity[part], state.acceleration[part])
+        columns = base.model.columns(piece)
+        series[:, part] = columns.reshape(columns.shape[0], -1)[:, standard].T
+    return present, series
+
+
+def _series_with_found(
+    base: BaseParameters, found: Sequence[Found], state: State
+) -> tuple[IntArray, FloatArray]:
+    """The same of a model with effects that were found, which come last and see the whole motion."""
+    usual = RegressorModel(base.model.robot, base.model.effects[: -len(found)])
+    standard = len(usual.names)
+    plain = int(np.count_nonzero(base.independent < standard))
+    alone = BaseParameters(usual, base.independent[:plain], base.relation[:plain, :standard])
+    present, series = _series(alone, state)
+    joint, column = np.divmod(present, plain)
+    added = np.concatenate([effect.columns(state) for effect in found], axis=2)
+    added = added[:, :, base.independent[plain:] - standard]
+    alive = np.argwhere(added.any(axis=0))
+    count = len(base.names)
+    return (
+        np.concatenate([joint * count + column, alive[:, 0] * count + plain + alive[:, 1]]),
+        np.concatenate([series, added[:, alive[:, 0], alive[:, 1]].T]),
+    )
+
+
+def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
+    robot = base.model.robot
+    if recording.joints != robot.n:
+        raise IdentificationError(
+            f"{recording.name}: {recording.joints} joints; allowed: {robot.n}, as {robot.name} has"
+        )
+    keep = kept_samples(recording.time.shape[0], settings)
+    torque = observed_torque(robot, recording, settings, as_rows=True)
+    moved = motion(recording.time, recording.position, settings)
+    regressor = _columns_of(base, recording, moved, settings)
+    time = _decimated_time(recording.time[keep], settings.decimation)
+    used = _fast_enough(robot, moved, recording.sample_time, settings)
+    used = used[decimate_index(moved.time.shape[0], settings.decimation)]
+    segment = np.full(time.shape[0], index, dtype=np.int64)
+    return Rows(time, segment, torque, regressor, used)
+
+
+def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Identification) -> BoolArray:
+    """Samples × joints: the joint and every drive that moves with it are above the minimum speed.
+
+    The decimation filter spreads a reversal over its neighbours, so those within the standstill margin
+    are left out with it; of a finite filter at least those that it mixes.
+    """
+    share = settings.minimum_speed
+    velocity = moved.velocity
+    if share == 0.0:
+        return np.ones(velocity.shape, dtype=np.bool_)
+    transmission = robot.transmission_matrix
+    limits = share * robot.velocity_limits
+    joints = np.abs(velocity) > limits
+    drives = np.abs(velocity @ transmission.T) > limits
+    slow_drive = ~drives @ (transmission != 0.0)
+    reach = round(settings.standstill_margin / sample_time)
+    reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
+    slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1), dtype=np.bool_))
+    return np.asarray(~slow)
+
+
+def _decimated_time(time: FloatArray, factor: int) -> FloatArray:
+    """The instants of the kept samples; the phase is that of :func:`ident.signals.decimate`."""
+    step = (time[-1] - time[0]) / (time.shape[0] - 1)
+    index = decimate_index(time.shape[0], factor)
+    return np.asarray(time[0] + step * index)

@@ -1,0 +1,1 @@
+"""Correlated errors: AR whitening, covariances of linear estimates, restricted fits."""

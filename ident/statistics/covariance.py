@@ -1,0 +1,70 @@
+"""Covariance of linear estimates when errors are correlated along time (method.md 5.3).
+
+``block`` is the paper's: errors independent from row to row, one deviation per joint. ``ar`` keeps the
+same estimate and lets each joint's error be the AR process that its residual shows, so that σ is not
+too small where residuals are correlated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import matmul_toeplitz
+from scipy.signal import lfilter
+
+from ident.statistics.whitening import Whitening
+from robots.arrays import FloatArray, IntArray
+
+_NEGLIGIBLE = 1e-6
+"""An AR process's impulse response is cut where it has decayed to this."""
+
+
+def weighted_score_covariance(
+    instruments: FloatArray, sigma: FloatArray, whitening: Whitening, segment: IntArray
+) -> FloatArray:
+    """Covariance (b, b) of ZᵀΩ⁻¹ε: Σ_j Z_jᵀ Γ_j Z_j / σ_j⁴, with Γ_j the errors' autocovariance.
+
+    Args:
+        instruments: samples × joints × b, zero where a row is left out.
+        sigma: (n,) the deviations that make Ω.
+        whitening: the AR process per joint.
+        segment: (samples,) recordings; errors of different ones are independent.
+    """
+    total = np.zeros((instruments.shape[2], instruments.shape[2]))
+    for joint, coefficients in enumerate(whitening.coefficients):
+        for index in np.unique(segment):
+            z = instruments[segment == index, joint] / sigma[joint] ** 2
+            gamma = autocovariance(coefficients, float(whitening.sigma[joint]), z.shape[0])
+            total += z.T @ matmul_toeplitz(gamma, z)
+    return total
+
+
+def autocovariance(coefficients: FloatArray, sigma: float, lags: int) -> FloatArray:
+    """Autocovariances γ₀ … γ_{lags−1} of e_t = Σ a_i e_{t−i} + u_t with deviation ``sigma`` of u."""
+    impulse = np.zeros(lags)
+    impulse[0] = 1.0
+    response = lfilter([1.0], np.concatenate([[1.0], -coefficients]), impulse)
+    alive = np.flatnonzero(np.abs(response) > _NEGLIGIBLE)
+    response = response[: alive[-1] + 1]
+    gamma = np.correlate(response, response, mode="full")[response.size - 1 :]
+    padded = np.zeros(lags)
+    padded[: gamma.size] = sigma**2 * gamma
+    return padded
+
+
+def instrumental_covariance(
+    instruments: FloatArray, regressor: FloatArray, sigma: FloatArray, whitening: Whitening, segment: IntArray
+) -> FloatArray:
+    """Covariance (b, b) of the IV estimate when errors are AR: (ZᵀΩ⁻¹X)⁻¹ S (XᵀΩ⁻¹Z)⁻¹.
+
+    Args:
+        instruments: samples × joints × b.
+        regressor: samples × joints × b.
+        sigma: (n,) the deviations that make Ω.
+        whitening: the AR process per joint.
+        segment: (samples,) recordings.
+    """
+    weights = 1.0 / sigma**2
+    cross = np.einsum("sja,j,sjb->ab", instruments, weights, regressor, optimize=True)
+    score = weighted_score_covariance(instruments, sigma, whitening, segment)
+    half = np.linalg.solve(cross, score)
+    return np.asarray(np.linalg.solve(cross, half.T).T)

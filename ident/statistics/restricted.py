@@ -1,0 +1,283 @@
+"""AR errors of a regression from its residuals, without the bias that residuals have.
+
+Residuals r = y − Xβ̂ are what b columns leave of the errors e. Slow columns take slow errors with them, so an
+AR model of r forgets too fast, and a test on rows that it whitens rejects too often. With the weighted basis
+U of X and the covariance Γ of the errors what was taken is known in mean,
+
+    E(rrᵀ) = Γ − UUᵀΓ − ΓUUᵀ + U(UᵀΓU)Uᵀ,
+
+so the products of residuals, plus those that a model says are missing, give the next model, until it stands
+still. To first order these are the equations of restricted maximum likelihood (Patterson and Thompson 1971;
+Cheang and Reinsel 2000). Those take r by generalised least squares; here it is by weighted least squares:
+whitening dims the motion and leaves the noise of its derivatives, which pulls β̂ towards zero; what β̂ then
+leaves of the motion in r makes the next model slower still, and so on without end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.linalg import solve_triangular
+
+from ident.statistics.covariance import autocovariance
+from ident.statistics.whitening import (
+    Whitening,
+    autoregressive_whitening,
+    block_whitening,
+    is_stable,
+    largest_order,
+    ljung_box,
+    unbroken,
+)
+from robots.arrays import BoolArray, FloatArray, IntArray
+
+ComplexArray = NDArray[np.complex128]
+
+_ITERATIONS = 30
+_STILL = 1e-4
+"""Change of a coefficient at which the steps end; its standard deviation, 1/√samples, is far more."""
+
+_ORDERS_BEYOND = 4
+"""Orders that are tried beyond the one that the residuals themselves ask for."""
+
+_DEPENDENT = 1e-12
+"""Eigenvalues of the scaled XᵀΩ⁻¹X below this share of the largest are no information."""
+
+_COLUMNS_AT_ONCE = 16
+"""Columns whose lagged products are summed together: bounds the memory."""
+
+_LAGS_LEFT = 30
+
+
+def regression_whitening(
+    target: FloatArray, regressor: FloatArray, segment: IntArray, used: BoolArray
+) -> Whitening:
+    """The AR process per joint of the errors of target = regressor · β + e.
+
+    Args:
+        target: samples × joints, N·m (or N); torques, or residuals of any estimate on the same columns.
+        regressor: samples × joints × b; one β for all joints. Columns may depend on one another.
+        segment: (samples,) recording index.
+        used: samples × joints, the rows of the fit.
+    """
+    omega = independent_whitening(target, regressor, segment, used)
+    fit = _fit(omega, target, regressor, used)
+    residual = target - regressor @ fit.beta
+    whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
+    largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
+    products = [_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)]
+    taken = _Taken.of(fit.basis, segment)
+    counts = [_whole(segment, used[:, j], largest) for j in _axes(used)]
+    for _ in range(_ITERATIONS):
+        missing = _missing(whitening, taken, omega.sigma, segment, used, largest)
+        before, whitening = whitening, _model(products, missing, counts)
+        if _change(before, whitening) < _STILL:
+            break
+    return replace(whitening, white_p=_whiteness(whitening, residual, segment, used))
+
+
+def independent_whitening(
+    target: FloatArray, regressor: FloatArray, segment: IntArray, used: BoolArray
+) -> Whitening:
+    """The paper's Ω: one deviation per joint, of the residuals of weighted least squares.
+
+    Args:
+        target, regressor, segment, used: as of :func:`regression_whitening`.
+    """
+    whitening = _start(target, used)
+    for _ in range(2):
+        fit = _fit(whitening, target, regressor, used)
+        whitening = block_whitening(target - regressor @ fit.beta, used, regressor.shape[2])
+    return whitening
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Weighted least squares: β̂ (b,), and U, samples × joints × b', orthonormal over the weighted rows."""
+
+    beta: FloatArray
+    basis: FloatArray
+
+
+def _axes(used: BoolArray) -> range:
+    return range(used.shape[1])
+
+
+def _start(target: FloatArray, used: BoolArray) -> Whitening:
+    """Each joint weighed by the size of its torque."""
+    size = np.sqrt(np.sum(np.where(used, target, 0.0) ** 2, axis=0) / used.sum(axis=0))
+    empty = tuple(np.empty(0) for _ in range(target.shape[1]))
+    return Whitening("block", empty, np.where(size > 0, size, 1.0))
+
+
+def _fit(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> _Fit:
+    weight = used / omega.sigma
+    x = regressor * weight[:, :, np.newaxis]
+    scale = np.sqrt(np.sum(x**2, axis=(0, 1)))
+    scale[scale == 0.0] = 1.0
+    x /= scale
+    flat = x.reshape(-1, x.shape[2])
+    values, directions = np.linalg.eigh(flat.T @ flat)
+    held = values > _DEPENDENT * values[-1]
+    root = directions[:, held] / np.sqrt(values[held])
+    basis = x @ root
+    shares = basis.reshape(flat.shape[0], -1).T @ (target * weight).ravel()
+    return _Fit((root @ shares) / scale, np.asarray(basis))
+
+
+@dataclass(frozen=True)
+class _Taken:
+    """U with its Fourier transforms per recording: samples × joints × b', and frequencies × joints × b'."""
+
+    basis: FloatArray
+    pieces: tuple[IntArray, ...]
+    spectra: tuple[ComplexArray, ...]
+
+    @classmethod
+    def of(cls, basis: FloatArray, segment: IntArray) -> _Taken:
+        pieces = tuple(np.flatnonzero(segment == name) for name in np.unique(segment))
+        spectra = tuple(rfft(basis[chosen], _circle(chosen.size), axis=0) for chosen in pieces)
+        return cls(basis, pieces, spectra)
+
+    def moved(self, whitening: Whitening, omega: FloatArray) -> FloatArray:
+        """ΓU with the model's covariance Γ of each joint, recording by recording; samples × joints × b'."""
+        moved = np.empty_like(self.basis)
+        for chosen, spectrum in zip(self.pieces, self.spectra, strict=True):
+            samples, circle = chosen.size, _circle(chosen.size)
+            for joint, coefficients in enumerate(whitening.coefficients):
+                sigma = float(whitening.sigma[joint] / omega[joint])
+                gamma = autocovariance(coefficients, sigma, samples)
+                # A Toeplitz matrix is a corner of a circulant one, which the transform makes diagonal.
+                around = np.concatenate([gamma, np.zeros(circle - 2 * samples + 1), gamma[:0:-1]])
+                gain = rfft(around).real[:, np.newaxis]
+                moved[chosen, joint] = irfft(spectrum[:, joint] * gain, circle, axis=0)[:samples]
+        return moved
+
+
+def _circle(samples: int) -> int:
+    """A length for which transforms are quick and nothing wraps around."""
+    return int(next_fast_len(2 * samples - 1, real=True))
+
+
+def _missing(
+    whitening: Whitening,
+    taken: _Taken,
+    omega: FloatArray,
+    segment: IntArray,
+    used: BoolArray,
+    largest: int,
+) -> list[FloatArray]:
+    """Per joint: lagged products of e that the fit has taken from those of r, if the model is right."""
+    basis, moved = taken.basis, taken.moved(whitening, omega)
+    columns = basis.shape[2]
+    between = basis.reshape(-1, columns).T @ moved.reshape(-1, columns)
+    found = []
+    for joint in _axes(used):
+        one = basis[:, joint] * omega[joint]
+        other = moved[:, joint] * omega[joint] - 0.5 * one @ between
+        half = _products(one, other, segment, used[:, joint], largest)
+        found.append(half + half.T)
+    return found
+
+
+def _products(
+    one: FloatArray, other: FloatArray, segment: IntArray, used: BoolArray, largest: int
+) -> FloatArray:
+    """Σ over columns and samples of a_{t−k}·b_{t−l}, k, l = 0 … largest, where all these are used.
+
+    Args:
+        one, other: (samples,) or (samples, columns).
+    """
+    products = np.zeros((largest + 1, largest + 1))
+    one, other = one.reshape(segment.size, -1), other.reshape(segment.size, -1)
+    for name in np.unique(segment):
+        chosen = segment == name
+        whole = unbroken(used[chosen], largest)
+        if whole.all():
+            products += _products_without_gaps(one[chosen], other[chosen], largest)
+            continue
+        for start in range(0, one.shape[1], _COLUMNS_AT_ONCE):
+            part = slice(start, start + _COLUMNS_AT_ONCE)
+            left = _lags(one[chosen, part], whole, largest)
+            right = left if one is other else _lags(other[chosen, part], whole, largest)
+            products += left.T @ right
+    return products
+
+
+def _products_without_gaps(one: FloatArray, other: FloatArray, largest: int) -> FloatArray:
+    """The same where every sample counts: one row and column of sums, the others by what comes and goes."""
+    last = one.shape[0]
+    products = np.zeros((largest + 1, largest + 1))
+    for lag in range(largest + 1):
+        products[0, lag] = np.vdot(one[largest:], other[largest - lag : last - lag])
+        products[lag, 0] = np.vdot(one[largest - lag : last - lag], other[largest:])
+    before, after = slice(largest - 1, None, -1), slice(last - 1, last - largest - 1, -1)
+    change = one[before][:largest] @ other[before][:largest].T - one[after] @ other[after].T
+    for k in range(largest):
+        products[k + 1, 1:] = products[k, :-1] + change[k]
+    return products
+
+
+def _lags(columns: FloatArray, whole: BoolArray, largest: int) -> FloatArray:
+    """(samples · columns, largest + 1): each sample that counts, and those before it, nearest first."""
+    last = columns.shape[0]
+    return np.stack([columns[largest - k : last - k][whole].ravel() for k in range(largest + 1)], axis=1)
+
+
+def _whole(segment: IntArray, used: BoolArray, largest: int) -> int:
+    return sum(int(unbroken(used[segment == name], largest).sum()) for name in np.unique(segment))
+
+
+def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[int]) -> Whitening:
+    fits = [_best(one + other, count) for one, other, count in zip(products, missing, counts, strict=True)]
+    return Whitening("ar", tuple(a for a, _ in fits), np.array([sigma for _, sigma in fits]))
+
+
+def _best(products: FloatArray, count: int) -> tuple[FloatArray, float]:
+    """AR coefficients of the order with the smallest BIC and the deviation of the innovation."""
+    left = _left(products) / count
+    orders = np.arange(left.size)
+    criterion = count * np.log(left) + orders * np.log(count)
+    for order in np.argsort(criterion, kind="stable"):
+        lags = slice(1, order + 1)
+        a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
+        if not order or is_stable(a):
+            return a, float(np.sqrt(left[order]))
+    raise AssertionError  # order 0 is always stable
+
+
+def _left(products: FloatArray) -> FloatArray:
+    """Sum of squares that AR processes of order 0, 1, … leave, up to the first that leaves nothing.
+
+    One Cholesky factor has those of all orders: it nests.
+    """
+    whole = products[0, 0]
+    try:
+        factor = np.linalg.cholesky(products[1:, 1:])
+    except np.linalg.LinAlgError:
+        return _left(products[:-1, :-1]) if products.shape[0] > 1 else np.array([whole])
+    taken = solve_triangular(factor, products[1:, 0], lower=True) if factor.size else np.empty(0)
+    left = whole - np.concatenate([[0.0], np.cumsum(taken**2)])
+    spent = np.flatnonzero(left <= 0.0)
+    return np.asarray(left[: spent[0]] if spent.size else left)
+
+
+def _change(before: Whitening, after: Whitening) -> float:
+    """Largest change of a coefficient; one that is new or gone counts in full."""
+    order = max(before.order, after.order)
+    pairs = zip(before.coefficients, after.coefficients, strict=True)
+    padded = [np.pad(a, (0, order - a.size)) - np.pad(b, (0, order - b.size)) for a, b in pairs]
+    return float(max(np.abs(difference).max(initial=0.0) for difference in padded))
+
+
+def _whiteness(whitening: Whitening, residual: FloatArray, segment: IntArray, used: BoolArray) -> FloatArray:
+    """Ljung-Box p-value per joint of what the filter leaves of the residuals."""
+    found = []
+    for joint, coefficients in enumerate(whitening.coefficients):
+        alone = Whitening("ar", (coefficients,), whitening.sigma[joint : joint + 1])
+        left = alone.apply(residual[:, joint, np.newaxis, np.newaxis], segment, used[:, joint, np.newaxis])
+        found.append(ljung_box(left[:, 0], _LAGS_LEFT, coefficients.size)[1])
+    return np.array(found)

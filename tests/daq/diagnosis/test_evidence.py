@@ -1,0 +1,44 @@
+"""armhil diagnose --search evidence and both."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.daq.calls import Call
+
+
+def emps(shared_data: Path) -> tuple[str, ...]:
+    return (str(shared_data / "emps" / "DATA_EMPS.mat"), "--robot", "emps", "--split-half")
+
+
+def test_a_rig_with_friction_that_differs_with_the_direction_is_not_called_clean(
+    armhil: Call, shared_data: Path
+) -> None:
+    code, out, _ = armhil("diagnose", *emps(shared_data), "--search", "evidence", "--json")
+    assert code == 1
+    answer = json.loads(out)["evidence"]
+    assert answer["verdict"] != "clean"
+    assert answer["repeats"] is False
+    (joint,) = answer["joints"]
+    assert joint["probability_above"] > 0.9
+    assert 0.02 < joint["unexplained"]["after"] < 0.06
+    assert sum(one["probability"] for one in answer["ranking"]) <= 1.0 + 1e-9
+
+
+def test_both_searches_answer_side_by_side(armhil: Call, shared_data: Path) -> None:
+    words = (*emps(shared_data), "--without", "coulomb_friction", "--search", "both", "--json")
+    _, out, text = armhil("diagnose", *words)
+    content = json.loads(out)
+    assert content["findings"][0]["effect"] == "coulomb_friction"
+    assert content["evidence"]["joints"][0]["unexplained"]["before"] > 0.1
+    assert "By evidence" in text
+
+
+def test_what_the_evidence_does_not_do_is_said(armhil: Call, shared_data: Path, tmp_path: Path) -> None:
+    code, _, text = armhil("diagnose", *emps(shared_data), "--search", "evidence", "--out", str(tmp_path))
+    assert code == 2
+    assert "--search both" in text
+    code, _, text = armhil("diagnose", "--live", "emps", "--search", "both", "--yes")
+    assert code == 2
+    assert "--live" in text

@@ -1,0 +1,90 @@
+"""The page of a check: its verdict comes first, with what moved, beside which baseline, and a picture."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from daq.check.judged import comparison_json
+from daq.report.check_view import check_view
+from daq.report.page import render
+from ident.drift import compare, patterns_of
+from tests.daq.report.test_report import content
+from tests.ident.drift.arms_of_nights import draw_nights, geometry
+
+BASELINE, TONIGHT = ("run 3", "accepted 2026-10-01 by <Ada>"), ("run 47", "2026-11-22 02:31 UTC")
+
+
+@pytest.fixture(scope="module")
+def compared() -> dict[str, dict[str, Any]]:
+    """As the catalogue keeps them: friction of joint 2 + 40 % on the fourth night, and fine."""
+    made = geometry(friction=12.0)
+    pattern = next(p for p in patterns_of(made) if (p.effect, p.joint) == ("coulomb_friction", 2))
+    assert pattern.scale is not None
+    change = 0.4 * pattern.scale * pattern.directions[:, 0]
+    nights = [
+        replace(n, celsius=None) for n in draw_nights(made, 4, 1, change=change, first=3, per_kelvin=0.0)
+    ]
+    found = {"changed": compare(nights[0], nights[1:], made), "fine": compare(nights[0], nights[1:3], made)}
+    return {name: json.loads(json.dumps(comparison_json(one))) for name, one in found.items()}
+
+
+def page(verdict: str, details: dict[str, Any], sentence: str = "said & done") -> str:
+    view = check_view(verdict, sentence, details, BASELINE, TONIGHT)
+    return render(replace(content(), title="arm: check", check=view))
+
+
+def text(html: str) -> str:
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html)).replace("\u00a0", " ")
+
+
+def test_the_verdict_of_the_check_comes_before_that_of_the_identification(
+    compared: dict[str, dict[str, Any]],
+) -> None:
+    html = page(
+        "warning", {"comparison": compared["changed"], "warnings": ["loud <b>"], "findings": ["found it"]}
+    )
+    first = text(html[html.index("<main>") : html.index('id="identification"')])
+    assert "Check: warning" in first and "Verdict:" not in first
+    assert "said & done" not in html and "said &amp; done" in html and "by &lt;Ada&gt;" in html
+    for said in ("run 3", "run 47", "loud", "found it", "tolerance 5 %", "no thermometer", "3 of them teach"):
+        assert said in text(html).replace("&lt;b&gt;", ""), said
+    assert re.search(r"Coulomb friction of joint 2 \+(39|40)", first)
+    assert re.search(r"(19|20|21) K colder at least; no thermometer", first)
+    assert html.index('class="course wide"') < html.index('id="moved"') < html.index('id="identification"')
+    assert html.count('class="out"') == 2  # tonight, wide and narrow
+    assert html.count('class="beyond"') == 1 and html.count('class="within"') == 5
+    assert "What is usual, and what was forgiven tonight" in html
+
+
+def test_a_fine_check_and_one_without_a_baseline(compared: dict[str, dict[str, Any]]) -> None:
+    fine = page("ok", {"comparison": compared["fine"], "celsius": [21.0] * 6})
+    assert "Nothing has moved" in fine and 'class="out"' not in fine and 'id="moved"' not in fine
+    assert "21.0 °C" in text(fine)
+    alone = check_view("unknown", "none", {"comparison": None}, ("", ""), TONIGHT)
+    assert alone.headline == "No baseline to compare with" and alone.joints == () and not alone.picture
+    assert "No baseline to compare with" in render(replace(content(), check=alone))
+    grown = check_view("warning", "x", {"comparison": compared["fine"], "grown": [2]}, BASELINE, TONIGHT)
+    assert grown.headline == "The model leaves more of the torque than on any night before"
+
+
+def test_a_check_of_before_has_a_page_too(compared: dict[str, dict[str, Any]]) -> None:
+    """What older versions did not keep is left out."""
+    old = {
+        key: compared["changed"][key]
+        for key in compared["changed"]
+        if key not in ("usual", "course", "colder")
+    }
+    old["changes"] = [{k: v for k, v in one.items() if k != "kelvin"} for one in old["changes"]]
+    view = check_view("failed", "x", {"comparison": old, "settings": {"tolerance": 0.03}}, BASELINE, TONIGHT)
+    assert view.usual == () and not view.picture and view.tolerance == "3\u00a0%"
+    assert view.moved[0].warmth == "–" and view.joints[1].beyond
+    assert "Coulomb friction of joint 2" in render(replace(content(), check=view))
+
+
+def test_an_identification_by_itself_has_no_check() -> None:
+    assert "Check:" not in render(content())

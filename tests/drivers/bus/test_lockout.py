@@ -1,0 +1,197 @@
+"""The note of a stream: there before torque, for every user, on any bus, through nothing but real files."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drivers import BusError, BusLock, Channel, DriveError
+from drivers.bus import state_folder
+from drivers.bus.lockout import Lockout
+
+CAN0, CAN1 = Channel("socketcan", "can0"), Channel("socketcan", "can1")
+SERIALS = ("0000009A-00000001-77", "0000009A-00000001-78")
+
+
+@pytest.fixture
+def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A machine of its own, of which nothing is configured."""
+    monkeypatch.delenv("ARMHIL_STATE")
+    monkeypatch.setattr(state_folder, "MACHINE", (tmp_path / "lib" / "armhil", tmp_path / "tmp" / "armhil"))
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "me"))
+    return tmp_path
+
+
+def other_user(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another environment; of the first one only what the machine shares is left."""
+    for name in ("HOME", "TMPDIR", "XDG_STATE_HOME", "XDG_RUNTIME_DIR"):
+        monkeypatch.setenv(name, str(machine / "other" / name))
+
+
+def test_a_note_is_the_same_for_every_user_and_known_by_its_drives(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Lockout(CAN0, "arm", SERIALS).begin()
+    (note,) = (machine / "lib" / "armhil").iterdir()
+    assert stat.S_IMODE(note.parent.stat().st_mode) == 0o1777
+    other_user(machine, monkeypatch)
+    for same in (Lockout(CAN0), Lockout(CAN1, "renamed", SERIALS[1:]), Lockout(CAN0, "another", ("x",))):
+        assert f"process {os.getpid()} began" in str(same.reason)
+    assert Lockout(CAN1, "arm", ("0000009A-00000001-79",)).reason is None
+    Lockout(CAN1, "renamed", SERIALS).lift()
+    assert Lockout(CAN0).reason is None and not note.exists()
+
+
+def test_the_first_cause_stays(machine: Path) -> None:
+    lockout = Lockout(CAN0, "arm", SERIALS)
+    lockout.begin()
+    lockout.keep("drive 2 left operation enabled; EMCY 0x4310 (motor over-temperature)")
+    Lockout(CAN0).keep("EMCY 0x8130 (heartbeat lost)")
+    assert lockout.reason == "drive 2 left operation enabled; EMCY 0x4310 (motor over-temperature)"
+    found = json.loads(next((machine / "lib" / "armhil").iterdir()).read_text())
+    assert found["serials"] == list(SERIALS), "what the beginning knew is kept with it"
+
+
+def test_a_note_of_a_user_who_can_write_elsewhere_only_is_found(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for place in (machine / "lib" / "armhil", machine / "tmp" / "armhil", machine / "me" / "armhil"):
+        with state_folder.StateFolder(place, create=True) as folder:
+            folder.write("lockout-socketcan-can0.json", json.dumps(EXAMPLE | {"reason": place.parent.name}))
+        assert Lockout(CAN0).reason == place.parent.name
+        Lockout(CAN0).lift()
+        assert Lockout(CAN0).reason is None
+
+
+EXAMPLE = {
+    "channel": "",
+    "arm": "",
+    "serials": [],
+    "begun": "2026-01-01 00:00:00",
+    "process": 1,
+    "reason": None,
+}
+
+
+def test_it_is_on_the_disk_before_anything_moves(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[str] = []
+    real = os.fsync
+
+    def fsync(descriptor: int) -> None:
+        synced.append("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file")
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    Lockout(CAN0).begin()
+    assert synced == ["file", "folder"]
+    Lockout(CAN0).keep("reason")
+    Lockout(CAN0).lift()
+    assert synced[2:] == ["file", "folder", "folder"]
+
+
+def test_a_link_in_place_of_a_note_is_not_followed(machine: Path) -> None:
+    Lockout(CAN0).begin()
+    (note,) = (machine / "lib" / "armhil").iterdir()
+    victim = machine / "victim"
+    victim.write_text("precious")
+    for make in (note.symlink_to, note.hardlink_to):
+        note.unlink()
+        make(victim)
+        with pytest.raises(DriveError, match="nothing moves, because no note of it can be kept"):
+            Lockout(CAN0).begin()
+        assert "cannot be read" in str(Lockout(CAN0).reason)
+        Lockout(CAN0).keep("anything")
+        assert victim.read_text() == "precious"
+    note.unlink()
+    os.mkfifo(note)
+    assert "cannot be read" in str(Lockout(CAN0).reason), "and nobody waits for somebody to write into it"
+
+
+@pytest.mark.parametrize("kind", ["link", "loose", "file"])
+def test_a_folder_that_others_have_laid_out_is_not_used(machine: Path, kind: str) -> None:
+    bad = machine / "lib" / "armhil"
+    if kind == "link":
+        (machine / "elsewhere").mkdir()
+        bad.symlink_to(machine / "elsewhere")
+    elif kind == "loose":
+        bad.mkdir()
+        bad.chmod(0o777)
+    else:
+        bad.write_text("")
+    Lockout(CAN0).begin()
+    assert [path.name for path in (machine / "tmp" / "armhil").iterdir()] == ["lockout-socketcan-can0.json"]
+    assert not list((machine / "elsewhere").iterdir()) if kind == "link" else True
+    assert Lockout(CAN0).reason is not None
+
+
+def test_where_no_note_can_be_kept_nothing_moves(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (machine / "file").write_text("")
+    monkeypatch.setattr(state_folder, "MACHINE", (machine / "file" / "a",))
+    monkeypatch.setenv("XDG_STATE_HOME", str(machine / "file"))
+    with pytest.raises(DriveError, match=r"install -d -m 1777 /var/lib/armhil.*ARMHIL_STATE"):
+        Lockout(CAN0).begin()
+    with pytest.raises(BusError, match="no folder for what has to outlive"):
+        BusLock(CAN0)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '"x"', '{"reason": 1}', "\x00\x01"])
+def test_a_damaged_note_still_stands(machine: Path, text: str) -> None:
+    Lockout(CAN0).begin()
+    (note,) = (machine / "lib" / "armhil").iterdir()
+    note.write_text(text)
+    assert Lockout(CAN0).reason == "the note of the last motion is damaged"
+
+
+def test_an_emptied_note_is_none(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As another user leaves it, who may not take it out of the folder."""
+    Lockout(CAN0).begin()
+    (note,) = (machine / "lib" / "armhil").iterdir()
+
+    def refuse(*arguments: object, **options: object) -> None:
+        raise PermissionError(1, "not permitted")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "unlink", refuse)
+        Lockout(CAN0).lift()
+    assert note.read_text() == "" and Lockout(CAN0).reason is None
+
+
+def test_a_note_that_cannot_be_taken_away_is_told(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*arguments: object, **options: object) -> None:
+        raise PermissionError(1, "not permitted")
+
+    Lockout(CAN0).begin()
+    monkeypatch.setattr(os, "unlink", refuse)
+    monkeypatch.setattr(os, "ftruncate", refuse)
+    with pytest.raises(DriveError, match=r"lockout-socketcan-can0\.json: the lock-out cannot be lifted"):
+        Lockout(CAN0).lift()
+    assert Lockout(CAN0).reason is not None
+
+
+def test_two_users_do_not_have_one_bus(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first can write nowhere but in a place that the second would not have chosen."""
+    code = (
+        "import sys; from pathlib import Path; from drivers.bus import state_folder as s;"
+        " s.MACHINE = (Path(sys.argv[1]),); from drivers import BusLock, Channel;"
+        " lock = BusLock(Channel('socketcan', 'can0')); print(1, flush=True); sys.stdin.read()"
+    )
+    place = str(machine / "tmp" / "armhil")
+    with subprocess.Popen(
+        [sys.executable, "-c", code, place], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as holder:
+        assert holder.stdout is not None and holder.stdout.readline() == b"1\n"
+        other_user(machine, monkeypatch)
+        with pytest.raises(BusError, match="is occupied: another armhil run holds it as master"):
+            BusLock(CAN0)
+        BusLock(CAN1).release()
+        holder.kill()
+    with BusLock(CAN0) as lock:
+        assert lock.path.parent == machine / "lib" / "armhil"

@@ -1,0 +1,79 @@
+"""What moved is what was meant: a jog ends where it was sent, or says why not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from drivers import ArmSession, Channel, DriveError
+from drivers.cia402 import State
+from drivers.session.following_windows import check_following_windows, demanded_following_error
+from drivers.session.jog import jog_path, jog_window
+from drivers.simulated import SimulatedArm
+from drivers.simulated.truth import nominal_truth
+from robots import Robot
+from tests.drivers.cyclic.test_loop import run
+from tests.drivers.fake_arm import FakeArm
+
+
+def test_set_points_that_are_ignored_end_a_jog_within_a_tenth_of_the_way(
+    tx40: Robot, new_channel: Callable[[], Channel]
+) -> None:
+    """1006 is 0, and nobody has said that these drives need it: once "completed" with 0.00 degrees."""
+    channel = new_channel()
+    with (
+        SimulatedArm("tx40", channel, truth=nominal_truth(tx40), profile="needs_sync_period"),
+        ArmSession(tx40, channel, allow_jog=True) as session,
+    ):
+        began = session.actual_position()
+        sent: list[np.ndarray] = []
+        result = session.jog("joint_1", np.deg2rad(5.0), lambda samples: sent.append(samples.reference[:, 0]))
+        assert result.outcome == "aborted" and "drive of joint joint_1" in result.reason
+        assert np.abs(session.actual_position() - began).max() < np.deg2rad(0.1)
+        reached = np.rad2deg(np.concatenate(sent).max() - began[0])
+        assert reached < 2.0, "of 5 degrees"
+        session.acknowledge_faults()
+
+
+def test_a_joint_that_stays_short_of_its_target_has_not_arrived() -> None:
+    def short(number: int, arm: FakeArm) -> None:
+        """The second drive comes to rest 600 counts short of where it is sent."""
+        axis = arm.axes[1]
+        if number == 0:
+            whole = axis.sync
+
+            def sync() -> None:
+                whole()
+                if axis.latched is not None and axis.state is State.OPERATION_ENABLED:
+                    axis.position = axis.latched - 600
+
+            axis.sync = sync  # type: ignore[method-assign]
+
+    missed = run(short, arrival=np.full(3, 1e-4)).result
+    assert missed.outcome == "aborted"
+    assert "joint b has not arrived, it stands" in missed.reason
+    assert run(arrival=np.full(3, 1e-4)).result.outcome == "completed"
+
+
+def test_the_window_of_a_jog() -> None:
+    degrees = [np.rad2deg(jog_window(np.deg2rad(way))) for way in (0.1, -5.0, 40.0)]
+    assert degrees == pytest.approx([0.2, 0.5, 1.0])
+
+
+@dataclass
+class Report:
+    settings: dict[str, int | None] = field(default_factory=dict)
+
+
+def test_a_window_that_is_too_tight_is_told_before_the_motion(tx40: Robot) -> None:
+    path = jog_path(tx40, np.array(tx40.home), "joint_2", 0.3)
+    needed = demanded_following_error(tx40, path)[1] * abs(tx40.counts_per_output_unit[1])
+    fits = [Report({"6065": window}) for window in (None, int(needed) + 1, 0xFFFFFFFF, 5, 5, 5)]
+    check_following_windows(tx40, path, fits)  # type: ignore[arg-type]
+    tight = [Report(), Report({"6065": int(needed) - 1}), *[Report()] * 4]
+    with pytest.raises(DriveError, match=r"drive 2 \(joint_2\): 6065 is \d+ counts, this motion demands"):
+        check_following_windows(tx40, path, tight)  # type: ignore[arg-type]
+    check_following_windows(tx40, path[:1], tight)  # type: ignore[arg-type]

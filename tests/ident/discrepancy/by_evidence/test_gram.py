@@ -1,0 +1,160 @@
+"""The evidence from Gram matrices against the density of y, computed without any of its algebra."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.noise import Noise
+from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
+from ident.discrepancy.by_evidence.evidence.rows import Known, Rows, WhiteEffects
+from ident.effects import State
+from robots.arrays import FloatArray
+
+ROWS, JOINTS, KNOWN, MISFIT = 60, 2, 3, 5
+KAPPA = np.array([0.7, 0.2])
+LEVEL = Level(KAPPA, np.ones(2))
+NOISES = (Noise(np.array([0.5, -0.2]), 0.3), Noise(np.zeros(0), 0.4))
+FREE = np.array([[-np.inf, np.inf]])
+
+
+def prepared() -> Prepared:
+    random = np.random.default_rng(0)
+    still = State(*(np.zeros((ROWS, JOINTS)) for _ in range(3)), np.arange(ROWS) * 0.01)
+    torque = random.normal(size=(ROWS, JOINTS))
+    used = np.ones((ROWS, JOINTS), dtype=np.bool_)
+    used[20:24, 0] = False
+    return Prepared(None, (Part(still, still, torque, used, None, 1, 0.01),))  # type: ignore[arg-type]
+
+
+def problem() -> Rows:
+    random = np.random.default_rng(1)
+    data = prepared()
+    known = Known(random.normal(size=(ROWS, JOINTS, KNOWN)), np.ones(KNOWN), data.torque)
+    misfit = tuple(random.normal(size=(ROWS, MISFIT)) for _ in range(JOINTS))
+    return Rows(data, known, misfit, NOISES)
+
+
+def effect(rows: Rows, joints: tuple[int, ...], seed: int, centre: float, bounds: FloatArray) -> WhiteEffects:
+    random = np.random.default_rng(seed)
+    parts = [rows.whiteners[j](random.normal(size=(ROWS, 1))) if j in joints else None for j in range(JOINTS)]
+    return WhiteEffects(1, tuple(parts), np.array([centre]), bounds, np.ones(1))
+
+
+def density(rows: Rows, kappa: FloatArray, effects: list[WhiteEffects], noise: float = 0.0) -> float:
+    """log p(y | effects), by the covariance of the white rows."""
+    k = rows.known.precision.size
+    y = np.concatenate([white[:, -1] for white in rows.white])
+    count = y.size
+    covariance, mean, start = np.eye(count), np.zeros(count), 0
+    shared = np.concatenate([white[:, :k] for white in rows.white])
+    covariance += shared @ np.diag(1.0 / rows.precision) @ shared.T
+    for j, white in enumerate(rows.white):
+        part = slice(start, start + white.shape[0])
+        phi = white[:, k:-1]
+        covariance[part, part] += kappa[j] ** 2 / phi.shape[1] * phi @ phi.T
+        start = part.stop
+    for one in effects:
+        column = np.concatenate(
+            [
+                np.zeros(white.shape[0]) if part is None else part[:, 0]
+                for white, part in zip(rows.white, one.joints, strict=True)
+            ]
+        )
+        covariance += np.outer(column, column)
+        mean += one.centre[0] * column
+    return float(multivariate_normal(mean, covariance).logpdf(y))
+
+
+def test_the_evidence_is_the_density_of_the_data() -> None:
+    rows = problem()
+    first, second = effect(rows, (0,), 2, 0.0, FREE), effect(rows, (0, 1), 3, 1.0, FREE)
+    gram = Gram(rows, (first, second))
+    constant = density(rows, KAPPA, []) - gram.posterior(LEVEL, []).log_evidence
+    for chosen in ([0], [1], [0, 1], [1, 0]):
+        for kappa in (KAPPA, 3.0 * KAPPA, np.array([1e-3, 5.0])):
+            expected = density(rows, kappa, [gram.effects[i] for i in chosen])
+            found = gram.posterior(Level(kappa, np.ones(2)), chosen).log_evidence
+            assert found + constant == pytest.approx(expected, abs=1e-8)
+
+
+def test_the_posterior_is_that_of_a_regression_with_a_prior() -> None:
+    rows = problem()
+    one = effect(rows, (1,), 4, 0.5, FREE)
+    found = Gram(rows, (one,)).posterior(LEVEL, [0])
+    grid = np.linspace(-4.0, 5.0, 4001)
+    shifted = [replace(one, centre=np.array([value])) for value in grid[::400]]
+    assert shifted  # the posterior of θ: p(y | θ) p(θ), with θ held by a column of its own that is subtracted
+    values = np.array([held(rows, one, float(value)) for value in grid[::40]])
+    weights = np.exp(values - values.max()) * norm.pdf(grid[::40], 0.5, 1.0)
+    weights /= weights.sum()
+    mean = float(weights @ grid[::40])
+    assert found.theta[0] == pytest.approx(mean, abs=1e-3)
+    spread = float(np.sqrt(weights @ (grid[::40] - mean) ** 2))
+    assert np.sqrt(found.covariance[-1, -1]) == pytest.approx(spread, rel=1e-2)
+
+
+def held(rows: Rows, one: WhiteEffects, value: float) -> float:
+    """log p(y | θ = value)."""
+    column = [
+        np.zeros(white.shape[0]) if part is None else part[:, 0]
+        for white, part in zip(rows.white, one.joints, strict=True)
+    ]
+    moved = replace(rows)
+    blocks = []
+    for white, part in zip(rows.white, column, strict=True):
+        changed = white.copy()
+        changed[:, -1] -= value * part
+        blocks.append(changed)
+    moved.__dict__["white"] = tuple(blocks)
+    return density(moved, KAPPA, [])
+
+
+def test_bounds_keep_the_share_of_the_posterior_that_lies_within_them() -> None:
+    rows = problem()
+    free, positive = effect(rows, (1,), 4, 0.2, FREE), effect(rows, (1,), 4, 0.2, np.array([[0.0, np.inf]]))
+    without = Gram(rows, (free,)).posterior(LEVEL, [0])
+    within = Gram(rows, (positive,)).posterior(LEVEL, [0])
+    deviation = np.sqrt(without.covariance[-1, -1])
+    share = norm.sf(0.0, without.theta[0], deviation) / norm.sf(0.0, 0.2, 1.0)
+    assert within.log_evidence - without.log_evidence == pytest.approx(np.log(share), abs=1e-9)
+
+
+def test_a_parameter_without_a_prior_costs_the_same_in_every_set() -> None:
+    rows = problem()
+    flat = replace(rows, known=replace(rows.known, precision=np.array([0.0, 1.0, 1.0])))
+    one = effect(flat, (0,), 2, 0.0, FREE)
+    gram = Gram(flat, (one,))
+    gain = gram.posterior(LEVEL, [0]).log_evidence - gram.posterior(LEVEL, []).log_evidence
+    wide = replace(rows)
+    wide.__dict__["precision"] = np.array([1e-7, 1.0, 1.0])
+    other = Gram(wide, (one,))
+    expected = other.posterior(LEVEL, [0]).log_evidence - other.posterior(LEVEL, []).log_evidence
+    assert gain == pytest.approx(expected, abs=1e-4)
+
+
+def test_white_rows_leave_out_what_a_gap_is_mixed_into() -> None:
+    rows = problem()
+    assert [white.shape[0] for white in rows.white] == [ROWS - 2 - 4 - 2, ROWS]
+    series = rows.known.target[:, 0]
+    third = (series[2] - 0.5 * series[1] + 0.2 * series[0]) / 0.3
+    assert rows.white[0][0, -1] == pytest.approx(third)
+
+
+def test_rows_of_a_joint_can_be_noisier_than_what_does_not_repeat() -> None:
+    rows = problem()
+    one = effect(rows, (0, 1), 3, 1.0, FREE)
+    gram, excess = Gram(rows, (one,)), np.array([2.5, 1.3])
+    noisier = replace(
+        rows, noise=tuple(replace(n, deviation=n.deviation * s) for n, s in zip(NOISES, excess, strict=True))
+    )
+    scaled = [None if part is None else part / s for part, s in zip(one.joints, excess, strict=True)]
+    of_raw = float(rows.counts @ np.log(excess))
+    expected = density(noisier, KAPPA, [replace(one, joints=tuple(scaled))]) - of_raw
+    constant = density(rows, KAPPA, []) - gram.posterior(LEVEL, []).log_evidence
+    found = gram.posterior(Level(KAPPA, excess), [0]).log_evidence
+    assert found + constant == pytest.approx(expected, abs=1e-8)

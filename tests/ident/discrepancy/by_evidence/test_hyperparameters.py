@@ -1,0 +1,221 @@
+"""Each figure that the evidence goes by does what the page says of it: a wrong one is noticed here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import robots
+from ident import Recording, RegressorModel
+from ident.discrepancy.by_evidence.accepted import SPREAD as OF_PARAMETERS
+from ident.discrepancy.by_evidence.accepted import prior_by_evidence
+from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
+from ident.discrepancy.by_evidence.decide.names import Named, probabilities, smallest
+from ident.discrepancy.by_evidence.decide.problem import pose
+from ident.discrepancy.by_evidence.decide.state import Found, Member
+from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
+from ident.discrepancy.by_evidence.evidence.kappa import Misfit
+from ident.discrepancy.by_evidence.evidence.known import known_columns
+from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
+from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.report.answer import EvidenceFinding, JointMisfit, verdict_of
+from ident.discrepancy.prior import described_prior
+from ident.effects.vocabulary import VOCABULARY
+from ident.parameters.base import base_parameters
+from ident.parameters.present import Present
+from robots.description import Robot
+
+EMPS = robots.load("emps")
+
+
+def log(periods: int = 3, rate: float = 1000.0, seed: int = 0) -> Recording:
+    """One axis over a motion with a kink where its period ends, and noise."""
+    random = np.random.default_rng(seed)
+    time = np.arange(round(4.0 * periods * rate)) / rate
+    phase = time % 4.0
+    reference = 0.1 * np.sin(np.pi * phase / 4.0)[:, np.newaxis]
+    position = reference + 1e-6 * random.normal(size=reference.shape)
+    signal = 0.3 * np.cos(np.pi * phase / 4.0)[:, np.newaxis] + 0.01 * random.normal(size=reference.shape)
+    return Recording("log", time, reference, position, signal)
+
+
+def arm(recording: Recording) -> Robot:
+    return settings_for(EMPS, recording)
+
+
+def test_rows_are_at_125_hz_below_a_cutoff_that_leaves_nothing_to_fold() -> None:
+    robot = arm(log())
+    assert robot.identification.decimation == 8
+    assert robot.identification.cutoff_hz == pytest.approx(0.4 * 125.0)
+    slow = EMPS.model_copy(
+        update={"identification": EMPS.identification.model_copy(update={"cutoff_hz": 20.0})}
+    )
+    assert settings_for(slow, log()).identification.cutoff_hz == 20.0
+
+
+def test_rows_near_a_standstill_are_left_out() -> None:
+    recording = log()
+    data = prepare(arm(recording), [recording])
+    slow = np.abs(data.parts[0].own.velocity[:, 0]) <= 0.01 * EMPS.velocity_limits[0]
+    time = data.parts[0].own.time
+    assert time is not None
+    for instant in time[slow]:
+        near = np.abs(time - instant)
+        assert not data.used[near < 0.072, 0].any()
+    assert 0.6 < data.used.mean() < 0.97
+
+
+def test_the_other_periods_are_not_spoiled_by_the_ends_of_the_record() -> None:
+    recording = log()
+    part = prepare(arm(recording), [recording]).parts[0]
+    assert part.period == 500
+    apart = np.abs(part.own.acceleration - part.at_rows.acceleration)
+    assert apart.max() < 8.0 * np.median(apart) + 0.02
+
+
+def test_slow_changes_of_friction_are_no_noise_and_noise_of_speed_is() -> None:
+    recording = log()
+    data = prepare(arm(recording), [recording])
+    own = data.parts[0].own
+    assert own.time is not None
+    drifting = np.sign(own.velocity) * np.exp(-own.time / 5.0)[:, np.newaxis]
+    assert np.std(data.not_repeating(drifting)[data.used]) < 0.02 * np.std(drifting[data.used])
+    noise = np.random.default_rng(1).normal(size=drifting.shape)
+    assert np.std(data.not_repeating(noise)) == pytest.approx(1.0, rel=0.1)
+
+
+def test_the_lag_and_the_gains_are_known_as_well_as_the_page_says() -> None:
+    recording = log()
+    robot = arm(recording)
+    lag_known = robot.identification.model_copy(update={"control_signal_lag": 0.0005})
+    robot = robot.model_copy(update={"identification": lag_known})
+    base = base_parameters(RegressorModel.of(robot))
+    prior, data = described_prior(base), prepare(robot, [recording])
+    present = Present(base.model, base.model.prior())
+    start = base.regroup(base.model.prior())
+    known, beta = known_columns(data, base, prior, start, present)
+    part = data.parts[0]
+    rate = CubicSpline(part.other.time, present.torque(part.other)[:, 0])(part.other.time, 1)[:: part.finer]
+    lags = known.columns[:, 0, beta.count :]
+    assert lags[:, 0] == pytest.approx(5e-5 * rate)
+    assert lags[:, 1] == pytest.approx(3e-5 * rate)
+    assert part.finer == 2
+    course = CubicSpline(part.other.time, present.torque(part.other)[:, 0])
+    assert lags[:, 2] == pytest.approx(1e-7 * course(part.other.time, 2)[:: part.finer])
+    uncertain = robot.drive[0].gain_relative_uncertainty
+    torque = present.torque(part.other)[:: part.finer]
+    assert lags[:, 3] == pytest.approx(uncertain * torque[:, 0])
+    unknown = robot.model_copy(
+        update={
+            "identification": robot.identification.model_copy(
+                update={"control_signal_lag": 0.0, "control_signal_reading": "averaged"}
+            )
+        }
+    )
+    free, _ = known_columns(replace(data, robot=unknown), base, prior, start, present)
+    ratio = np.linalg.norm(free.columns[:, 0, beta.count]) / np.linalg.norm(lags[:, 0])
+    assert ratio == pytest.approx(1e-3 / 5e-5)
+
+
+def test_misfit_is_likeliest_as_accepted_and_half_as_likely_a_factor_of_e_away() -> None:
+    misfit = Misfit(np.array([0.02]), np.array([5.0]))
+    one = np.ones(1)
+    assert misfit.log_prior(Level(0.02 * one, one)) == 0.0
+    assert misfit.log_prior(Level(0.02 * np.e * one, one)) == pytest.approx(-np.log(2.0))
+    assert misfit.log_prior(Level(0.02 * one, np.e * one)) == pytest.approx(-np.log(2.0))
+    grid = misfit.grid(0)
+    assert grid[0] == pytest.approx(0.002)
+    assert grid[-1] == pytest.approx(5.0)
+    assert grid[1] / grid[0] < 2.0
+
+
+def test_an_autoregressive_noise_is_found_and_its_size() -> None:
+    random = np.random.default_rng(2)
+    series = np.zeros(4000)
+    for k in range(2, series.size):
+        series[k] = 0.6 * series[k - 1] - 0.3 * series[k - 2] + 0.1 * random.normal()
+    noise = autoregressive(series, np.zeros(4000, dtype=np.int64), np.ones(4000, dtype=np.bool_))
+    assert noise.coefficients[:2] == pytest.approx([0.6, -0.3], abs=0.06)
+    assert noise.deviation == pytest.approx(0.1, rel=0.05)
+    assert noise.marginal == pytest.approx(series.std(), rel=0.05)
+    assert Noise(np.zeros(0), 0.3).marginal == pytest.approx(0.3)
+
+
+def member(share: float, volume: float = 0.0) -> Member:
+    candidate: Any = SimpleNamespace(share=share, key=("a", (0,)))
+    return Member(SimpleNamespace(candidate=candidate), volume)  # type: ignore[arg-type]
+
+
+def test_a_set_weighs_its_evidence_coarsened_and_its_prior() -> None:
+    nothing = Posterior(0.0, np.zeros(0), np.zeros(0), np.zeros((0, 0)))
+    one = Found((member(0.01, -2.0),), Level(np.ones(1), np.ones(1)), 30.0, nothing)
+    assert one.log_evidence == 28.0
+    assert one.log_posterior == pytest.approx(0.5 * 28.0 + np.log(0.2 * 0.01))
+
+
+def test_the_prior_is_equal_per_name_and_divided_among_places_and_forms() -> None:
+    robot = robots.load("tx40")
+    found = candidates(robot, VOCABULARY)
+    assert sum(one.share for one in found) == pytest.approx(1.0)
+    shares = {one.key: 0.0 for one in found}
+    for one in found:
+        shares[one.key] += one.share
+    for family in VOCABULARY:
+        own = [share for (name, _), share in shares.items() if name == family.name]
+        assert sum(own) == pytest.approx(1.0 / len(VOCABULARY))
+        assert max(own) == pytest.approx(min(own))
+
+
+def test_a_finding_is_confirmed_within_its_predictive_interval() -> None:
+    assert Confirmation(100.0, 10.0, 81.0).confirmed
+    assert not Confirmation(100.0, 10.0, 80.0).confirmed
+    assert not Confirmation(1.0, 10.0, -0.1).confirmed
+    assert Confirmation(1.0, 10.0, 0.1).confirmed
+
+
+def test_the_reported_set_holds_95_percent() -> None:
+    names = tuple(Named(str(k), (), p) for k, p in enumerate((0.6, 0.34, 0.02, 0.04)))
+    assert len(smallest(names)) == 3
+    assert len(smallest((Named("a", (), 0.951), Named("b", (), 0.049)))) == 1
+    both = probabilities({("a", ()): 2.0, ("b", ()): 0.0})
+    assert both[0].probability == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+
+
+def finding(probability: float, explains: float, left: float, observed: float) -> EvidenceFinding:
+    placed: Any = SimpleNamespace(name="a", place=SimpleNamespace(joints=(0,)))
+    names = (Named("a", (0,), probability), Named("nothing", (), 1.0 - probability))
+    return EvidenceFinding(placed, names, (), Confirmation(50.0, 5.0, observed), explains, left)
+
+
+def joint(above: float) -> JointMisfit:
+    return JointMisfit(1, 0.1, 0.1, 0.1, 0.1, above)
+
+
+def test_the_verdict_follows_from_probability_confirmation_and_misfit() -> None:
+    quiet, loud = (joint(0.05),), (joint(0.2),)
+    assert verdict_of((finding(0.91, 1.0, 0.0, 50.0),), 0.0, quiet) == "named"
+    assert verdict_of((finding(0.89, 1.0, 0.0, 50.0),), 0.0, quiet) == "unnamed"
+    assert verdict_of((finding(0.91, 1.0, 0.0, 1.0),), 0.0, quiet) == "not_confirmed"
+    assert verdict_of((finding(0.91, 1.0, 1.1, 50.0),), 0.0, quiet) == "unnamed"
+    assert verdict_of((), 0.91, quiet) == "clean"
+    assert verdict_of((), 0.89, quiet) == "unnamed"
+    assert verdict_of((), 0.91, loud) == "unnamed"
+
+
+def test_an_accepted_model_is_widened_by_what_differs_from_run_to_run() -> None:
+    assert OF_PARAMETERS == 0.002
+    recording = log()
+    base = base_parameters(RegressorModel.of(arm(recording)))
+    problem = pose(base, None, prepare(arm(recording), [recording]), None)
+    prior = prior_by_evidence(base, [recording])
+    noise = problem.rows.noise[0].marginal
+    assert problem.misfit.accepted == pytest.approx(0.5 * noise, rel=0.2)
+    assert prior.misfit == pytest.approx(np.maximum(problem.level.kappa, 0.3 * noise))
+    spread = np.diag(prior.covariance) - np.diag(problem.beta.covariance(problem.posterior.covariance))
+    assert spread == pytest.approx((0.002 * prior.values) ** 2, rel=1e-3, abs=1e-12)

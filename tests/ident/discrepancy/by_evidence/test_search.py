@@ -1,0 +1,99 @@
+"""The whole search by evidence on one simulated axis: nothing, an effect with its size, the same twice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robots
+from drivers.simulated.scenario import Scenario
+from ident import Recording
+from ident.discrepancy import Question
+from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy.by_evidence.report.as_json import answer_json
+from ident.discrepancy.prior import Prior
+from ident.effects.placed import Family
+from ident.effects.vocabulary import family_named
+from ident.parameters.base import BaseParameters
+from tests.ident.discrepancy import blind_search
+
+TRUTH, DURATION = 501, 5.0
+FEW = tuple(
+    family_named(name)
+    for name in ("viscous_friction", "coulomb_friction", "drive_gain_error", "time_delay", "torque_ripple")
+)
+
+
+def recorded(scenario: dict[str, object], motion: int, seed: int) -> Recording:
+    robot = robots.load("emps")
+    hidden = blind_search.hidden(scenario) if scenario else Scenario()
+    return blind_search.recorded(robot, TRUTH, hidden, motion, seed, DURATION)
+
+
+@cache
+def accepted() -> Recording:
+    return recorded({}, 0, 1)
+
+
+def prior(base: BaseParameters) -> Prior:
+    return prior_by_evidence(base, (accepted(),))
+
+
+def search(
+    scenario: dict[str, object], validated: dict[str, object] | None = None, families: Sequence[Family] = FEW
+) -> EvidenceAnswer:
+    fit = recorded(scenario, 0, 2)
+    validation = recorded(scenario if validated is None else validated, 1, 3)
+    question = Question(robots.load("emps"), (fit,), (validation,), tuple(families), prior)
+    return diagnose_by_evidence(question)
+
+
+def test_a_clean_arm_gets_no_name() -> None:
+    answer = search({})
+    assert not answer.findings
+    assert answer.probability_clean > 0.9
+    assert answer.joints[0].above < 0.1
+    assert answer.joints[0].after < 0.01
+
+
+def test_a_change_of_friction_is_named_with_its_size_and_confirmed() -> None:
+    answer = search({"viscous_friction": [{"drive": 1, "change": 0.3}]})
+    assert answer.verdict == "named"
+    first = answer.findings[0]
+    assert (first.name, first.joints) == ("viscous_friction", (1,))
+    assert first.probability > 0.9
+    assert first.confirmation.confirmed
+    value = first.parameters[0]
+    described = robots.load("emps").drive[0].dynamics.viscous
+    assert value.value == pytest.approx(0.3 * described, rel=0.15)
+    assert value.sigma < 0.1 * value.value
+    assert answer.joints[0].after < 0.5 * answer.joints[0].before
+
+
+def test_what_the_other_recording_does_not_bear_out_is_not_confirmed() -> None:
+    answer = search({"viscous_friction": [{"drive": 1, "change": 0.3}]}, validated={})
+    assert answer.verdict == "not_confirmed"
+    assert "not confirmed" in answer.findings[0].words()
+
+
+def test_two_runs_give_the_same_bits() -> None:
+    hidden: dict[str, object] = {"drive_gain_error": [{"drive": 1, "change": -0.05}]}
+    first, second = (answer_json(search(hidden)) for _ in range(2))
+    assert first == second
+    assert first["findings"][0]["effect"] == "drive_gain_error"
+
+
+def test_a_motion_that_does_not_repeat_is_searched_all_the_same() -> None:
+    fit, other = recorded({}, 0, 2), recorded({}, 1, 3)
+    half = fit.time.shape[0] // 2
+    once = Recording(
+        "once", fit.time[:half], fit.reference[:half], fit.position[:half], fit.control_signal[:half]
+    )  # type: ignore[index]
+    question = Question(robots.load("emps"), (once,), (other,), FEW, prior)
+    answer = diagnose_by_evidence(question)
+    assert not answer.repeats
+    assert not answer.findings
+    assert np.isfinite(answer.log_evidence[0])

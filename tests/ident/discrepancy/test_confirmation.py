@@ -1,0 +1,192 @@
+"""What may be called named, and what clean: findings and models on data that was not fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robots
+from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.component import Component
+from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
+from ident.discrepancy.scoring import Score
+from ident.discrepancy.unexplained import Unexplained, unexplained_of
+from ident.discrepancy.verdict import Left, beside_gate, description, verdict_of
+from ident.effects.family import Place
+from ident.effects.vocabulary import family_named
+from ident.results import ColumnCheck
+
+BLOCKS = np.repeat(np.arange(40), 50)
+
+
+def change(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=BLOCKS.size)
+
+
+@pytest.mark.parametrize(
+    ("true", "there", "contradicted"),
+    [(1.0, True, False), (0.6, True, False), (0.48, False, False), (0.0, False, True), (-0.5, False, True)],
+)
+def test_a_finding_is_there_where_it_is_nearer_to_all_than_to_nothing(
+    true: float, there: bool, contradicted: bool
+) -> None:
+    added = 0.5 * change()
+    before = true * added + change(1)
+    shown = shown_share(before, before - added, BLOCKS)
+    assert shown.share == pytest.approx(true, abs=3 * shown.sigma)
+    assert (shown.there, shown.contradicted) == (there, contradicted)
+    grown = np.sum((before - added) ** 2) > np.sum(before**2)
+    assert grown is np.bool_(shown.share < 0.5)
+
+
+def test_what_noise_alone_could_show_confirms_nothing() -> None:
+    """A share near one that is not told from zero."""
+    assert not Shown(0.9, 0.6).there
+    assert Shown(0.9, 0.3).there
+    assert not Shown(0.45, 0.3).contradicted
+
+
+def test_errors_that_go_on_through_a_block_make_a_share_less_sure() -> None:
+    added, slow = np.repeat(change()[:40], 50), np.repeat(change(1)[:40], 50)
+    together = shown_share(added + slow, slow, BLOCKS)
+    alone = shown_share(added + slow, slow, np.arange(BLOCKS.size))
+    assert together.sigma > 4 * alone.sigma
+
+
+SURE = Shown(1.0, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("confirmation", "says"),
+    [
+        (Confirmation(SURE, None), ""),
+        (Confirmation(SURE, Shown(0.9, 0.1)), ""),
+        (Confirmation(SURE, Shown(0.4, 0.2)), ""),
+        (Confirmation(Shown(-3.0, 0.1), None), "shows -300 ± 10 %"),
+        (Confirmation(SURE, Shown(-2.0, 0.1)), "the simulated closed loop is farther from the arm"),
+        (Confirmation(SURE, None, "Fn1 is 0.2 ± 0.7 N·m"), "Fn1 is 0.2 ± 0.7"),
+    ],
+)
+def test_why_a_finding_is_not_confirmed(confirmation: Confirmation, says: str) -> None:
+    assert confirmation.passed is (says == "")
+    assert says in confirmation.reason
+
+
+def finding(confirmation: Confirmation, *alternatives: str) -> Any:
+    return SimpleNamespace(confirmation=confirmation, indistinguishable_from=alternatives)
+
+
+def left(**more: Any) -> Left:
+    return replace(Left((), (), "", False, (), 0.05), **more)
+
+
+def test_nothing_is_named_that_data_that_was_not_fitted_contradicts() -> None:
+    good, bad = finding(Confirmation(SURE, None)), finding(Confirmation(Shown(0.2, 0.1), None))
+    assert verdict_of([good], left()) == "named"
+    assert verdict_of([good, bad], left()) == "not_confirmed"
+    assert verdict_of([finding(bad.confirmation, "payload")], left()) == "not_confirmed"
+    assert verdict_of([finding(good.confirmation, "payload")], left()) == "ambiguous"
+
+
+def share(joint: int, least: float) -> Unexplained:
+    return Unexplained(joint, 0.2, 0.01, 0.19, least, False)
+
+
+def test_nothing_is_clean_of_whose_torque_more_than_the_margin_is_unexplained() -> None:
+    small, large = left(unexplained=(share(3, 0.049),)), left(unexplained=(share(3, 0.16), share(0, 0.01)))
+    assert verdict_of([], small) == "clean"
+    assert verdict_of([], large) == "unnamed"
+    assert description("unnamed", large).startswith("of the torque on data that was not fitted")
+    assert "19 % of joint 4 unexplained" in description("unnamed", large)
+
+
+@pytest.mark.parametrize(("verdict", "after"), [("clean", "unnamed"), ("named", "named")])
+def test_nothing_is_clean_beside_a_gate_that_rejects(verdict: str, after: str) -> None:
+    checks = tuple(
+        ColumnCheck(f"torque of joint {k}", size, 0.05, None, size < 0.05)
+        for k, size in ((1, 0.01), (4, 0.16))
+    )
+    rejected: Any = SimpleNamespace(passed=False, columns=checks)
+    accepted: Any = SimpleNamespace(passed=True, columns=checks[:1])
+
+    @dataclass(frozen=True)
+    class Told:
+        verdict: str
+        description: str = ""
+
+    told: Any = Told(verdict)
+    assert beside_gate(told, rejected).verdict == after
+    assert beside_gate(told, accepted) is told
+    assert beside_gate(told, None) is told
+    if verdict == "clean":
+        assert "torque of joint 4: 16 %, margin 5 %" in beside_gate(told, rejected).description
+
+
+def scene(residual: np.ndarray, period: int | None = None) -> Any:
+    generator = np.random.default_rng(9)
+    return SimpleNamespace(
+        moving=np.ones(residual.shape, dtype=np.bool_),
+        torque=10.0 * generator.normal(size=residual.shape),
+        time=0.01 * np.arange(residual.shape[0]),
+        period=period,
+        thin=lambda columns: columns,
+    )
+
+
+def test_without_repeats_noise_is_what_differs_from_row_to_row() -> None:
+    generator, time = np.random.default_rng(3), np.arange(4000)
+    noise = generator.normal(size=(4000, 2))
+    residual = noise + np.column_stack([2.0 * np.sin(time / 40.0), np.zeros(4000)])
+    first, second = unexplained_of([scene(residual)], [residual])
+    assert (first.joint, second.joint) == (0, 1), "worst joint first"
+    assert first.noise == pytest.approx(0.1, rel=0.05)
+    assert first.share == pytest.approx(np.sqrt(2.0) / 10.0, rel=0.1)
+    assert 0.05 < first.least < first.share
+    assert second.least == 0.0, "noise alone is nothing unexplained"
+
+
+def accepted(
+    name: str,
+    linear: list[float],
+    sigma: list[float],
+    shape: tuple[float, ...] = (),
+    spread: tuple[float, ...] = (),
+) -> Accepted:
+    robot, family = robots.load("tx40"), family_named(name)
+    place = Place("drive", (1,))
+    chosen = shape or tuple(one.grid[0] for one in family.shapes(robot, place))
+    effect = family.effect(robot, place, chosen, None)  # type: ignore[arg-type]
+    choice: Any = SimpleNamespace(chosen=Score((), 0.0, 0.0, np.zeros(0)))
+    return Accepted(
+        robot,
+        Component(family, place, chosen),
+        choice,
+        0,
+        effect,
+        np.array(linear),
+        np.array(sigma),
+        np.array(spread or (0.0,) * len(chosen)),
+        np.ones(len(linear), dtype=np.bool_),
+    )
+
+
+def test_no_name_whose_deviation_exceeds_what_makes_it_that_effect() -> None:
+    assert not accepted("nonlinear_viscous_friction", [2.0, 0.0], [0.3, 0.4], (2.0,), (0.2,)).unsure
+    size = accepted("nonlinear_viscous_friction", [0.2, 3.0], [0.7, 0.1], (2.0,), (0.2,))
+    assert size.unsure == "Fn2 is 0.2 ± 0.7 N·m, which may as well be nothing"
+    power = accepted("nonlinear_viscous_friction", [2.0, 0.0], [0.3, 0.4], (0.2,), (3.0,))
+    assert "power is 0.2 ± 3, which may as well be" in power.unsure
+
+
+def test_of_an_effect_with_no_essential_parameter_the_surest_counts() -> None:
+    assert not accepted("asymmetric_friction", [0.1, 2.0], [0.4, 0.2]).unsure
+    for surest in (0, 1):
+        values, names = [0.05, 0.05], ("dFv2", "dFc2")
+        values[surest] = 0.3
+        found = accepted("asymmetric_friction", values, [0.2, 0.2])
+        assert found.unsure.startswith(found.placed.parameter_names[surest])
+        assert set(found.placed.parameter_names) == set(names)

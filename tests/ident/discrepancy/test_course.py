@@ -1,0 +1,71 @@
+"""What becomes of findings that data that was not fitted contradicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.confirmation import Confirmation, Shown
+from ident.discrepancy.course import Course
+
+
+def step(effects: int) -> Any:
+    return SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(effects=(None,) * effects)))
+
+
+class _Course(Course):
+    """A course without a model."""
+
+    def _fit_together(self, accepted: Sequence[Accepted], refined: object = None) -> None:
+        self.findings = list(accepted)
+        self.step = self.moving = step(1 + len(accepted))
+
+    def _without(self, position: int) -> Any:
+        return step(0)
+
+
+class _Validation:
+    """Says of each finding how much of it is there."""
+
+    def loop_run(self, step: object) -> tuple[None, str]:
+        return None, ""
+
+    def finding(self, accepted: Any, without: object, whole: object, loops: object) -> Any:
+        confirmation = Confirmation(Shown(accepted.share, 0.01), None)
+        return SimpleNamespace(name=accepted.name, confirmation=confirmation)
+
+
+def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
+    """Names of what stays and of what is left out; those in small letters are not there."""
+    found: Any = [
+        SimpleNamespace(name=name, share=1.0 if name.isupper() else -0.1 * k)
+        for k, name in enumerate(in_motion + at_reversals)
+    ]
+    course = _Course((), step(1), step(1 + len(found)), step(1 + len(in_motion)), None, found)
+    if not at_reversals:
+        course.step = course.moving
+    validation: Any = _Validation()
+    kept, rejected, _ = course.validated(validation)
+    return "".join(one.name for one in kept), "".join(one.name for one in rejected)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("in_motion", "at_reversals", "kept", "rejected"),
+    [
+        ("AB", "", "AB", ""),
+        ("Ab", "", "A", "b"),
+        ("AbCd", "", "AC", "db"),
+        ("ab", "", "ab", ""),
+        ("A", "r", "A", "r"),
+        ("Ab", "R", "AbR", ""),
+        ("Ab", "r", "A", "rb"),
+    ],
+)
+def test_what_is_contradicted_beside_what_is_confirmed_is_taken_out(
+    in_motion: str, at_reversals: str, kept: str, rejected: str
+) -> None:
+    assert validated(in_motion, at_reversals) == (kept, rejected)

@@ -1,0 +1,80 @@
+"""Every effect says how large it is in nature, in its own units, before any data are seen."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robots
+from ident import RegressorModel
+from ident.effects import scales
+from ident.effects.family import Place
+from ident.effects.placed import Family
+from ident.effects.vocabulary import VOCABULARY
+from ident.parameters.present import Present
+from robots.description import Robot
+
+FORMS = [form for family in VOCABULARY for form in (family, *family.forms, *family.further)]
+
+
+@cache
+def present(name: str) -> Present:
+    model = RegressorModel.of(robots.load(name))
+    return Present(model, model.prior())
+
+
+@pytest.mark.parametrize("name", ["tx40", "emps"])
+@pytest.mark.parametrize("family", FORMS, ids=lambda family: family.name)
+def test_every_parameter_has_a_size_that_can_be(family: Family, name: str) -> None:
+    robot = robots.load(name)
+    for place in family.places(robot):
+        shape = tuple(one.grid[0] for one in family.shapes(robot, place))
+        effect = family.effect(robot, place, shape, present(name))
+        assert len(effect.scale) == len(effect.centre) == len(effect.bounds) == len(effect.parameter_names)
+        for scale, centre, (low, high) in zip(effect.scale, effect.centre, effect.bounds, strict=True):
+            assert 0.0 < scale < np.inf
+            assert low <= centre <= high or effect.name == "time_delay"
+
+
+def test_sizes_follow_the_description_and_not_the_model_under_examination() -> None:
+    robot = robots.load("tx40")
+    model = RegressorModel.of(robot)
+    family, place = VOCABULARY[1], VOCABULARY[1].places(robot)[2]
+    quiet, loud = (Present(model, factor * model.prior()) for factor in (0.1, 10.0))
+    assert family.effect(robot, place, (), quiet).scale == family.effect(robot, place, (), loud).scale
+
+
+def doubled(robot: Robot, drive: int) -> Robot:
+    changed = list(robot.drive)
+    dynamics = changed[drive].dynamics
+    twice = {name: 2.0 * getattr(dynamics, name) for name in ("inertia", "viscous", "coulomb")}
+    changed[drive] = changed[drive].model_copy(update={"dynamics": dynamics.model_copy(update=twice)})
+    return robot.model_copy(update={"drive": tuple(changed)})
+
+
+def test_friction_and_rotors_are_those_of_the_drive() -> None:
+    robot, place = robots.load("tx40"), Place("drive", (0,))
+    larger = doubled(robot, 0)
+    for size in (scales.dry_friction, scales.viscous_friction, scales.rotor_inertia):
+        assert size(larger, place) == pytest.approx(2.0 * size(robot, place))
+    assert scales.friction_power(larger, place) == pytest.approx(2.0 * scales.friction_power(robot, place))
+
+
+def test_a_drive_without_figures_has_friction_all_the_same() -> None:
+    robot, place = robots.load("tx40"), Place("drive", (0,))
+    drives = list(robot.drive)
+    none = drives[0].dynamics.model_copy(update={"inertia": 0.0, "viscous": 0.0, "coulomb": 0.0})
+    drives[0] = drives[0].model_copy(update={"dynamics": none})
+    bare = robot.model_copy(update={"drive": tuple(drives)})
+    torque = robot.joint[0].torque
+    assert scales.dry_friction(bare, place) == pytest.approx(0.02 * torque)
+    assert scales.viscous_friction(bare, place) == pytest.approx(0.02 * torque / robot.joint[0].velocity)
+    assert scales.rotor_inertia(bare, place) == pytest.approx(0.02 * torque / robot.joint[0].acceleration)
+
+
+def test_a_payload_is_a_tenth_of_the_arm() -> None:
+    mass, lever = scales.payload(robots.load("tx40"))
+    assert 1.0 < mass < 4.0
+    assert lever == pytest.approx(0.1 * (10.0 * mass / 25.0) ** (1.0 / 3.0))
