@@ -19,6 +19,7 @@ import msgpack
 from can.interfaces.socketcan import SocketcanBus
 from can.interfaces.udp_multicast.utils import pack_message
 
+from drivers.bus.adapters import pcan_report
 from drivers.bus.batch import DatagramBatch
 from drivers.bus.error_frames import BUS_OFF, CONTROLLER, ERROR_FLAG
 from drivers.bus.multicast import LocalMulticastBus
@@ -230,6 +231,7 @@ class _MessagePort:
         self._messages: dict[tuple[int, int], can.Message] = {}
         self._waited: can.Message | None = None
         self._drains = 0
+        self._pcan = type(bus).__module__.startswith("can.interfaces.pcan")
 
     def send(self, cob_id: int, data: bytes) -> bool:
         message = self._messages.get((cob_id, len(data)))
@@ -255,9 +257,12 @@ class _MessagePort:
         if message is None:
             message = self._bus.recv(timeout=0)
         while message is not None and len(frames) < _MOST_FRAMES:
-            if message.is_error_frame:
+            if message.is_error_frame and self._pcan:
+                frames.append(pcan_report(bytes(message.data)))
+            elif message.is_error_frame:
                 frames.append((message.arbitration_id | ERROR_FLAG, bytes(message.data)))
-            elif not (message.is_extended_id or message.is_remote_frame or message.is_fd):
+            # Adapters such as gs_usb hand back what was sent: no second master.
+            elif message.is_rx and not (message.is_extended_id or message.is_remote_frame or message.is_fd):
                 frames.append((message.arbitration_id, bytes(message.data)))
             message = self._bus.recv(timeout=0)
         self._drains += 1

@@ -86,7 +86,7 @@ class Drive:
         self.process_data = ProcessData(dictionary, self._has_torque, quirks)
         self._sdo = SdoServer(dictionary, sized=not quirks.unsized)
         self._heartbeats = Heartbeats(dictionary)
-        self.homing = Homing(dictionary, self._device.increments, self._scale)
+        self.homing = Homing(dictionary, self._device.increments, self._scale, quirks)
         self._asked = AxisCommand(dictionary, self.machine, self.homing, self._device)
         self._following = FollowingErrorWatch(dictionary)
         self._stop_end = StopEnd(self.machine, brake)
