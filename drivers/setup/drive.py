@@ -13,7 +13,13 @@ from drivers.frames.layout import DriveLink, MappedObject
 from drivers.setup.device_needs import compare_identity
 from drivers.setup.eds import read_device_file
 from drivers.setup.findings import Finding
-from drivers.setup.guarding import no_consumer, set_abort_option, set_deadline, watch_findings
+from drivers.setup.guarding import (
+    no_consumer,
+    set_abort_option,
+    set_deadline,
+    set_heartbeat,
+    watch_findings,
+)
 from drivers.setup.limits import compare_limits
 from drivers.setup.mapping import PdoPlan, map_pdos
 from drivers.setup.mode import choose_mode, set_mode, set_period, start_up
@@ -22,7 +28,6 @@ from drivers.setup.sdo import SdoAccess
 from drivers.setup.synchronisation import sync_findings
 from robots.description import Drive, Robot
 
-HEARTBEAT_MILLISECONDS = 100
 READY_TIMEOUT = 3.0
 """s that a drive may take for its self-test."""
 
@@ -122,7 +127,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     findings += plan.findings
     set_mode(sdo, mode, shown=not profile.mode_shown_when_enabled)
     set_period(sdo, robot.bus.cycle_time, profile, findings)
-    heartbeat = _set_heartbeat(sdo, findings)
+    heartbeat = set_heartbeat(sdo, findings)
     findings += set_abort_option(sdo)
     deadline = set_deadline(sdo, watch_seconds)
     unwatched = no_consumer(sdo, robot.bus.master_node_id, watch_seconds)
@@ -270,14 +275,3 @@ def other_signal_words(there: list[tuple[int, int]]) -> str:
 def _mapped(sdo: SdoAccess, index: int, subindex: int) -> MappedObject:
     """An object with the width that the drive itself gives it."""
     return MappedObject(index, subindex, 8 * len(sdo.read(index, subindex)))
-
-
-def _set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
-    """Seconds between the drive's heartbeats, 0 where it has none."""
-    if sdo.read_optional(objects.HEARTBEAT_PRODUCER) is None:
-        findings.append(
-            Finding("warning", "1017", "heartbeat producer absent: only missing TPDOs show a dead drive")
-        )
-        return 0.0
-    sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
-    return HEARTBEAT_MILLISECONDS / 1000

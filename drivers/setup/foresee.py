@@ -12,7 +12,13 @@ from drivers.setup.device_file import DeviceFile
 from drivers.setup.drive import other_signal_words, read_settings
 from drivers.setup.file_drive import FileDrive, consumer_limit_findings
 from drivers.setup.findings import Finding
-from drivers.setup.guarding import no_consumer, set_abort_option, set_deadline, watch_findings
+from drivers.setup.guarding import (
+    no_consumer,
+    set_abort_option,
+    set_deadline,
+    set_heartbeat,
+    watch_findings,
+)
 from drivers.setup.limits import compare_limits
 from drivers.setup.mapping import map_pdos
 from drivers.setup.mode import choose_mode, set_mode, set_period, start_up
@@ -57,6 +63,7 @@ class _Rehearsal:
         self._pdos(mode, profile)
         self._try("mode", lambda: set_mode(sdo, mode, shown=False))
         self._try("60C2", lambda: set_period(sdo, cycle_time, profile, found))
+        self._try("1017", lambda: set_heartbeat(sdo, found))
         self._try("6007", lambda: found.extend(set_abort_option(sdo)))
         found += consumer_limit_findings(self._file)
         unwatched = no_consumer(sdo, self._robot.bus.master_node_id, _WATCH_SECONDS)

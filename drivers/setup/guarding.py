@@ -19,6 +19,7 @@ from drivers.setup.findings import Finding
 from drivers.setup.sdo import SdoAccess, SdoNetwork, aborted
 
 HEARTBEAT_LOST = 0x8130
+HEARTBEAT_MILLISECONDS = 100
 _SUPPOSED_STATE = 5
 _BEATS = 3
 _BEAT_SECONDS = 0.02
@@ -60,6 +61,26 @@ def set_deadline(sdo: SdoAccess, seconds: float) -> bool:
     except DriveError:
         return False
     return True
+
+
+def set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
+    """1017h: s between the drive's heartbeats, its own where it cannot be written; 0 where it has none."""
+    own = sdo.read_optional(objects.HEARTBEAT_PRODUCER)
+    if own is not None:
+        try:
+            sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
+        except DriveError as error:
+            if aborted(error) is None:
+                raise
+            if own:
+                text = f"cannot be written: its own {own} ms between heartbeats are used"
+                findings.append(Finding("info", "1017", text))
+                return own / 1000
+        else:
+            return HEARTBEAT_MILLISECONDS / 1000
+    text = "heartbeat producer absent: only missing TPDOs show a dead drive"
+    findings.append(Finding("warning", "1017", text))
+    return 0.0
 
 
 def no_consumer(sdo: SdoAccess, master: int, seconds: float) -> str | None:
