@@ -25,9 +25,9 @@ from drivers.bus.error_frames import BUS_OFF, CONTROLLER, ERROR_FLAG
 from drivers.bus.multicast import LocalMulticastBus
 
 Frame = tuple[int, bytes]
-"""COB-ID and payload; an id with ERROR_FLAG is a report of the controller."""
+"""COB-ID and payload; an id with ERROR_FLAG is the controller's report, with REMOTE_FLAG a remote frame."""
 
-_EXTENDED, _REMOTE = 0x8000_0000, 0x4000_0000
+_EXTENDED, REMOTE_FLAG = 0x8000_0000, 0x4000_0000
 _CAN_FRAME = struct.Struct("=IB3x8s")
 _HEADER = 8
 _MOST_FRAMES = 4096
@@ -128,7 +128,7 @@ class _MulticastPort:
                     continue
                 if (frame := _decoded(datagram)) is None:
                     continue
-                if accepted is None or frame[0] in accepted or frame[0] & ERROR_FLAG:
+                if accepted is None or frame[0] & ~REMOTE_FLAG in accepted or frame[0] & ERROR_FLAG:
                     frames.append(frame)
                     if len(frame[1]) == 8 and not frame[0] & ERROR_FLAG and datagram.endswith(_TAIL):
                         known[head] = frame[0]
@@ -168,8 +168,10 @@ def _decoded(datagram: bytes) -> Frame | None:
         cob_id, data = fields["arbitration_id"], fields["data"]
         if fields["is_error_frame"]:
             return cob_id | ERROR_FLAG, bytes(data)
-        if fields["is_extended_id"] or fields["is_remote_frame"] or fields["is_fd"]:
+        if fields["is_extended_id"] or fields["is_fd"]:
             return None
+        if fields["is_remote_frame"]:
+            return cob_id | REMOTE_FLAG, b""
     except (ValueError, TypeError, KeyError, msgpack.UnpackException):
         return None
     return (cob_id, bytes(data)) if isinstance(cob_id, int) else None
@@ -205,8 +207,8 @@ class _SocketCanPort:
                 if len(raw) != size:
                     continue
                 can_id, length, data = unpack(raw)
-                if not can_id & (_EXTENDED | _REMOTE) or can_id & ERROR_FLAG:
-                    frames.append((can_id, data[:length]))
+                if not can_id & _EXTENDED or can_id & ERROR_FLAG:
+                    frames.append((can_id, b"" if can_id & REMOTE_FLAG else data[:length]))
         except BlockingIOError:
             pass
         except OSError as error:
@@ -262,8 +264,9 @@ class _MessagePort:
             elif message.is_error_frame:
                 frames.append((message.arbitration_id | ERROR_FLAG, bytes(message.data)))
             # Adapters such as gs_usb hand back what was sent: no second master.
-            elif message.is_rx and not (message.is_extended_id or message.is_remote_frame or message.is_fd):
-                frames.append((message.arbitration_id, bytes(message.data)))
+            elif message.is_rx and not (message.is_extended_id or message.is_fd):
+                flag = REMOTE_FLAG if message.is_remote_frame else 0
+                frames.append((message.arbitration_id | flag, bytes(message.data)))
             message = self._bus.recv(timeout=0)
         self._drains += 1
         if self._drains % self.STATE_EVERY == 0:

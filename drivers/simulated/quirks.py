@@ -69,8 +69,6 @@ class Quirks:
             dictionary.set(0x1400, 2, self.rpdo_types[0])
         if self.modes is not None:
             dictionary.set(0x6502, 0, self.modes)
-        if self.needs_sync_period:
-            dictionary.add(Entry(_SYNC_PERIOD, 0, "I", "rw", 0, None, None, mappable=False))
         if self.unlock is not None:
             dictionary.add(Entry(self.unlock[0], 0, "H", "rw", 0, None, None, mappable=False))
 
