@@ -13,6 +13,7 @@ from drivers.setup.drive import DriveReport
 from drivers.setup.homing import Homing
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.windows import demanded_following_error
 
 SMALLEST_WINDOW, LARGEST_WINDOW = np.deg2rad(0.2), np.deg2rad(1.0)
 """rad (or m): friction keeps a loop away from its target by tenths of a degree for a while."""
@@ -30,26 +31,6 @@ def arrival_windows(targets: FloatArray) -> FloatArray:
         targets: N × n joint positions, rad or m.
     """
     return np.asarray(np.clip(0.1 * np.ptp(targets, axis=0), SMALLEST_WINDOW, LARGEST_WINDOW))
-
-
-def demanded_following_error(robot: Robot, speed: FloatArray) -> FloatArray:
-    """The error with which the described loops follow at a speed.
-
-    e = (1 − feed_forward) · |q̇| / position_gain of a cascade; times velocity_gain of a PD or PID loop.
-
-    Args:
-        robot: with controller and cycle time.
-        speed: (n,) of the drive outputs, rad/s or m/s.
-
-    Returns:
-        (n,) rad or m at the drive outputs.
-    """
-    controller = robot.controller
-    share = np.maximum(0.0, 1.0 - np.array(controller.velocity_feed_forward))
-    error = share * speed / np.array(controller.position_gain)
-    if controller.type != "cascade_p_pi":
-        error = error * np.array(controller.velocity_gain)
-    return np.asarray(error)
 
 
 def check_following_windows(robot: Robot, speed: FloatArray, reports: Sequence[DriveReport]) -> None:

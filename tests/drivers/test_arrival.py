@@ -14,7 +14,6 @@ from drivers.cyclic.ramp import approach
 from drivers.session.following_windows import (
     arrival_windows,
     check_following_windows,
-    demanded_following_error,
     homing_speed,
     output_speed,
 )
@@ -23,6 +22,7 @@ from drivers.setup.homing import Homing
 from drivers.simulated import SimulatedArm
 from drivers.simulated.truth import nominal_truth
 from robots import Robot
+from robots.windows import demanded_following_error
 from tests.drivers.cyclic.test_loop import run
 from tests.drivers.fake_arm import FakeArm
 

@@ -14,5 +14,6 @@ PROFILE = Profile(
     summary="Elmo Gold (Whistle, Twitter …)",
     vendor=0x0000_009A,
     sync_period=True,
+    temperature=(0x22A2, 0, 1.0),
     unit="increments of the encoder: write counts_per_output_turn",
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,6 +108,26 @@ def test_a_profile_says_what_the_drive_does_not(
         session._connection.refuse_restarted()
         for drive in group.drives:
             assert not KINDS[kind].holds_set_points(drive.dictionary)
+
+
+def test_the_page_writes_a_profile_that_works(
+    tx40: Robot, channel: Channel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The two blocks of docs/how-to/new-drive.md, as somebody would copy them."""
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "new-drive.md").read_text("utf-8")
+    profile, kind = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    found: dict[str, Any] = {"KINDS": {}, "Quirks": Quirks}
+    exec(profile, found)
+    exec(kind, found)
+    acme = found["PROFILE"]
+    arm = of_profile(tx40, acme, monkeypatch)
+    assert choose_profile(None, acme.vendor, 1).name == "acme_servo"
+    made = described_devices(arm, found["KINDS"]["acme_servo"])
+    with drives(arm, channel, devices=made) as group:
+        assert all(made[0].quirks.holds_set_points(drive.dictionary) for drive in group.drives)
+        with ArmSession(arm, channel) as session:
+            assert all(link.warnings == {0xFF01} for link in session._connection.links())
+            assert not any(made[0].quirks.holds_set_points(drive.dictionary) for drive in group.drives)
 
 
 def test_a_start_up_write_that_is_refused_says_who_wants_it(

@@ -310,3 +310,13 @@ def test_remote_frames_come_through_a_port(new_channel: Callable[[], Channel]) -
             other.send(can.Message(arbitration_id=cob_id, is_remote_frame=True, is_extended_id=False))
         port.wait(1.0)
         assert port.drain() == [(0x701 | REMOTE_FLAG, b"")]
+
+
+def test_sync_counts_of_a_tpdo(wire: Wire) -> None:
+    wire.map_tpdo(3, 0x603F_0010)
+    wire.drive.command_nmt(0x01, 10.0)
+    answered = []
+    for _ in range(7):
+        wire.sync()
+        answered.append(len(wire.of(0x281)))
+    assert answered == [0, 0, 1, 0, 0, 1, 0]
