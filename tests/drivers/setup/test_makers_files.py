@@ -115,6 +115,20 @@ def test_a_file_of_our_own_configures_on_a_server_of_others(tx40: Robot, tmp_pat
     assert opened(arm, path, "own file") == ("cia402", 8)
 
 
+def test_a_heartbeat_time_that_cannot_be_written_is_used(tx40: Robot, tmp_path: Path) -> None:
+    values = {"x1017_AccessType": "ro", "x1017_DefaultValue": "50"}
+    path = without(tmp_path, **KNOWS_ITS_ENCODER, **values)
+    arm = drives_changed(tx40, encoder_counts=196608, gear=32.0)
+    text = "1017: cannot be written: its own 50 ms between heartbeats are used"
+    assert text in [str(finding) for finding in foresee(arm, 0, read_device_file(path, 1))]
+    with (
+        file_slaves(path, NODES, interface="virtual", channel="own heartbeat"),
+        ArmSession(arm, Channel("virtual", "own heartbeat")) as session,
+    ):
+        assert {drive.heartbeat for drive in session.drives} == {0.05}
+        assert text in [str(finding) for finding in session.drives[0].findings]
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [

@@ -174,6 +174,15 @@ def test_profiles_are_chosen_by_identity_or_by_name() -> None:
 
 
 MOVES = ("fixed_cob_ids", "immediate_rpdos", "one_slot", "eight_tpdos", "interpolated_only", "unsized")
+PLAIN = Profile("own", "")
+MOVES_WITH = {
+    **NEEDS,
+    "fixed_mapping": PLAIN,
+    "no_heartbeat_consumer": PLAIN,
+    "absent_08000000": PLAIN,
+    "absent_06010000": PLAIN,
+    "absent_06040043": PLAIN,
+}
 TOLERANCE = np.deg2rad(0.01)
 
 
@@ -181,10 +190,23 @@ TOLERANCE = np.deg2rad(0.01)
 def test_the_motion_is_the_one_that_was_asked(
     tx40: Robot, new_channel: Callable[[], Channel], kind: str
 ) -> None:
-    channel = new_channel()
+    jogs_by_two_degrees(tx40, tx40, new_channel(), kind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MOVES_WITH)
+def test_the_motion_is_the_one_that_was_asked_of_the_others_too(
+    tx40: Robot, new_channel: Callable[[], Channel], kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm = of_profile(tx40, MOVES_WITH[kind], monkeypatch)
+    jogs_by_two_degrees(tx40, arm, new_channel(), kind)
+
+
+def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) -> None:
+    """Drives of a kind, under an arm that is described for them."""
     with (
         SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
-        ArmSession(tx40, channel, allow_jog=True) as session,
+        ArmSession(arm, channel, allow_jog=True) as session,
     ):
         began = session.actual_position()
         result = session.jog("joint_5", np.deg2rad(2.0))
