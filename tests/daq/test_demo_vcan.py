@@ -46,7 +46,7 @@ def demo(out: Path, device: str, *before: str) -> Capture:
 
 
 def by_identifier(frames: Frames) -> Frames:
-    """Each identifier's frames in their order: two processes that are due at one instant send in either order."""
+    """Each identifier in its own order: two processes that are due at one instant send in either order."""
     return frames.select(np.argsort(frames.can_id, kind="stable"))
 
 
