@@ -49,4 +49,5 @@ CURRENT_LOOP_LAG = Family(
             "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
         ),
     },
+    row=210,
 )

@@ -103,7 +103,8 @@ class Family:
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not worth a word where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own.
+    with shapes of their own. ``row`` is where it stands in the vocabulary; a form that stands under another
+    family has none.
     """
 
     name: str
@@ -125,6 +126,7 @@ class Family:
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
+    row: int = 0
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

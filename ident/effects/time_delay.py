@@ -90,4 +90,5 @@ TIME_DELAY = Family(
     confused_with=("current_loop_lag", "rotor_inertia"),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    row=250,
 )
