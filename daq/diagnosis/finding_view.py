@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from daq.diagnosis.diagnosis_json import trajectory_name
 from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
-from daq.diagnosis.joint_units import torque_units
 from daq.diagnosis.plots import Plot, portrait_plot
 from daq.diagnosis.ranking_table import RankRow, ranking_rows
 from daq.diagnosis.telling_apart import TellingApart
@@ -80,7 +79,7 @@ def finding_view(
         ranking=ranking_rows(finding),
         errors=error_rows(before, after, joints),
         gate=gate_change(before, after),
-        gap=gap_rows(finding.gap, joints, torque_units(robot)),
+        gap=gap_rows(finding.gap, joints, [joint.torque_unit for joint in robot.joint]),
         apart=apart,
         pairs=_pairs(apart),
         file=trajectory_name(number),

@@ -1,4 +1,4 @@
-"""Numbers as the report prints them: significant digits follow the uncertainty, signs are typographic."""
+"""Numbers as the report prints them, digits by their uncertainty and typographic signs, and as JSON has them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _MOST_DECIMALS = 6
 NOTHING = "–"
 """What stands where there is no number."""
+
+
+def json_number(value: float | None) -> float | None:
+    """A number that JSON has; null for NaN, the infinities and what is not there."""
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _exponent(value: float) -> int:

@@ -236,12 +236,12 @@ def rate(values: FloatArray, state: State) -> FloatArray:
 
 def torque_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "N·m" if robot.joint[place.joints[0]].kind == "revolute" else "N"
+    return robot.joint[place.joints[0]].torque_unit
 
 
 def angle_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "rad" if robot.joint[place.joints[0]].kind == "revolute" else "m"
+    return robot.joint[place.joints[0]].unit
 
 
 def speed_limit(robot: Robot, row: FloatArray) -> float:
