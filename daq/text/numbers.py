@@ -1,4 +1,4 @@
-"""Numbers as the report prints them, digits by their uncertainty and typographic signs, and as JSON has them."""
+"""Numbers as the report prints them (digits by the uncertainty, typographic signs) and as JSON has them."""
 
 from __future__ import annotations
 
