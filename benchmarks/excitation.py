@@ -264,7 +264,7 @@ def arm_limits(
     acceleration: float,
     jerk: float,
 ) -> Limits:
-    """Limits of the definition, with the URDF's efforts at joints and drives alike."""
+    """Limits of the definition, with the URDF's efforts at joints and at drives."""
     effort = model.effortLimit.copy()
     return Limits(
         names=tuple(model.names[1:]),

@@ -78,7 +78,7 @@ def diagnosis_json(
                 "rms": json_number(place.rms),
                 "shares": {quantity: json_number(share) for quantity, share in place.shares},
             }
-            for place in diagnosis.habitats
+            for place in diagnosis.dependences
         ],
         "unrepeated": [
             {

@@ -77,10 +77,10 @@ def render_diagnosis(content: DiagnosisContent) -> str:
             else gap_rows(diagnosis.position, joints, [joint.unit for joint in robot.joint]),
             loop_reason=diagnosis.loop_reason,
             loop=loop_plots(diagnosis, joints, robot),
-            quantities=[name for name, _ in diagnosis.habitats[0].shares],
-            habitats=[
+            quantities=[name for name, _ in diagnosis.dependences[0].shares],
+            dependences=[
                 (joints[place.joint], significant(place.rms), [_share(share) for _, share in place.shares])
-                for place in diagnosis.habitats
+                for place in diagnosis.dependences
             ],
             unrepeated=[item.sentence for item in diagnosis.unrepeated],
             unexplained=unexplained_rows(diagnosis, joints),

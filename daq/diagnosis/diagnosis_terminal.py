@@ -159,9 +159,9 @@ def _finding_table(number: int, finding: Finding) -> Table:
 
 def _ranking_table(finding: Finding) -> Table:
     table = _table("Ranking", "candidate", "score", "explains", "")
-    alike = {candidate.words() for candidate in finding.indistinguishable_from}
+    indistinguishable = {candidate.words() for candidate in finding.indistinguishable_from}
     for candidate in finding.ranking[:6]:
-        mark = "cannot be told apart" if candidate.words() in alike else ""
+        mark = "cannot be told apart" if candidate.words() in indistinguishable else ""
         if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
             mark = "named"
         table.add_row(

@@ -66,9 +66,9 @@ def recommendation(diagnosis: Diagnosis) -> str:
             if not finding.confirmation.passed
         )
         return f"Not confirmed: {reasons}. Do not use the model that has it."
-    alike = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
-    if alike:
-        return " ".join(_cannot_tell(finding) for finding in alike)
+    undecided = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
+    if undecided:
+        return " ".join(_cannot_tell(finding) for finding in undecided)
     return (
         "The new model file has the effect: armhil identify --model and diagnose --prior go on with it, and"
         " so do checks once it is the baseline."

@@ -11,7 +11,7 @@ from daq.report.pictures import Tick, nice_ticks, scaled, tick_text, trace_path
 from daq.report.traces import pixels_per_trace
 from daq.text.numbers import significant
 from ident.discrepancy import Diagnosis
-from ident.discrepancy.portrait import Portrait
+from ident.discrepancy.binned_residual import BinnedResidual
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -29,7 +29,7 @@ class Plot:
     along_unit: str
 
 
-def portrait_plot(picture: Portrait, joints: list[str], robot: Robot) -> Plot:
+def binned_residual_plot(picture: BinnedResidual, joints: list[str], robot: Robot) -> Plot:
     """The mean residual of a joint against one quantity: without an effect, with it, what it adds."""
     joint = robot.joint[picture.joint]
     series = (("m", picture.before), ("p", picture.added), ("d", picture.after))

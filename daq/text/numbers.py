@@ -52,7 +52,7 @@ def significant(value: float | None, digits: int = 3, signed: bool = False) -> s
 
 
 def with_sigma(value: float, sigma: float, *others: float | None) -> tuple[str, ...]:
-    """Value, standard deviation and further numbers of the same kind, rounded alike.
+    """Value, standard deviation and further numbers of the same kind, rounded to the same digit.
 
     The standard deviation keeps two significant digits and sets the decimals of the rest; where it is
     zero or not finite, each number keeps four significant digits of its own.

@@ -101,7 +101,7 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
     ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
-    the effects that are limits of this one: it is not worth a word where such a limit explains as much.
+    the effects that are limits of this one: it is not reported where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
     with shapes of their own. ``row`` is where it stands in the vocabulary; a form that stands under another
     family has none.

@@ -10,12 +10,12 @@ import numpy as np
 import pinocchio
 
 from ident.effects import CurrentOffset, Effect, RigidBody, State
-from ident.effects.calm_motion import calm_motion
 from ident.effects.family import Place
+from ident.effects.low_cutoff_motion import low_cutoff_motion
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.parameters.chain import chain_frames
-from ident.parameters.identity_cache import Lately
+from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 
@@ -33,10 +33,10 @@ class Present:
 
     model: RegressorModel
     standard: FloatArray
-    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _link_torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _masses: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _calm: Lately[State] = field(default_factory=Lately, repr=False, compare=False)
+    _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _link_torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _masses: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _low_cutoff: IdentityCache[State] = field(default_factory=IdentityCache, repr=False, compare=False)
     _others: dict[tuple[str, Place], Present] = field(default_factory=dict, repr=False, compare=False)
 
     def without(self, name: str, place: Place) -> Present:
@@ -64,9 +64,9 @@ class Present:
             return self._torque(state)
         return self._torques.of(state, lambda: self._torque(state))  # recorded: many effects ask for it
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion through a filter with a lower cut-off."""
-        return self._calm.of(state, lambda: calm_motion(self.model.robot, state))
+        return self._low_cutoff.of(state, lambda: low_cutoff_motion(self.model.robot, state))
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""

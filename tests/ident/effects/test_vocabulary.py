@@ -135,7 +135,7 @@ def test_friction_of_a_drive_that_stands_still_is_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["viscous_friction", "coulomb_friction", "rotor_inertia", "torque_ripple"])
-def test_a_coupled_drive_loads_both_its_joints_alike(name: str) -> None:
+def test_a_coupled_drive_loads_both_its_joints(name: str) -> None:
     """Drive 6 turns with q5 + q6."""
     effect = placed(name, 5, *middle(family_named(name), TX40, Place("drive", (5,))))
     columns = effect.columns(MOTION)
@@ -201,7 +201,7 @@ def test_friction_over_speed() -> None:
 
 
 def test_a_gear_is_heated_by_its_own_friction() -> None:
-    """Each gear by that of its drive, and as if it had been moved alike before a later recording began."""
+    """Each gear by that of its drive, and as if it had moved like that before a later recording began."""
     time = np.arange(0.0, 20.0, 0.01)
     whole = at(TX40, time)
     effect = placed("drifting_friction", 2, 3.0)

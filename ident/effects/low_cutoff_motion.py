@@ -6,11 +6,11 @@ from ident.effects.family import State
 from ident.signals import low_pass_where_sampled
 from robots.description import Robot
 
-_CALM = 0.6
+_SHARE = 0.6
 """Of the cut-off of the positions' filter: what is left to motion of which a rate of torque is made."""
 
 
-def calm_motion(robot: Robot, state: State) -> State:
+def low_cutoff_motion(robot: Robot, state: State) -> State:
     """The motion through a filter with a lower cut-off than that of the positions.
 
     A torque's rate has the rate of accelerations in it, and in that noise of positions is larger than the
@@ -19,7 +19,7 @@ def calm_motion(robot: Robot, state: State) -> State:
     """
     settings = robot.identification
     position, velocity, acceleration = (
-        low_pass_where_sampled(part, state.time, _CALM * settings.cutoff_hz, settings.filter_order)
+        low_pass_where_sampled(part, state.time, _SHARE * settings.cutoff_hz, settings.filter_order)
         for part in (state.position, state.velocity, state.acceleration)
     )
     return State(position, velocity, acceleration, state.time, state.torque)
