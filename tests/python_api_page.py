@@ -35,8 +35,8 @@ ROOMS = (
 HEAD = """# Python API
 
 What each package exports; everything else may change without notice. `daq` exports nothing: its interfaces
-are the [command line](cli.md), its [JSON](json.md) and its files. Arrays are samples × joints, units SI and rad
-(m and N on a prismatic axis). This page is made by `python -m tests.python_api_page`.
+are the [command line](cli.md), its [JSON](json.md) and its files. Arrays are samples × joints, units SI and
+rad (m and N on a prismatic axis). This page is made by `python -m tests.python_api_page`.
 """
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$", re.MULTILINE)
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")

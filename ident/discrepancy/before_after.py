@@ -17,7 +17,6 @@ import numpy as np
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
 from ident.discrepancy.examination import Examination, examine
-from ident.discrepancy.extension import extended_prior
 from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import (
     PreparedRecording,
@@ -25,7 +24,7 @@ from ident.discrepancy.prepared_recording import (
     prepared_recording,
     prepared_recordings,
 )
-from ident.discrepancy.prior import Prior
+from ident.discrepancy.prior import Prior, extended_prior
 from ident.discrepancy.results import Diagnosis
 from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError

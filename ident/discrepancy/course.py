@@ -11,8 +11,8 @@ import numpy as np
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.component import Component
 from ident.discrepancy.decision import Choice
-from ident.discrepancy.extension import extended, extended_prior
 from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.prior import extended, extended_prior
 from ident.discrepancy.refine import added_values, refine, refit
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
-from ident.effects.friction_sign import FrictionSign
 from ident.effects.placed import (
     ANY,
     Family,
@@ -23,6 +22,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
