@@ -1,4 +1,4 @@
-"""Torques of effects along a compiled motion: gears, drive signals, tables over position, changing friction."""
+"""Torques of effects along a compiled motion: of gears, drive signals, tables over position, friction."""
 
 from __future__ import annotations
 
