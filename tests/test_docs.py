@@ -124,6 +124,7 @@ def as_run(words: list[str], channel: Channel) -> list[str]:
     return words
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
 def test_every_command_of_a_page_runs(

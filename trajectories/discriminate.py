@@ -229,7 +229,7 @@ def _columns(
     scale = np.sqrt((flat**2).mean(axis=0))
     b = len(regressor.base.names)
     unit = flat / np.where(scale > 0.0, scale, 1.0) / np.sqrt(len(flat))
-    sizes = [sum(len(effect.parameter_names) for effect in candidate) for candidate in candidates]
+    sizes = [sum(len(effect.parameters) for effect in candidate) for candidate in candidates]
     ends = b + np.cumsum([0, *sizes])
     model = np.zeros((len(unit), 0)) if known is not None else unit[:, :b]
     blocks = [np.arange(first, last) for first, last in itertools.pairwise(ends)]

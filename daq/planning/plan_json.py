@@ -59,11 +59,11 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
         "parameters": [] if detail.prediction is None else _parameters(detail.prediction),
         "payload": [
             {
-                "name": name,
+                "name": parameter.name,
                 "sigma": _finite(sigma),
-                "unit": "kg" if name.startswith("M") and name[1:].isdigit() else "kg·m",
+                "unit": parameter.unit,
             }
-            for name, sigma in result.payload.items()
+            for parameter, sigma in result.payload.items()
         ],
         "files": {kind: str(path) for kind, path in result.files.items()},
     }

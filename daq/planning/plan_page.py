@@ -100,7 +100,7 @@ def render_plan(result: PlanResult) -> str:
             uses=_uses(result),
             parameters=[] if prediction is None else _parameters(prediction),
             scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
-            payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
+            payload=[(parameter.name, significant(sigma)) for parameter, sigma in result.payload.items()],
             prediction=None if prediction is None else _prediction_words(prediction),
             made=_made(result),
         )

@@ -160,7 +160,7 @@ def build_library(
 
 def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:
     """Of effects at one place, the whitened columns (N, p) beyond the present model."""
-    counts = [len(effect.parameter_names) for effect in effects]
+    counts = [len(effect.parameters) for effect in effects]
     white = _screened(examination, effects)
     cuts = np.cumsum(counts)[:-1]
     beyond = examination.rough.partial_out(white)

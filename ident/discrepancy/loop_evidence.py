@@ -129,7 +129,7 @@ class LoopEvidence:
     def probe(self, effect: PlacedEffect) -> FloatArray:
         """(p,) a value of each parameter that shows but stays within what is linear."""
         if effect.whole:
-            return np.ones(len(effect.parameter_names))
+            return np.ones(len(effect.parameters))
         columns = self.screen([effect])
         size = np.sqrt(np.mean(columns**2, axis=0)) / self.noise[:, np.newaxis]
         values = _PROBE / np.maximum(size.max(axis=0), 1e-12)
@@ -249,7 +249,7 @@ def _at(motion: State, rows: IntArray) -> State:
 
 
 def _drifts(effect: Placed) -> bool:
-    return depends_on_time(effect.simulated(np.ones(len(effect.parameter_names))))
+    return depends_on_time(effect.simulated(np.ones(len(effect.parameters))))
 
 
 def loop_evidence(

@@ -24,10 +24,13 @@ from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import Whitening, autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray
+from robots.standard import DRIVE_FORMS
 
 _STEPS = 3
 """Simulations by which the parameters settle (Gauss and Newton's steps, with the first one's columns)."""
-_OF_DRIVES = ("Ia", "Fv", "Fc")
+_DRIFTING = ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat", "Fc_settled", "Fv_settled")
+_OF_DRIVES = ("Ia", "Fv", "Fc", *DRIVE_FORMS, *_DRIFTING)
+"""Inertia and friction of a drive, also where the friction drifts."""
 
 _STEP = 0.3
 """A parameter's step changes the torque by so many times the noise."""
@@ -105,12 +108,12 @@ def _usual_columns(evidence: LoopEvidence, all_of_them: bool) -> tuple[LoopEvide
     Those of the drives are simulated; from them follows how the loop answers, and the others about. That is
     enough where a prior holds them; where nothing does, all are simulated.
     """
-    names = evidence.base.names
-    drives = [k for k, name in enumerate(names) if name.startswith(_OF_DRIVES)]
+    leading = evidence.base.leading
+    drives = [k for k, parameter in enumerate(leading) if parameter.symbol in _OF_DRIVES]
     columns = _columns(evidence, drives)
     evidence = evidence.with_answer(columns, drives)
     if all_of_them:
-        return evidence, _columns(evidence, range(len(names)))
+        return evidence, _columns(evidence, range(len(leading)))
     about = evidence.screened_base()
     about[:, :, drives] = columns
     return evidence, about

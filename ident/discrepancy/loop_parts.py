@@ -53,17 +53,14 @@ def simulated_parts(
 ) -> TorqueParts:
     """A model with its standard parameters (p,) as the simulation takes it."""
     model = base.model
-    usual = [effect for effect in model.effects if not isinstance(effect, Placed)]
-    plain = sum(len(effect.parameter_names) for effect in usual)
-    structure = _structure(loop, model, tuple(usual))
+    usual = tuple(effect for effect in model.effects if not isinstance(effect, Placed))
+    structure = _structure(loop, model, usual)
+    plain = sum(len(effect.parameters) for effect in usual)
     parts = with_standstill(structure.parts(standard[:plain]), standstill, loop.robot)
-    start = plain
-    for effect in model.effects[len(usual) :]:
-        end = start + len(effect.parameter_names)
-        assert isinstance(effect, Placed)
-        twin = sharp_twin(loop.robot, effect, Present(model, standard))
-        parts = added(parts, with_standstill_of(twin.simulated(standard[start:end]), standstill, loop.robot))
-        start = end
+    for effect, own in model.columns_of_effects:
+        if isinstance(effect, Placed):
+            twin = sharp_twin(loop.robot, effect, Present(model, standard))
+            parts = added(parts, with_standstill_of(twin.simulated(standard[own]), standstill, loop.robot))
     return parts
 
 

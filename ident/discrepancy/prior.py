@@ -74,15 +74,15 @@ def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior
 
 def _smallest_spread(base: BaseParameters, column: int) -> float:
     """A zero in CAD is known no better than a hundredth of what the largest parameter of its unit is."""
-    units, standard = base.model.units, np.abs(base.model.prior())
-    same = [value for value, unit in zip(standard, units, strict=True) if unit == units[column]]
+    parameters, standard = base.model.parameters, np.abs(base.model.prior())
+    unit = parameters[column].unit
+    same = [value for value, other in zip(standard, parameters, strict=True) if other.unit == unit]
     return 0.01 * max(same) or 1.0
 
 
 def _is_friction(base: BaseParameters) -> BoolArray:
     """(b,) which base parameters are friction."""
-    names = [base.model.names[column].rstrip("0123456789") for column in base.independent]
-    return np.array([name in _FRICTION for name in names])
+    return np.array([parameter.is_usual(_FRICTION) for parameter in base.leading])
 
 
 def _with_free_friction(base: BaseParameters, covariance: FloatArray) -> FloatArray:

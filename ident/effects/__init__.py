@@ -8,7 +8,7 @@ from __future__ import annotations
 from ident.effects.asymmetric_friction import AsymmetricFriction
 from ident.effects.coulomb_friction import CoulombFriction
 from ident.effects.current_offset import CurrentOffset
-from ident.effects.effect import Effect, State
+from ident.effects.family import Effect, State
 from ident.effects.friction_sign import FrictionSign
 from ident.effects.rigid_body import RigidBody
 from ident.effects.rotor_inertia import RotorInertia

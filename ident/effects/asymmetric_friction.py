@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Literal
 
 import numpy as np
 
-from ident.effects.effect import State
+from ident.effects.family import StandardParameter, State
 from ident.effects.friction_sign import FrictionSign
-from ident.effects.per_joint import joint_units
+from ident.effects.per_joint import joint_parameters
 from ident.effects.speed_term import SpeedTerm, speed_columns
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -29,19 +30,12 @@ class AsymmetricFriction:
     sentence = "viscous and dry friction of different size in either direction"
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(
-            f"{symbol}{joint + 1}" for symbol in ("Fvp", "Fcp", "Fvn", "Fcn") for joint in range(self.robot.n)
-        )
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        viscous = joint_units(self.robot, "N·m·s/rad", "N·s/m")
-        coulomb = joint_units(self.robot, "N·m", "N")
-        return (viscous + coulomb) * 2
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        of_each = (joint_parameters(self.robot, self.name, symbol) for symbol in ("Fvp", "Fcp", "Fvn", "Fcn"))
+        return tuple(chain.from_iterable(of_each))
 
     def speed_terms(self) -> tuple[SpeedTerm, ...]:
-        """In the order of ``parameter_names``."""
+        """In the order of ``parameters``."""
         rows = [tuple(row) for row in np.eye(self.robot.n).tolist()]
         shapes: tuple[tuple[FrictionSign | None, Literal[-1, 1]], ...]
         shapes = ((None, 1), (self.sign, 1), (None, -1), (self.sign, -1))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.effect import State
+from ident.effects.family import State
 from ident.signals import low_pass_where_sampled
 from robots.description import Robot
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects.effect import State
+from ident.effects.family import StandardParameter, State
 from ident.effects.friction_sign import FrictionSign
-from ident.effects.per_joint import joint_units
+from ident.effects.per_joint import joint_parameters
 from ident.effects.speed_term import SpeedTerm, speed_columns
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -24,12 +24,8 @@ class CoulombFriction:
     sentence = "dry friction of constant size against the motion"
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"Fc{joint + 1}" for joint in range(self.robot.n))
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        return joint_units(self.robot, "N·m", "N")
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        return joint_parameters(self.robot, self.name, "Fc")
 
     def speed_terms(self) -> tuple[SpeedTerm, ...]:
         """One per joint."""

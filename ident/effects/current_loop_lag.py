@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -14,7 +13,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
     rate,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
@@ -34,7 +32,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, lag=max(0.0, float(values[0]))),))
 
-    return Parameters((f"lag{number(place)}",), ("s",), (POSITIVE,), (0.003,)), law, parts
+    return Parameters(("lag",), ("s",), (POSITIVE,), (0.003,)), law, parts
 
 
 CURRENT_LOOP_LAG = Family(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.per_joint import diagonal_columns, joint_units
+from ident.effects.family import StandardParameter, State
+from ident.effects.per_joint import diagonal_columns, joint_parameters
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -22,12 +22,8 @@ class CurrentOffset:
     sentence = "constant offset of the measured torque"
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"off{joint + 1}" for joint in range(self.robot.n))
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        return joint_units(self.robot, "N·m", "N")
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        return joint_parameters(self.robot, self.name, "off")
 
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     OFFSET_AT_LINK,
@@ -18,7 +17,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
@@ -52,8 +50,8 @@ def _make(
             )
         )
 
-    names = (f"mu_mean{number(place)}", f"dmu{number(place)}")
-    return Parameters(names, ("1", "1"), (POSITIVE, ANY), (0.15, 0.1)), law, parts
+    symbols = ("mu_mean", "dmu")
+    return Parameters(symbols, ("1", "1"), (POSITIVE, ANY), (0.15, 0.1)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

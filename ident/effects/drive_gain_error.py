@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     Family,
     Law,
@@ -13,7 +12,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
@@ -32,7 +30,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[0]),))
 
-    return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),), (0.08,)), law, parts
+    return Parameters(("gain_error",), ("1",), ((-0.9, 0.9),), (0.08,)), law, parts
 
 
 DRIVE_GAIN_ERROR = Family(

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.gear_state import lag_of_link
 from ident.effects.placed import (
     OFFSET_AT_LINK,
@@ -18,7 +17,6 @@ from ident.effects.placed import (
     as_positions_show,
     drive_torque,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.simulated import GearSpring, SimulatedParts
@@ -99,7 +97,7 @@ def _elasticity(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
 
-    return Parameters((f"elasticity{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("elasticity",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -123,7 +121,7 @@ def _backlash(
         size = gap * float(values[0])
         return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size, offset_at_link),))
 
-    return Parameters((f"play{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("play",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.effects.family import Place, StandardParameter
+from robots import unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -16,6 +18,15 @@ def diagonal_columns(values: FloatArray) -> FloatArray:
     return columns
 
 
-def joint_units(robot: Robot, revolute: str, prismatic: str) -> tuple[str, ...]:
-    """The unit of a parameter of each joint, by the joint's kind."""
-    return tuple(revolute if joint.kind == "revolute" else prismatic for joint in robot.joint)
+def joint_parameters(robot: Robot, effect: str, symbol: str) -> tuple[StandardParameter, ...]:
+    """A parameter of each joint, with a unit by the joint's kind.
+
+    Args:
+        robot: the arm.
+        effect: that they belong to.
+        symbol: of a drive's parameter, e.g. ``Fc``, or ``Fcp`` for a form of it.
+    """
+    return tuple(
+        StandardParameter(symbol, Place("joint", (k,)), effect, unit_of(symbol, joint.kind))
+        for k, joint in enumerate(robot.joint)
+    )

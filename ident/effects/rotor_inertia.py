@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ident.effects.effect import State
-from ident.effects.per_joint import diagonal_columns, joint_units
+from ident.effects.family import StandardParameter, State
+from ident.effects.per_joint import diagonal_columns, joint_parameters
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -20,12 +20,8 @@ class RotorInertia:
     sentence = "inertia of the rotor and gear"
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"Ia{joint + 1}" for joint in range(self.robot.n))
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        return joint_units(self.robot, "kg·m²", "kg")
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        return joint_parameters(self.robot, self.name, "Ia")
 
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""

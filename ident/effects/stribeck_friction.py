@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.hysteresis import deflection
 from ident.effects.placed import (
     POSITIVE,
@@ -17,7 +16,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     speed_limit,
     torque_unit,
 )
@@ -53,7 +51,7 @@ def _make(
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, speed_factor=fall),))
 
     scale = (0.7 * dry_friction(robot, place),)
-    return Parameters((f"Fs{number(place)}",), (torque_unit(robot, place),), (POSITIVE,), scale), law, parts
+    return Parameters(("Fs",), (torque_unit(robot, place),), (POSITIVE,), scale), law, parts
 
 
 def _moving_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -92,9 +90,9 @@ def _breakaway(
         )
 
     unit = torque_unit(robot, place)
-    names = (f"Fbreak{number(place)}", f"Flate{number(place)}")
+    symbols = ("Fbreak", "Flate")
     scale = (0.7 * dry_friction(robot, place), 0.5 * dry_friction(robot, place))
-    return Parameters(names, (unit, unit), (POSITIVE, POSITIVE), scale), law, parts
+    return Parameters(symbols, (unit, unit), (POSITIVE, POSITIVE), scale), law, parts
 
 
 def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
@@ -65,8 +64,7 @@ def _make(
             drives=tuple(DriveChange(d, position_age=position, signal_age=signal) for d in drives)
         )
 
-    name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
-    return Parameters((name,), ("s",), (_of_about(shift),), (0.005,)), law, parts
+    return Parameters(("delay",), ("s",), (_of_about(shift),), (0.005,)), law, parts
 
 
 def _of_about(shift: float) -> tuple[float, float]:

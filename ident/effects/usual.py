@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.friction_sign import FrictionSign
 from ident.effects.placed import (
     ANY,
@@ -20,7 +19,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
@@ -48,7 +46,7 @@ def _viscous(
         return SimulatedParts(damping=values[0] * np.outer(row, row))
 
     return (
-        Parameters((f"Fv{number(place)}",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
+        Parameters(("Fv",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
         law,
         parts,
     )
@@ -66,9 +64,7 @@ def _coulomb(
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
 
     return (
-        Parameters(
-            (f"Fc{number(place)}",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)
-        ),
+        Parameters(("Fc",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)),
         law,
         parts,
     )
@@ -94,9 +90,9 @@ def _asymmetric(
         ]
         return SimulatedParts(friction=tuple(halves))
 
-    names = (f"dFc{number(place)}", f"dFv{number(place)}")
+    symbols = ("dFc", "dFv")
     scale = (0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place))
-    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
+    return Parameters(symbols, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
 def _rotor_inertia(
@@ -112,7 +108,7 @@ def _rotor_inertia(
         return SimulatedParts(inertia=values[0] * np.outer(row, row))
 
     return (
-        Parameters((f"dIa{number(place)}",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
+        Parameters(("dIa",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
         law,
         parts,
     )
@@ -130,7 +126,7 @@ def _current_offset(
         return SimulatedParts(constant=values[0] * row)
 
     scale = (0.3 * dry_friction(robot, place),)
-    return Parameters((f"doff{number(place)}",), (torque_unit(robot, place),), (ANY,), scale), law, parts
+    return Parameters(("doff",), (torque_unit(robot, place),), (ANY,), scale), law, parts
 
 
 VISCOUS_FRICTION = Family(

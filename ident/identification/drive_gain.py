@@ -24,7 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.covariances import covariance_named, covariance_of, estimated_rows
-from ident.effects import RigidBody
 from ident.errors import IdentificationError
 from ident.estimators.fit import Stacked, stack
 from ident.estimators.least_squares import joint_deviations, require_full_rank
@@ -34,6 +33,7 @@ from ident.recording import Recording
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 from robots.payload import Payload
+from robots.standard import LINK_SYMBOLS
 
 _ITERATIONS = 50
 _HALVINGS = 20
@@ -308,11 +308,8 @@ def _contradiction(ratio: FloatArray) -> str:
 
 def _inertial(base: BaseParameters) -> BoolArray:
     """Which base parameters (b,) are inertial: those cannot differ between captures."""
-    first = [isinstance(effect, RigidBody) for effect in base.model.effects]
-    sizes = [len(effect.parameter_names) for effect in base.model.effects]
-    rigid = np.repeat(first, sizes)
-    rotor = np.array([name.startswith("Ia") for name in base.model.names])
-    return np.asarray((rigid | rotor)[base.independent])
+    inertial = (*LINK_SYMBOLS, "Ia", "Iam")
+    return np.array([parameter.is_usual(inertial) for parameter in base.leading])
 
 
 def _gains(robot: Robot, values: FloatArray, sigma: FloatArray, share: FloatArray) -> tuple[DriveGain, ...]:

@@ -55,11 +55,8 @@ class Present:
 
     def _effects(self) -> Iterator[tuple[Effect, FloatArray]]:
         """Each effect with its parameters (p,)."""
-        start = 0
-        for effect in self.model.effects:
-            end = start + len(effect.parameter_names)
-            yield effect, self.standard[start:end]
-            start = end
+        for effect, own in self.model.columns_of_effects:
+            yield effect, self.standard[own]
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
@@ -116,21 +113,24 @@ class Present:
 
     def offset_torque(self) -> FloatArray:
         """Constant torque on each joint (n,) that the model has, from whatever it comes."""
-        for effect in self.model.effects:
-            if isinstance(effect, CurrentOffset):
-                start = self.model.names.index(effect.parameter_names[0])
-                return np.asarray(self.standard[start : start + len(effect.parameter_names)])
-        return np.zeros(self.model.robot.n)
+        offsets = (values for effect, values in self._effects() if isinstance(effect, CurrentOffset))
+        return np.asarray(next(offsets, np.zeros(self.model.robot.n)))
 
     def drive_friction(self, drive: int) -> tuple[float, float]:
         """Dry and viscous friction of a drive (from 0): the usual terms alone, none below zero.
 
         A drive that turns with several joints has dry friction over its own joint's speed and over its own.
         """
-        named = dict(zip(self.model.names, self.standard, strict=True))
-        number = drive + 1
-        dry = named.get(f"Fc{number}", 0.0) + named.get(f"Fcm{number}", 0.0)
-        return max(float(dry), 0.0), max(float(named.get(f"Fv{number}", 0.0)), 0.0)
+        own = [
+            (parameter, float(value))
+            for parameter, value in zip(self.model.parameters, self.standard, strict=True)
+            if parameter.joint == drive
+        ]
+        dry, viscous = (
+            sum(value for parameter, value in own if parameter.is_usual(symbols))
+            for symbols in (("Fc", "Fcm"), ("Fv",))
+        )
+        return max(dry, 0.0), max(viscous, 0.0)
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
@@ -187,9 +187,7 @@ class Present:
         return torque, masses
 
     def _link_parameters(self) -> FloatArray:
-        links = self._rigid_body
-        start = self.model.names.index(links.parameter_names[0])
-        values = self.standard[start : start + len(links.parameter_names)].reshape(-1, 10)
+        values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
         return np.ascontiguousarray(
             sum((load.links for load in self._loads if load.links is not None), values)
         )

@@ -48,6 +48,7 @@ def test_every_effect_can_be_drawn() -> None:
     assert set(EFFECTS) - {"none"} <= set(Scenario.model_fields)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ["backlash", "wrist_coupling", "drive_gain_error", "vibration"])
 @pytest.mark.parametrize("size", [2.0, 6.0])
 def test_the_gap_is_as_large_as_asked_for(tx40: Robot, effect: str, size: float) -> None:
@@ -63,6 +64,7 @@ def test_the_gap_is_as_large_as_asked_for(tx40: Robot, effect: str, size: float)
     assert (gap / ruler.floor).max() == pytest.approx(drawn.ratio)
 
 
+@pytest.mark.slow
 def test_seeds_draw_different_places(tx40: Robot) -> None:
     drawn = [draw_scenario(tx40, "current_offset", seed, 3.0).axes for seed in range(6)]
     assert len(set(drawn)) >= 3

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import pytest
+
 from ident.discrepancy.results import Candidate
 from ident.discrepancy.reversals import forms_of_found, joints_not_told
 from ident.effects.family import Place
@@ -57,12 +59,14 @@ def test_joints_of_every_name_in_a_set_are_not_told() -> None:
     assert joints_not_told(found) == {2, 5}  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_speed_is_alone_on_its_drive() -> None:
     rising = {"drive": 1, "rise": 0.52, "speed": 0.144}
     found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)
     assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (1,))]
 
 
+@pytest.mark.slow
 def test_friction_that_no_moving_row_shows_is_not_called_clean() -> None:
     rising = {"drive": 2, "rise": 1.76, "speed": 0.04}
     found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)
