@@ -12,10 +12,9 @@ from drivers.simulated.axis_command import AxisCommand
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.emergency import Emergency, record_error
-from drivers.simulated.heartbeats import Heartbeats
+from drivers.simulated.heartbeats import Heartbeats, Nmt
 from drivers.simulated.homing import Homing
 from drivers.simulated.modes import Modes
-from drivers.simulated.nmt import Nmt
 from drivers.simulated.object_dictionary import Entry, ObjectDictionary
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.process_data import ProcessData
