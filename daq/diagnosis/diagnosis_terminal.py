@@ -185,10 +185,10 @@ def _write_finding(console: Console, number: int, finding: Finding) -> None:
 def _write_ranking(console: Console, finding: Finding) -> None:
     columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("explains")]
     columns += [Column("", right=False)]
-    alike = {candidate.words() for candidate in finding.indistinguishable_from}
+    indistinguishable = {candidate.words() for candidate in finding.indistinguishable_from}
     rows = []
     for candidate in finding.ranking[:_RANKED]:
-        mark = "cannot be told apart" if candidate.words() in alike else ""
+        mark = "cannot be told apart" if candidate.words() in indistinguishable else ""
         if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
             mark = "named"
         words, share = spaced(candidate.words()), share_words(candidate.explained)

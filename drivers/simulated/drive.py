@@ -23,8 +23,7 @@ from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
-from drivers.simulated.stop_end import STANDSTILL_SPEED, StopEnd
-from drivers.simulated.stop_ramp import stop_options
+from drivers.simulated.stop import STANDSTILL_SPEED, StopEnd, stop_options
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.discrepancy.where import Habitat
 from ident.results import Gate
 
 
@@ -17,7 +17,7 @@ class Left:
     """What the final model leaves.
 
     Attributes:
-        habitats: where the residual of the fit lives, per joint.
+        dependences: where the residual of the fit lives, per joint.
         unrepeated: what does not repeat and should not be there.
         form: what the residual is, where it has a form without a name.
         more_than_noise: whether it is more than noise and the usual misfit.
@@ -25,7 +25,7 @@ class Left:
         margin: share of a joint's torque that a model may lack, as in gate 1.
     """
 
-    habitats: tuple[Habitat, ...]
+    dependences: tuple[ResidualDependence, ...]
     unrepeated: tuple[Unrepeated, ...]
     form: str
     more_than_noise: bool
@@ -64,7 +64,7 @@ def description(verdict: DiagnosisVerdict, left: Left) -> str:
             f"of the torque on data that was not fitted the model leaves {joints} unexplained"
             f" (margin {100 * left.margin:.0f} %), and no effect of the vocabulary passes"
         )
-    worst = max(left.habitats, key=lambda place: place.strongest[1] * place.rms)
+    worst = max(left.dependences, key=lambda place: place.strongest[1] * place.rms)
     return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
 
 

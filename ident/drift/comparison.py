@@ -144,7 +144,7 @@ def _changed(
     alarms: tuple[Alarm, ...],
     settings: DriftSettings,
 ) -> Comparison | None:
-    """What has moved and since when; None where it is not worth a word."""
+    """What has moved and since when; None where it is not worth reporting."""
     since = _since(watched, series, alarms, settings)
     change, covariance, count = _change(series, usual, since, settings)
     explained = explain(change, covariance, usual.patterns, geometry, settings.level)

@@ -55,4 +55,5 @@ BASE_TILT = Family(
         "gravity_spring": "put a level on the base: a tilt shows there, a spring does not",
         "payload": "put a level on the base: a tilt shows there, a payload does not",
     },
+    row=240,
 )

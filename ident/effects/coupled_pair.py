@@ -89,4 +89,5 @@ WRIST_COUPLING = Family(
     _make,
     _shapes,
     settled_by="move one of the two axes while the other rests: the coupling shows there",
+    row=140,
 )

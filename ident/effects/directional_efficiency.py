@@ -75,4 +75,5 @@ DIRECTIONAL_EFFICIENCY = Family(
         "drive_gain_error": "hold a known payload still, reached from both sides: friction turns its sign, a"
         " gain does not",
     },
+    row=80,
 )

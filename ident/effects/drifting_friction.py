@@ -131,4 +131,5 @@ DRIFTING_FRICTION = Family(
     further=(SETTLING_FRICTION,),
     history=True,
     settled_by="record the same motion cold and warm: only what drifts has changed",
+    row=90,
 )

@@ -51,4 +51,5 @@ DRIVE_GAIN_ERROR = Family(
             "hold a known payload still, reached from both sides: friction turns its sign, a gain does not"
         ),
     },
+    row=160,
 )

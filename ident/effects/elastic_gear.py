@@ -163,6 +163,7 @@ JOINT_ELASTICITY = Family(
             "lock the link and step the control signal: the current shows the lag, no gear is in it"
         ),
     },
+    row=110,
 )
 BACKLASH = Family(
     "backlash",
@@ -184,4 +185,5 @@ BACKLASH = Family(
             "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
         ),
     },
+    row=120,
 )

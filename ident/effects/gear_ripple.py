@@ -118,4 +118,5 @@ GEAR_RIPPLE = Family(
             "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone"
         ),
     },
+    row=150,
 )

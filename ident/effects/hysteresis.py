@@ -99,4 +99,5 @@ HYSTERESIS = Family(
             " comes back by another way"
         ),
     },
+    row=130,
 )

@@ -77,4 +77,5 @@ NONLINEAR_VISCOUS_FRICTION = Family(
             "let the joint creep at several constant speeds below a hundredth of its limit"
         ),
     },
+    row=60,
 )

@@ -54,4 +54,5 @@ PAYLOAD = Family(
     told_from={
         "rotor_inertia": "take the tool off and record again: a payload leaves with it, a rotor does not",
     },
+    row=220,
 )

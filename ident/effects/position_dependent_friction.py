@@ -124,4 +124,5 @@ POSITION_DEPENDENT_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, the other does not"
         ),
     },
+    row=100,
 )

@@ -67,4 +67,5 @@ SATURATION = Family(
             "run the same motion at half the speed: what saturates is gone, a wrong gain stays"
         ),
     },
+    row=190,
 )

@@ -172,6 +172,7 @@ GRAVITY_SPRING = Family(
     confused_with=("contact", "cable_spring", "base_tilt"),
     forms=(ANCHORED_SPRING,),
     settled_by="unhook the spring, with the arm held, and record again: its torque is gone",
+    row=230,
 )
 CABLE_SPRING = Family(
     "cable_spring",
@@ -188,6 +189,7 @@ CABLE_SPRING = Family(
         "gravity_spring": "take the dress pack off and record again: a cable is gone, a spring is not",
         "contact": "take the dress pack off and record again: a cable is gone, a contact is not",
     },
+    row=260,
 )
 CONTACT = Family(
     "contact",
@@ -203,4 +205,5 @@ CONTACT = Family(
             "clear the surroundings of the arm and record again: a contact is gone, a spring is not"
         ),
     },
+    row=270,
 )

@@ -115,6 +115,7 @@ STRIBECK_FRICTION = Family(
     confused_with=("nonlinear_viscous_friction", "static_friction"),
     shows="both",
     settled_by="let the joint creep at several constant speeds below a hundredth of its limit",
+    row=40,
 )
 STATIC_FRICTION = Family(
     "static_friction",
@@ -130,4 +131,5 @@ STATIC_FRICTION = Family(
     told_from={
         "stribeck_friction": "raise the torque of the resting joint slowly until it breaks away",
     },
+    row=50,
 )

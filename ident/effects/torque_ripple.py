@@ -78,4 +78,5 @@ TORQUE_RIPPLE = Family(
     confused_with=("gear_ripple",),
     several=True,
     settled_by="uncouple the motor and turn it alone: ripple of the torque stays",
+    row=180,
 )

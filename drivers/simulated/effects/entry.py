@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -34,6 +35,9 @@ class DriveEntry(Entry):
 
     drive: Axis = Field(description="number of the drive, from 1")
 
+    def fill(self, drive: np.void) -> None:
+        """Sets its figures in the record of its drive; effects on several records are assembled elsewhere."""
+
     def axes(self) -> tuple[int, ...]:
         return (self.drive,)
 
@@ -42,6 +46,9 @@ class JointEntry(Entry):
     """An effect at one joint."""
 
     joint: Axis = Field(description="number of the joint, from 1")
+
+    def fill(self, joint: np.void) -> None:
+        """Sets its figures in the record of its joint; what draws random numbers acts elsewhere."""
 
     def axes(self) -> tuple[int, ...]:
         return (self.joint,)

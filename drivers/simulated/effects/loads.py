@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from drivers.simulated.effects.entry import Entry, Finite, JointEntry, NonNegative, Positive
@@ -31,6 +32,15 @@ class GravitySpring(JointEntry):
     torsion: NonNegative = Field(default=0.0, description="stiffness of the torsion spring, N·m/rad")
     centre: Finite = Field(default=0.0, description="joint position at which it is at rest, rad")
 
+    def fill(self, joint: np.void) -> None:
+        joint["torsion_stiffness"] = self.torsion
+        joint["torsion_centre"] = self.centre
+        joint["spring_stiffness"] = self.stiffness
+        joint["spring_length"] = self.length
+        joint["spring_fixed_radius"] = self.fixed_radius
+        joint["spring_angle"] = self.angle
+        joint["spring_moving_radius"] = self.moving_radius
+
 
 class BaseTilt(Entry):
     sentence: ClassVar[str] = "the base does not stand as described: turned about its x axis, then about y"
@@ -44,6 +54,11 @@ class CableSpring(JointEntry):
     cubic: NonNegative = Field(default=0.0, description="N·m/rad³")
     centre: Finite = Field(default=0.0, description="joint position at which it does not pull, rad")
 
+    def fill(self, joint: np.void) -> None:
+        joint["cable_stiffness"] = self.stiffness
+        joint["cable_cubic"] = self.cubic
+        joint["cable_centre"] = self.centre
+
 
 class Contact(JointEntry):
     sentence: ClassVar[str] = "a wall at a joint: a stiff spring and damper that only push"
@@ -51,6 +66,14 @@ class Contact(JointEntry):
     lower: Finite | None = Field(default=None, description="position below which it pushes up, rad")
     stiffness: Positive = Field(default=300.0, description="N·m/rad")
     damping: NonNegative = Field(default=1.0, description="N·m·s/rad")
+
+    def fill(self, joint: np.void) -> None:
+        joint["wall_stiffness"] = self.stiffness
+        joint["wall_damping"] = self.damping
+        if self.upper is not None:
+            joint["wall_upper"] = self.upper
+        if self.lower is not None:
+            joint["wall_lower"] = self.lower
 
 
 class ToolContact(Entry):
@@ -79,6 +102,12 @@ class Slosh(JointEntry):
     inertia: Positive = Field(description="kg·m² about the joint")
     frequency: Positive = Field(le=50.0, description="of the mass on the link held still, Hz")
     damping: NonNegative = Field(default=0.03, description="ratio to critical damping")
+
+    def fill(self, joint: np.void) -> None:
+        rate = 2.0 * np.pi * self.frequency
+        joint["slosh_inertia"] = self.inertia
+        joint["slosh_stiffness"] = self.inertia * rate**2
+        joint["slosh_damping"] = 2.0 * self.damping * self.inertia * rate
 
 
 class TorqueBursts(JointEntry):

@@ -32,7 +32,7 @@ _CHANNELS_AT_ONCE = 96
 
 
 @dataclass(frozen=True)
-class Scene:
+class PreparedRecording:
     """A recording, filtered and trimmed.
 
     Attributes:
@@ -89,9 +89,9 @@ class Scene:
         return self.thin(without_drift(self.measured, not_repeating(residual, self.period), self.period))
 
 
-def make_scene(
+def prepared_recording(
     robot: Robot, recording: Recording, started: float = 0.0, *, as_identified: bool = False
-) -> Scene:
+) -> PreparedRecording:
     """Filter one recording.
 
     Args:
@@ -120,7 +120,7 @@ def make_scene(
     state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
     measured = _part(state, keep)
     kept_time = time[keep]
-    return Scene(
+    return PreparedRecording(
         recording=recording,
         started=started,
         measured=measured,
@@ -136,20 +136,20 @@ def make_scene(
     )
 
 
-def make_scenes(
+def prepared_recordings(
     robot: Robot, recordings: Sequence[Recording], *, as_identified: bool = False
-) -> tuple[Scene, ...]:
-    """Scenes one after the other, as if recorded without a pause; arguments as of :func:`make_scene`.
+) -> tuple[PreparedRecording, ...]:
+    """Recordings one after the other, as if without a pause; arguments as of :func:`prepared_recording`.
 
     Raises:
-        IdentificationError: as :func:`make_scene`.
+        IdentificationError: as :func:`prepared_recording`.
     """
-    scenes, started = [], 0.0
+    prepared, started = [], 0.0
     for recording in recordings:
         offset = started - float(recording.time[0])
-        scenes.append(make_scene(robot, recording, offset, as_identified=as_identified))
+        prepared.append(prepared_recording(robot, recording, offset, as_identified=as_identified))
         started += float(recording.time[-1] - recording.time[0])
-    return tuple(scenes)
+    return tuple(prepared)
 
 
 def edges_trimmed(settings: Identification, sample_time: float) -> Identification:

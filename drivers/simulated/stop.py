@@ -1,9 +1,38 @@
-"""When a stop is over: the set-point stands, the axis stands, and the brake has had its time."""
+"""How a drive comes to rest: which ramp a stop takes (CiA 402-2, 605Ah to 605Eh), and when it is over."""
 
 from __future__ import annotations
 
-from drivers.simulated.state_machine import State, StateMachine
+from drivers.simulated.object_dictionary import ObjectDictionary
+from drivers.simulated.state_machine import State, StateMachine, StopOptions
 from robots.drive_description import Brake
+
+
+def stop_options(dictionary: ObjectDictionary) -> StopOptions:
+    """The options as the master has set them."""
+    read = dictionary.integer
+    return StopOptions(read(0x605A), read(0x605B), read(0x605C), read(0x605E))
+
+
+def stop_ramp(dictionary: ObjectDictionary, state: State, *, halted: bool, homes: bool) -> float:
+    """Deceleration of the present stop, counts/s².
+
+    Args:
+        dictionary: with options and ramps.
+        state: of the power state machine.
+        halted: bit 8 of the controlword.
+        homes: whether the drive is in homing mode.
+    """
+    if homes and state is State.OPERATION_ENABLED:
+        return float(max(1, dictionary.integer(0x609A)))
+    options = stop_options(dictionary)
+    quickly = halted and dictionary.integer(0x605D) == 2
+    slow = (
+        (state is State.OPERATION_ENABLED and not quickly)
+        or (state is State.QUICK_STOP_ACTIVE and options.quick_stop in (1, 5))
+        or (state is State.FAULT_REACTION_ACTIVE and options.fault_reaction == 1)
+    )
+    return float(max(1, dictionary.integer(0x6084 if slow else 0x6085)))
+
 
 STANDSTILL_SPEED = 0.02
 """Speed of a drive output below which a stop is over, rad/s or m/s."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.discrepancy.portrait import portraits
+from ident.discrepancy.binned_residual import binned_residuals
+from ident.discrepancy.residual_dependence import correlation_ratio, residual_dependences
 from ident.discrepancy.unrepeated import _bursts, _nearly_white, _shocks, _single_frequency
-from ident.discrepancy.where import correlation_ratio, habitats
 from ident.effects import State
 
 
@@ -81,7 +81,7 @@ def test_a_joint_that_stands_still_has_no_residual_to_live_anywhere() -> None:
     generator = np.random.default_rng(7)
     motion = generator.normal(size=(400, 2))
     motion[:, 1] = 0.0
-    scene: Any = SimpleNamespace(
+    piece: Any = SimpleNamespace(
         moving=np.column_stack([np.ones(400, dtype=np.bool_), np.zeros(400, dtype=np.bool_)]),
         measured=State(motion, motion, motion),
         time=0.008 * np.arange(400),
@@ -89,8 +89,8 @@ def test_a_joint_that_stands_still_has_no_residual_to_live_anywhere() -> None:
         torque=motion,
     )
     residual = generator.normal(size=(400, 2))
-    still = habitats([scene], [residual], [motion])[1]
+    still = residual_dependences([piece], [residual], [motion])[1]
     assert still.rms == 0.0 and all(share == 0.0 for _, share in still.shares)
     assert still.sentence() == "joint 2: no row in which it moves"
-    drawn = portraits([scene], [residual], [residual], [motion])
+    drawn = binned_residuals([piece], [residual], [residual], [motion])
     assert [one.centre.size > 0 for one in drawn] == [True] * 4 + [False] * 4

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.scene import Scene
-from ident.discrepancy.where import Habitat
+from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.residual_dependence import ResidualDependence
 from robots.arrays import FloatArray
 
 _BINS = 48
 
 
 @dataclass(frozen=True)
-class Portrait:
+class BinnedResidual:
     """One joint's residual in bins of one quantity, N·m (or N); all arrays (bins,).
 
     Attributes:
@@ -37,72 +37,76 @@ class Portrait:
     spread: FloatArray
 
 
-def portrait(
-    scenes: Sequence[Scene],
+def binned_residual(
+    prepared: Sequence[PreparedRecording],
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     torques: Sequence[FloatArray],
-    habitats: Sequence[Habitat],
-) -> Portrait:
+    dependences: Sequence[ResidualDependence],
+) -> BinnedResidual:
     """The joint whose residual the effect changes most, over the quantity that residual goes with.
 
     Args:
-        scenes: the recordings.
-        before, after: per scene residual torque, rows × joints.
-        torques: per scene predicted torque before, rows × joints.
-        habitats: where the residual before lives, per joint.
+        prepared: the recordings.
+        before, after: per piece residual torque, rows × joints.
+        torques: per piece predicted torque before, rows × joints.
+        dependences: where the residual before lives, per joint.
     """
     squares = sum(
-        np.where(scene.moving, (b - a) ** 2, 0.0).sum(axis=0)
-        for scene, b, a in zip(scenes, before, after, strict=True)
+        np.where(piece.moving, (b - a) ** 2, 0.0).sum(axis=0)
+        for piece, b, a in zip(prepared, before, after, strict=True)
     )
-    noise = sum(np.where(scene.moving, a**2, 0.0).sum(axis=0) for scene, a in zip(scenes, after, strict=True))
+    noise = sum(
+        np.where(piece.moving, a**2, 0.0).sum(axis=0) for piece, a in zip(prepared, after, strict=True)
+    )
     joint = int(np.argmax(np.asarray(squares) / np.maximum(np.asarray(noise), 1e-300)))
     quantity = max(
-        (item for item in habitats[joint].shares if item[0] != "direction"), key=lambda item: item[1]
+        (item for item in dependences[joint].shares if item[0] != "direction"), key=lambda item: item[1]
     )[0]
-    return _over(scenes, before, after, torques, joint, quantity)
+    return _over(prepared, before, after, torques, joint, quantity)
 
 
-def portraits(
-    scenes: Sequence[Scene],
+def binned_residuals(
+    prepared: Sequence[PreparedRecording],
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     torques: Sequence[FloatArray],
-) -> tuple[Portrait, ...]:
+) -> tuple[BinnedResidual, ...]:
     """Every joint's residual over speed, position, torque and time, joint by joint; arguments as above."""
-    joints = scenes[0].torque.shape[1]
+    joints = prepared[0].torque.shape[1]
     return tuple(
-        _over(scenes, before, after, torques, joint, quantity)
+        _over(prepared, before, after, torques, joint, quantity)
         for joint in range(joints)
         for quantity in ("speed", "position", "torque", "time")
     )
 
 
 def _over(
-    scenes: Sequence[Scene],
+    prepared: Sequence[PreparedRecording],
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     torques: Sequence[FloatArray],
     joint: int,
     quantity: str,
-) -> Portrait:
+) -> BinnedResidual:
     """One joint's residual in bins of one quantity."""
 
     def pick(parts: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate(
-            [part[scene.moving[:, joint], joint] for part, scene in zip(parts, scenes, strict=True)]
+            [part[piece.moving[:, joint], joint] for part, piece in zip(parts, prepared, strict=True)]
         )
 
-    series = pick([_quantity(scene, quantity, torque) for scene, torque in zip(scenes, torques, strict=True)])
+    series = pick(
+        [_quantity(piece, quantity, torque) for piece, torque in zip(prepared, torques, strict=True)]
+    )
     first, last = pick(before), pick(after)
     if not series.size:  # the joint stands still
-        return Portrait(joint, quantity, series, first, first, last, last)
+        return BinnedResidual(joint, quantity, series, first, first, last, last)
     edges = np.unique(np.quantile(series, np.linspace(0, 1, _BINS + 1)))
     bins = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, max(edges.size - 2, 0))
     count = np.maximum(np.bincount(bins), 1)
     mean_after = np.bincount(bins, last) / count
-    return Portrait(
+    return BinnedResidual(
         joint=joint,
         quantity=quantity,
         centre=np.bincount(bins, series) / count,
@@ -113,11 +117,11 @@ def _over(
     )
 
 
-def _quantity(scene: Scene, name: str, torque: FloatArray) -> FloatArray:
-    """One of the quantities of a habitat, rows × joints."""
+def _quantity(piece: PreparedRecording, name: str, torque: FloatArray) -> FloatArray:
+    """One of the quantities of a residual dependence, rows × joints."""
     if name == "torque":
         return torque
     if name == "time":
-        return np.broadcast_to(scene.time[:, np.newaxis], torque.shape)
+        return np.broadcast_to(piece.time[:, np.newaxis], torque.shape)
     field = {"position": "position", "speed": "velocity", "acceleration": "acceleration"}[name]
-    return scene.thin(getattr(scene.measured, field))
+    return piece.thin(getattr(piece.measured, field))

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from robots.arrays import BoolArray, FloatArray
 
 _BINS = 24
 
 
 @dataclass(frozen=True)
-class Habitat:
+class ResidualDependence:
     """One joint's residual against what it could depend on.
 
     ``shares`` maps each quantity to the share of the residual's variance that its course over that
@@ -40,36 +40,39 @@ class Habitat:
         return f"joint {self.joint + 1}: rms {self.rms:.3g}, {100 * share:.0f} % of it goes with {quantity}"
 
 
-def habitats(
-    scenes: Sequence[Scene], residuals: Sequence[FloatArray], torques: Sequence[FloatArray]
-) -> tuple[Habitat, ...]:
+def residual_dependences(
+    prepared: Sequence[PreparedRecording], residuals: Sequence[FloatArray], torques: Sequence[FloatArray]
+) -> tuple[ResidualDependence, ...]:
     """Per joint, where the residual lives.
 
     Args:
-        scenes: the recordings.
-        residuals: per scene rows × joints, N·m (or N).
-        torques: per scene predicted torque, rows × joints.
+        prepared: the recordings.
+        residuals: per piece rows × joints, N·m (or N).
+        torques: per piece predicted torque, rows × joints.
     """
     joints = residuals[0].shape[1]
     found = []
     for joint in range(joints):
-        values, quantities = _series(scenes, residuals, torques, joint)
+        values, quantities = _series(prepared, residuals, torques, joint)
         shares = tuple((name, correlation_ratio(series, values)) for name, series in quantities.items())
         rms = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-        found.append(Habitat(joint, rms, shares))
+        found.append(ResidualDependence(joint, rms, shares))
     return tuple(found)
 
 
 def _series(
-    scenes: Sequence[Scene], residuals: Sequence[FloatArray], torques: Sequence[FloatArray], joint: int
+    prepared: Sequence[PreparedRecording],
+    residuals: Sequence[FloatArray],
+    torques: Sequence[FloatArray],
+    joint: int,
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    keep: list[BoolArray] = [scene.moving[:, joint] for scene in scenes]
+    keep: list[BoolArray] = [piece.moving[:, joint] for piece in prepared]
 
     def pick(parts: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate([part[mask] for part, mask in zip(parts, keep, strict=True)])
 
     def state(name: str) -> FloatArray:
-        return pick([scene.thin(getattr(scene.measured, name))[:, joint] for scene in scenes])
+        return pick([piece.thin(getattr(piece.measured, name))[:, joint] for piece in prepared])
 
     velocity = state("velocity")
     quantities = {
@@ -77,7 +80,7 @@ def _series(
         "speed": velocity,
         "acceleration": state("acceleration"),
         "torque": pick([torque[:, joint] for torque in torques]),
-        "time": pick([scene.time for scene in scenes]),
+        "time": pick([piece.time for piece in prepared]),
         "direction": np.sign(velocity),
     }
     return pick([residual[:, joint] for residual in residuals]), quantities
