@@ -17,7 +17,7 @@ class Left:
     """What the final model leaves.
 
     Attributes:
-        dependences: where the residual of the fit lives, per joint.
+        dependences: what the residual of the fit depends on, per joint.
         unrepeated: what does not repeat and should not be there.
         unnamed: what the residual is, where an unnamed family explains it.
         more_than_noise: whether it is more than noise and the usual misfit.
