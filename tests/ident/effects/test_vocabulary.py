@@ -97,6 +97,7 @@ def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
     state = at(robot, TIME[:200])
     names: list[str] = []
     assert set(family.confused_with) <= set(NAMES) - {family.name}
+    assert family.equation, "how its torque is made, for docs/reference/effects.md"
     for place in family.places(robot):
         for shape in family.shapes(robot, place):
             inside = [shape.lower <= value <= shape.upper for value in shape.grid]
