@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from drivers.bus.ports import Frame
-from drivers.simulated.heartbeats import Heartbeats
-from drivers.simulated.nmt import Nmt
+from drivers.simulated.heartbeats import Heartbeats, Nmt
 from drivers.simulated.node_guarding import NodeGuarding
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.process_data import ProcessData

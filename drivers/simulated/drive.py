@@ -14,15 +14,14 @@ from drivers.simulated.communication import Communication
 from drivers.simulated.delivery import Delivery
 from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.emergency import Emergency, record_error
+from drivers.simulated.heartbeats import Nmt
 from drivers.simulated.homing import Homing
 from drivers.simulated.modes import Modes
-from drivers.simulated.nmt import Nmt
 from drivers.simulated.process_data import ProcessData
 from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
-from drivers.simulated.stop_end import STANDSTILL_SPEED, StopEnd
-from drivers.simulated.stop_ramp import stop_options
+from drivers.simulated.stop import STANDSTILL_SPEED, StopEnd, stop_options
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 

@@ -10,7 +10,7 @@ import pytest
 from drivers import Channel, open_bus
 from drivers.bus.ports import REMOTE_FLAG, frame_port
 from drivers.simulated.drive import Drive
-from drivers.simulated.nmt import Nmt
+from drivers.simulated.heartbeats import Nmt
 from drivers.simulated.object_dictionary import SdoAbort
 from drivers.simulated.state_machine import State
 from robots import Robot
