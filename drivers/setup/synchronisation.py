@@ -15,7 +15,7 @@ _IDENTIFIER = 0x3FFF_FFFF
 def sync_findings(sdo: SdoAccess) -> list[Finding]:
     """A drive that makes SYNC by itself, or that waits for another one than the master's, is refused.
 
-    That 1006h is 0 means nothing to most drives; some ignore their set-points then, which cannot be seen here.
+    That 1006h is 0 means nothing to most drives; some ignore their set-points then.
 
     Raises:
         DriveError: no answer.
