@@ -267,14 +267,15 @@ class ArmSession:
         check_following_windows(self.robot, homing_speed(self.robot, homing), self.drives)
         self._connection.refuse_restarted()
         self._attested = False
-        prepare_homing(self._connection.drives[axis], self.robot, homing, self.drives[axis].settings)
+        report = self.drives[axis]
+        prepare_homing(self._connection.drives[axis], self.robot, homing, report.settings, report.profile)
         try:
             self._connection.refuse_faults()
             here = self.actual_position()[None, :]
             job = replace(self._job(here, ()), homing=homing_job(self.robot, homing))
             result = self._run(job, ignore_samples, control or StreamControl())
         finally:
-            end_homing(self._connection.drives[axis], self.drives[axis].mode)
+            end_homing(self._connection.drives[axis], report.mode)
         return result
 
     def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
