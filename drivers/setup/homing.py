@@ -128,13 +128,13 @@ def prepare_homing(
     sdo.write_checked(objects.HOMING_ACCELERATION, 0, max(1, round(acceleration)), 4)
     offset = -homing.offset(robot) if profile.home_offset_negated else homing.offset(robot)
     sdo.write_checked(objects.HOME_OFFSET, 0, offset, 4)
-    set_mode(sdo, objects.HOMING)
+    set_mode(sdo, objects.HOMING, shown=not profile.mode_shown_when_enabled)
 
 
-def end_homing(sdo: SdoAccess, mode: int) -> None:
+def end_homing(sdo: SdoAccess, mode: int, profile: Profile) -> None:
     """Back to the mode of set-points.
 
     Raises:
         DriveError: the drive does not show it.
     """
-    set_mode(sdo, mode)
+    set_mode(sdo, mode, shown=not profile.mode_shown_when_enabled)

@@ -16,8 +16,8 @@ from drivers import ArmSession, Channel, DriveError, Request, Samples
 from drivers.cia402 import objects
 from drivers.frames.job import HomingJob
 from drivers.session.following_windows import homing_job
-from drivers.setup.homing import Homing, prepare_homing
-from drivers.setup.profiles import Profile
+from drivers.setup.homing import Homing, end_homing, prepare_homing
+from drivers.setup.profiles import Profile, known_profiles
 from drivers.simulated import EmergencyAt, Faults, PlantTruth, SimulatedArm, nominal_truth
 from drivers.simulated.device import described_devices
 from drivers.simulated.in_process import InProcessBus, InProcessRun, stream_in_process
@@ -143,6 +143,22 @@ def test_a_search_ends_where_it_was_meant(
     assert abs(moved[AXIS]) < np.deg2rad(15.0)
     if outcome == "completed":
         assert abs(run.bus.group.drives[AXIS].dictionary.integer(0x6064) - job.home) <= job.near
+
+
+def test_a_drive_that_shows_its_mode_late_is_homed_and_led_back(
+    tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late = Profile("own", "", vendor=0, mode_shown_when_enabled=True)
+    monkeypatch.setitem(known_profiles(), "own", late)
+    made, channel = described_devices(tx40, KINDS["mode_shown_late"]), Channel("virtual", "late mode")
+    with drives(tx40, channel, devices=made) as group, ArmSession(tx40, channel) as session:
+        sdo, report = session._connection.drives[AXIS], session.drives[AXIS]
+        modes = []
+        prepare_homing(sdo, tx40, Homing("joint_3", 34, 0.0, travel=1.0), report.settings, report.profile)
+        modes.append(group.drives[AXIS].dictionary.integer(objects.MODE))
+        end_homing(sdo, report.mode, report.profile)
+        modes.append(group.drives[AXIS].dictionary.integer(objects.MODE))
+    assert modes == [objects.HOMING, objects.CYCLIC_SYNCHRONOUS_POSITION]
 
 
 @pytest.mark.parametrize("negated", [False, True])
