@@ -18,14 +18,13 @@ from trajectories.errors import PlanError, as_plan_errors
 from trajectories.information.counted_rows import CountedRows
 from trajectories.information.matrix import NONE, Objective
 from trajectories.information.noise import TorqueNoise
-from trajectories.information.regressors import BaseRegressor
 from trajectories.judgement import Conditions, predicted
 from trajectories.motions.motion import Motion, MotionSequence
 from trajectories.motions.segments import Waypoint, hold
 from trajectories.search.fourier_search import FourierSearch
 from trajectories.search.multi_start import Progress, Search, best_of
 from trajectories.search.optimise import WaypointSearch
-from trajectories.search.problem import ExcitationProblem
+from trajectories.search.problem import BaseRegressor, ExcitationProblem
 from trajectories.trajectory import (
     Detail,
     ExcitingFamily,

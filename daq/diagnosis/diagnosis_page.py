@@ -1,4 +1,4 @@
-"""The page of one diagnosis: what is missing, where it lives, how sure that is, the gap before and after."""
+"""The page of one diagnosis: what is missing, what it depends on, how sure, the gap before and after."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: where a residual lives, and how the simulated loop goes."""
+"""Pictures of a diagnosis: what a residual depends on, and how the simulated loop goes."""
 
 from __future__ import annotations
 

@@ -101,9 +101,8 @@ def per_joint(result: Identification, robot: Robot) -> tuple[list[str], list[lis
     headings = ["joint", "torque error", "left, rms", *(f"error on {h.recording}" for h in held)]
     rows = []
     for number, joint in enumerate(robot.joint):
-        unit = "N·m" if joint.kind == "revolute" else "N"
         error = float(estimate.relative_error_percent_per_joint[number])
         others = (percent(float(h.relative_error_percent_per_joint[number])) for h in held)
-        left = f"{significant(float(estimate.torque_rms[number]))} {unit}"
+        left = f"{significant(float(estimate.torque_rms[number]))} {joint.torque_unit}"
         rows.append([joint.name, percent(error), left, *others])
     return headings, rows

@@ -50,7 +50,7 @@ def binned_residual(
         prepared: the recordings.
         before, after: per piece residual torque, rows × joints.
         torques: per piece predicted torque before, rows × joints.
-        dependences: where the residual before lives, per joint.
+        dependences: what the residual before depends on, per joint.
     """
     squares = sum(
         np.where(piece.moving, (b - a) ** 2, 0.0).sum(axis=0)

@@ -13,12 +13,12 @@ from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
 from ident.discrepancy.shape_search import best_shapes
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.vocabulary import confused_with
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
-_FORMS = frozenset(family.name for family in WITHOUT_A_NAME)
+_UNNAMED = frozenset(family.name for family in UNNAMED_FAMILIES)
 
 _LEADERS = 15
 """Single effects that are tried as one half of a pair."""
@@ -157,14 +157,14 @@ def _confirmed(examination: Examination, library: Library, rows: int) -> Library
 
 
 def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:
-    """A form without a name is no half of a pair: it would take the name away from the other half."""
-    leaders = [found for found in ranking if not _is_form(found.trials[0])][:_LEADERS]
+    """An unnamed family is no half of a pair: it would take the name away from the other half."""
+    leaders = [found for found in ranking if not _is_unnamed(found.trials[0])][:_LEADERS]
     both = pairs(library, leaders, library.score, rows)
-    return best_per_place([pair for pair in both if not any(map(_is_form, pair.trials))])
+    return best_per_place([pair for pair in both if not any(map(_is_unnamed, pair.trials))])
 
 
-def _is_form(trial: Trial) -> bool:
-    return trial.family.name in _FORMS
+def _is_unnamed(trial: Trial) -> bool:
+    return trial.family.name in _UNNAMED
 
 
 def _indistinguishable(chosen: Score, rivals: Sequence[Score], tie: _TieTolerance) -> tuple[Score, ...]:

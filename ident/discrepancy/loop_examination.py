@@ -24,12 +24,12 @@ from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import Whitening, autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray
-from robots.standard import DRIVE_FORMS
+from robots.standard import DRIVE_VARIANTS
 
 _STEPS = 3
 """Simulations by which the parameters settle (Gauss and Newton's steps, with the first one's columns)."""
 _DRIFTING = ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat", "Fc_settled", "Fv_settled")
-_OF_DRIVES = ("Ia", "Fv", "Fc", *DRIVE_FORMS, *_DRIFTING)
+_OF_DRIVES = ("Ia", "Fv", "Fc", *DRIVE_VARIANTS, *_DRIFTING)
 """Inertia and friction of a drive, also where the friction drifts."""
 
 _STEP = 0.3

@@ -1,4 +1,4 @@
-"""Where a residual lives: how much of it goes with position, speed, torque, time or direction."""
+"""What a residual depends on: how much of it goes with position, speed, torque, time or direction."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ResidualDependence:
 def residual_dependences(
     prepared: Sequence[PreparedRecording], residuals: Sequence[FloatArray], torques: Sequence[FloatArray]
 ) -> tuple[ResidualDependence, ...]:
-    """Per joint, where the residual lives.
+    """Per joint, what the residual depends on.
 
     Args:
         prepared: the recordings.

@@ -97,7 +97,7 @@ class Diagnosis:
         ranking: candidates beside the final model, best first, whether one passed or not.
         unexplained: per joint, what the final model leaves on the validation recordings, worst first.
         description: in words, what is left where nothing explains it.
-        dependences: where the last residual lives, per joint.
+        dependences: what the last residual depends on, per joint.
         unrepeated: what does not repeat and should not be there.
         torque, position, control_signal: gap on the validation recordings; None where the loop could not
             be simulated, with the reason in ``loop_reason``.

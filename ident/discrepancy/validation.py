@@ -145,7 +145,7 @@ class Validation:
         return shown_in_positions(self.prepared, without[0].errors, whole[0].errors, unit)
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
-        """Where the residual lives before and after."""
+        """What the residual depends on before and after."""
         first, last = self._residuals(before), self._residuals(after)
         torques = [piece.torque - residual for piece, residual in zip(self.prepared, first, strict=True)]
         places = residual_dependences(self.prepared, first, torques)

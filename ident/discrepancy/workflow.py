@@ -17,7 +17,7 @@ from ident.discrepancy.prepared_recording import PreparedRecording, prepared_rec
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import ResidualDependence, residual_dependences
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.reversals import forms_of_found, joints_not_told
+from ident.discrepancy.reversals import confusable_with_found, joints_not_told
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step
@@ -26,7 +26,7 @@ from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.validation import Validation, ranking_of
 from ident.discrepancy.verdict import Left, description, verdict_of
 from ident.effects.family import EffectFamily
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Placed
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
@@ -34,7 +34,7 @@ from ident.parameters.regressor import RegressorModel
 
 _log = logging.getLogger(__name__)
 
-_FORMS = tuple(family.name for family in WITHOUT_A_NAME)
+_UNNAMED = tuple(family.name for family in UNNAMED_FAMILIES)
 
 
 def _silent(step: str, share: float) -> None:
@@ -74,10 +74,10 @@ class _Search:
         self.validation = prepared_recordings(robot, question.validation)
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
-        self.forms: set[tuple[str, tuple[int, ...]]] = set()
+        self.confusable: set[tuple[str, tuple[int, ...]]] = set()
         """Effects and joints that are no further effect beside what was found there."""
-        self.form = ""
-        """What the residual is, where it has a form without a name."""
+        self.unnamed = ""
+        """What the residual is, where an unnamed family explains it."""
 
     @property
     def step(self) -> Step:
@@ -101,7 +101,11 @@ class _Search:
 
     def _at_reversals(self) -> bool:
         """Whether to look there: not where it is something else, without a name or without repeats."""
-        if not self.question.at_reversals or self.form or len(self.findings) >= self.question.settings.most:
+        if (
+            not self.question.at_reversals
+            or self.unnamed
+            or len(self.findings) >= self.question.settings.most
+        ):
             return False
         not_repeating = unrepeated(self.step.examination, _row_time(self.prepared[0]))
         return all(item.kind == "shocks" for item in not_repeating)
@@ -120,7 +124,7 @@ class _Search:
                 self.course.step = moving
         joint = self._misfit_joint(in_loop)
         if joint is not None and not self.findings and not self._more_than_clean():
-            self.form = (
+            self.unnamed = (
                 "the simulated closed loop does not do what the arm does at its reversals, least of all at"
                 f" joint {joint + 1}, though the model fits the moving arm"
             )
@@ -129,7 +133,7 @@ class _Search:
         """What findings do at reversals, and joints on which motion leaves more than has a name."""
         if not self.findings:
             return
-        self.forms = forms_of_found(self.findings)
+        self.confusable = confusable_with_found(self.findings)
         self.settled |= joints_not_told(self.findings)
         left, rows = self.step.examination.excess_of_joints, self.step.examination.rows_of_joints
         self.settled |= set(np.flatnonzero(left > self._misfit_threshold_per_row() * rows).tolist())
@@ -177,15 +181,15 @@ class _Search:
                 continue
             if choice.chosen is None or not self._worth_naming(choice):
                 break
-            forms = [t for t in choice.chosen.trials if t.family.name in _FORMS]
-            if forms:
-                self.form = f"drive {forms[0].place.joints[0] + 1} has {forms[0].family.sentence}"
+            unnamed = [t for t in choice.chosen.trials if t.family.name in _UNNAMED]
+            if unnamed:
+                self.unnamed = f"drive {unnamed[0].place.joints[0] + 1} has {unnamed[0].family.sentence}"
                 break
             self.course.add(choice.chosen, choice)
         return choice
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
-        found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.forms
+        found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
         return build_library(self.step.examination, families, self.step.present, found, self.settled)
 
     def _measure_noise(self, library: Library) -> None:
@@ -201,7 +205,7 @@ class _Search:
         known = lag_is_known(self.question.robot) or not lag_is_known(self.step.base.model.robot)
         families = tuple(
             family
-            for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))
+            for family in (*self.question.families, *(UNNAMED_FAMILIES if self.question.prior else ()))
             if (with_prior or not (family.needs_prior or family.name in present))
             and (known or not family.taken_by_alignment)
         )
@@ -236,7 +240,7 @@ class _Search:
         left = Left(
             self._dependences(),
             not_repeating,
-            self.form,
+            self.unnamed,
             choice is not None and self._more_than_clean(),
             validation.unexplained(self.step),
             self.first.base.model.robot.identification.torque_margin,

@@ -49,5 +49,6 @@ CURRENT_LOOP_LAG = Family(
             "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
         ),
     },
+    equation="the control signal leads the torque by `lag` times its rate",
     row=210,
 )

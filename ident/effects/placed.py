@@ -103,7 +103,8 @@ class Family:
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not reported where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own. ``row`` is where it stands in the vocabulary; a form that stands under another
+    with shapes of their own. ``equation`` says how its torque is made of its parameters, for
+    the reference page. ``row`` is where it stands in the vocabulary; a form that stands under another
     family has none.
     """
 
@@ -126,6 +127,7 @@ class Family:
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
+    equation: str = ""
     row: int = 0
 
     def places(self, robot: Robot) -> tuple[Place, ...]:

@@ -90,5 +90,10 @@ TIME_DELAY = Family(
     confused_with=("current_loop_lag", "rotor_inertia"),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    equation=(
+        "how much later positions are read than control signals; a negative one means that "
+        "control signals are late. Its `shift` is where the change of the torque is taken, at "
+        "best the delay itself"
+    ),
     row=250,
 )

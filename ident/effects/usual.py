@@ -137,6 +137,7 @@ VISCOUS_FRICTION = Family(
     _viscous,
     confused_with=("nonlinear_viscous_friction",),
     settled_by="run the joint at several constant speeds: the torque is a straight line",
+    equation="Fv·q̇",
     row=10,
 )
 COULOMB_FRICTION = Family(
@@ -152,6 +153,7 @@ COULOMB_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, dry friction does not"
         ),
     },
+    equation="Fc·sign(q̇)",
     row=20,
 )
 ASYMMETRIC_FRICTION = Family(
@@ -167,6 +169,7 @@ ASYMMETRIC_FRICTION = Family(
             "hold still under a known load, reached from both sides: an offset stays, friction turns"
         ),
     },
+    equation="dFc·|sign(q̇)| + dFv·|q̇|: half the difference between both directions",
     row=30,
 )
 ROTOR_INERTIA = Family(
@@ -185,6 +188,7 @@ ROTOR_INERTIA = Family(
             "lock the joint and step the control signal: a delay shifts the current, a resting rotor does not"
         ),
     },
+    equation="dIa·q̈",
     row=200,
 )
 CURRENT_OFFSET = Family(
@@ -198,5 +202,6 @@ CURRENT_OFFSET = Family(
     settled_by=(
         "hold still with the arm upright, where gravity asks for no torque: what is left is the offset"
     ),
+    equation="doff",
     row=170,
 )

@@ -8,6 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ident.effects import State
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 from trajectories.constraints.tool_speed import ToolSpeed
 from trajectories.errors import TrajectoryError
@@ -127,3 +129,14 @@ class ExcitationProblem:
             matrices.append(flat.T @ flat * (step * ROW_RATE))
             first += count
         return matrices
+
+
+@dataclass(frozen=True)
+class BaseRegressor:
+    """The base regressor of an arm's model."""
+
+    base: BaseParameters
+
+    def __call__(self, state: MotionState) -> FloatArray:
+        """samples × joints × b."""
+        return self.base.columns(State(state.position, state.velocity, state.acceleration, state.time))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree as ET
 
 from daq.exporting.elsewhere.arm import IdentifiedArm
+from robots import unit_of
 from robots.urdf import read_urdf
 from robots.urdf_export import urdf_with_links
 
@@ -49,10 +50,10 @@ def beyond_joint_dynamics(arm: IdentifiedArm) -> tuple[str, ...]:
     """What joints with damping and dry friction do not have: rotor inertia, offsets, coupled drives."""
     said = []
     for axis, joint in enumerate(arm.robot.joint):
-        unit, force = ("kg·m²", "N·m") if joint.kind == "revolute" else ("kg", "N")
+        unit = unit_of("Ia", joint.kind)
         said.append(
             f"{joint.name}: rotor inertia {arm.armature[axis]:.4g} {unit}, torque offset"
-            f" {arm.offset[axis]:.4g} {force}."
+            f" {arm.offset[axis]:.4g} {joint.torque_unit}."
         )
     for coupling in arm.couplings:
         moves = ", ".join(

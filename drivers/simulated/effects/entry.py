@@ -24,6 +24,8 @@ class Entry(BaseModel):
     """What it is, for the reference page."""
     repeats: ClassVar[bool] = False
     """Whether one axis may have several."""
+    outside_vocabulary: ClassVar[bool] = False
+    """Whether no model of the arm has a name for it."""
 
     def axes(self) -> tuple[int, ...]:
         """The joints or drives that it sits on, from 1; empty where it is of the whole arm."""

@@ -86,9 +86,8 @@ class ToolContact(Entry):
 
 
 class Vibration(JointEntry):
-    sentence: ClassVar[str] = (
-        "a machine next door: a sinusoidal torque of fixed frequency (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "a machine next door: a sinusoidal torque of fixed frequency"
+    outside_vocabulary: ClassVar[bool] = True
     repeats: ClassVar[bool] = True
     amplitude: Positive = Field(description="N·m")
     frequency: Positive = Field(description="Hz, in no relation to the motion")
@@ -96,9 +95,8 @@ class Vibration(JointEntry):
 
 
 class Slosh(JointEntry):
-    sentence: ClassVar[str] = (
-        "a mass that swings on the link by a soft spring, as liquid does (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "a mass that swings on the link by a soft spring, as liquid does"
+    outside_vocabulary: ClassVar[bool] = True
     inertia: Positive = Field(description="kg·m² about the joint")
     frequency: Positive = Field(le=50.0, description="of the mass on the link held still, Hz")
     damping: NonNegative = Field(default=0.03, description="ratio to critical damping")
@@ -111,13 +109,15 @@ class Slosh(JointEntry):
 
 
 class TorqueBursts(JointEntry):
-    sentence: ClassVar[str] = "a torque that wanders by a random walk, in bursts (outside the vocabulary)"
+    sentence: ClassVar[str] = "a torque that wanders by a random walk, in bursts"
+    outside_vocabulary: ClassVar[bool] = True
     deviation: Positive = Field(description="standard deviation at the end of a burst, N·m")
     duration: Positive = Field(default=1.0, description="of a burst, s")
     rate: Positive = Field(default=0.3, le=10.0, description="mean number of bursts per second")
 
 
 class Dither(JointEntry):
-    sentence: ClassVar[str] = "a square wave of torque of fixed frequency (outside the vocabulary)"
+    sentence: ClassVar[str] = "a square wave of torque of fixed frequency"
+    outside_vocabulary: ClassVar[bool] = True
     amplitude: Positive = Field(description="N·m")
     frequency: Positive = Field(default=37.0, description="Hz")

@@ -74,7 +74,8 @@ class TimeDelay(DriveEntry):
 
 
 class ThermalGainDrift(DriveEntry):
-    sentence: ClassVar[str] = "magnets weaken as the winding's losses warm them (outside the vocabulary)"
+    sentence: ClassVar[str] = "magnets weaken as the winding's losses warm them"
+    outside_vocabulary: ClassVar[bool] = True
     per_kelvin: float = Field(default=-0.002, ge=-0.05, le=0.05, description="relative change of g_τ, 1/K")
     heating: Positive = Field(description="final warmth per square of the control signal, K")
     time_constant: Positive = Field(default=20.0, description="s")
@@ -86,15 +87,15 @@ class ThermalGainDrift(DriveEntry):
 
 
 class MissedSamples(DriveEntry):
-    sentence: ClassVar[str] = (
-        "now and then a control signal does not reach the current loop (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "now and then a control signal does not reach the current loop"
+    outside_vocabulary: ClassVar[bool] = True
     rate: float = Field(gt=0.0, le=200.0, description="mean number of misses per second")
     samples: int = Field(default=2, ge=1, le=100, description="controller samples that each miss lasts")
 
 
 class TorqueCrosstalk(DriveEntry):
-    sentence: ClassVar[str] = "a share of one drive's torque turns up at another (outside the vocabulary)"
+    sentence: ClassVar[str] = "a share of one drive's torque turns up at another"
+    outside_vocabulary: ClassVar[bool] = True
     repeats: ClassVar[bool] = True
     source: int = Field(ge=1, le=64, description="number of the drive that it comes from")
     share: Share = Field(description="of that drive's torque, at the drive outputs")
@@ -104,9 +105,8 @@ class TorqueCrosstalk(DriveEntry):
 
 
 class BrakeDrag(DriveEntry):
-    sentence: ClassVar[str] = (
-        "a brake that rubs during a part of each period of time (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "a brake that rubs during a part of each period of time"
+    outside_vocabulary: ClassVar[bool] = True
     rise: Share = Field(description="dry friction while it rubs, relative to Fc")
     period: Positive = Field(default=2.7, description="s")
     share: float = Field(default=0.4, gt=0.0, lt=1.0, description="of the period in which it rubs")

@@ -1,4 +1,4 @@
-"""Where a residual lives, and what does not repeat and should not be there."""
+"""What a residual depends on, and what does not repeat and should not be there."""
 
 from __future__ import annotations
 

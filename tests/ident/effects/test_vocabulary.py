@@ -15,7 +15,7 @@ import robots
 from ident import RegressorModel, effects
 from ident.effects import State
 from ident.effects.family import Place
-from ident.effects.gain_drift import GAIN_DRIFT, WITHOUT_A_NAME
+from ident.effects.gain_drift import GAIN_DRIFT, UNNAMED_FAMILIES
 from ident.effects.placed import Family, Placed
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
@@ -86,7 +86,7 @@ def test_every_file_of_an_effect_is_found() -> None:
     files = [path.read_text() for path in Path(effects.__path__[0]).glob("*.py")]
     declared = sum(text.count(" = Family(\n") for text in files)
     forms = {id(form) for family in VOCABULARY for form in (family, *family.forms, *family.further)}
-    assert declared == len(forms | {id(form) for form in WITHOUT_A_NAME})
+    assert declared == len(forms | {id(form) for form in UNNAMED_FAMILIES})
     assert len(NAMES) == len(set(NAMES)) == len({family.row for family in VOCABULARY})
     assert NAMES[0] == "viscous_friction" and NAMES[-1] == "contact"
 
@@ -97,6 +97,7 @@ def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
     state = at(robot, TIME[:200])
     names: list[str] = []
     assert set(family.confused_with) <= set(NAMES) - {family.name}
+    assert family.equation, "how its torque is made, for docs/reference/effects.md"
     for place in family.places(robot):
         for shape in family.shapes(robot, place):
             inside = [shape.lower <= value <= shape.upper for value in shape.grid]
