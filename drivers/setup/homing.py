@@ -83,6 +83,17 @@ class Homing:
             raise DriveError(f"homing: position is {self.position:g}; allowed: a finite number")
         return names.index(self.joint)
 
+    def pace(self, robot: Robot) -> tuple[float, float]:
+        """Speed and acceleration of the search at the drive's output, rad or m per s and s²."""
+        axis, across = self.axis(robot), np.abs(robot.transmission_matrix)
+        limits = robot.velocity_limits, robot.acceleration_limits
+        speed, acceleration = (self.share * float((across @ limit)[axis]) for limit in limits)
+        return speed, acceleration
+
+    def offset(self, robot: Robot) -> int:
+        """What the drive reads at its home (607Ch), counts."""
+        return round(self.position * float(robot.counts_per_output_unit[self.axis(robot)]))
+
 
 def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Settings) -> None:
     """Method, speeds, acceleration and home offset, each read back; then homing mode. Torque stays off.
@@ -106,15 +117,12 @@ def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Setti
             "speed of its homing cannot be given; set 60A9 to 0x00B44700 (rev/min)"
         )
     size = abs(float(robot.counts_per_output_unit[axis])) / velocity_scale(robot, axis, settings)
-    across = np.abs(robot.transmission_matrix)
-    speed = homing.share * float((across @ robot.velocity_limits)[axis]) * size
-    acceleration = homing.share * float((across @ robot.acceleration_limits)[axis]) * size
-    offset = round(homing.position * float(robot.counts_per_output_unit[axis]))
+    speed, acceleration = (pace * size for pace in homing.pace(robot))
     sdo.write_checked(objects.HOMING_METHOD, 0, homing.method, 1)
     for subindex in (1, 2):
         sdo.write_checked(objects.HOMING_SPEEDS, subindex, max(1, round(speed)), 4)
     sdo.write_checked(objects.HOMING_ACCELERATION, 0, max(1, round(acceleration)), 4)
-    sdo.write_checked(objects.HOME_OFFSET, 0, offset, 4)
+    sdo.write_checked(objects.HOME_OFFSET, 0, homing.offset(robot), 4)
     set_mode(sdo, objects.HOMING)
 
 

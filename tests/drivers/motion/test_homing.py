@@ -15,9 +15,12 @@ import robots
 from drivers import ArmSession, Channel, DriveError, Request, Samples
 from drivers.cia402 import objects
 from drivers.frames.job import HomingJob
+from drivers.session.following_windows import homing_job
 from drivers.setup.homing import Homing
 from drivers.simulated import EmergencyAt, Faults, PlantTruth, SimulatedArm, nominal_truth
+from drivers.simulated.device import described_devices
 from drivers.simulated.in_process import InProcessBus, InProcessRun, stream_in_process
+from drivers.simulated.quirks import KINDS
 from robots import Robot
 
 AXIS = 2
@@ -94,6 +97,48 @@ def test_a_search_without_an_end_is_ended(
     assert run.result is not None and run.result.outcome == outcome
     assert re.search(words, run.result.reason), run.result.reason
     assert not run.bus.powered
+
+
+@pytest.mark.parametrize(
+    ("kind", "outcome", "words"),
+    [
+        ("cia402", "completed", ""),
+        ("negated_home", "aborted", r"found its home but reads -?\d+ counts there; homing.position is -?\d+"),
+        ("homed_untruly", "aborted", r"found its home but reads -?\d+ counts there; homing.position is"),
+        ("fast_homing", "aborted", r"counts in \S+ s of its search; it was told \d+ counts per second"),
+    ],
+)
+def test_a_search_ends_where_it_was_meant(
+    tx40: Robot, truth: PlantTruth, kind: str, outcome: str, words: str
+) -> None:
+    homing = Homing("joint_3", 34, 0.7, travel=1.0, share=0.02)
+    job = homing_job(tx40, homing)
+
+    def setup(bus: InProcessBus) -> None:
+        dictionary = bus.group.drives[AXIS].dictionary
+        speed, acceleration = homing.pace(tx40)
+        size = abs(tx40.counts_per_output_unit[AXIS])
+        dictionary.set(objects.MODE, 0, objects.HOMING)
+        dictionary.set(objects.HOMING_METHOD, 0, homing.method)
+        dictionary.set(objects.HOMING_SPEEDS, 2, round(speed * size))
+        dictionary.set(objects.HOMING_ACCELERATION, 0, round(acceleration * size))
+        dictionary.set(objects.HOME_OFFSET, 0, homing.offset(tx40))
+
+    run = stream_in_process(
+        tx40,
+        truth,
+        np.array(tx40.home)[None, :],
+        homing=job,
+        setup=setup,
+        devices=described_devices(tx40, KINDS[kind]),
+    )
+    assert run.result is not None and run.result.outcome == outcome, run.result
+    assert re.search(words, run.result.reason), run.result.reason
+    assert not run.bus.powered
+    moved = run.bus.group.bench.plant.drive_position() - tx40.transmission_matrix @ tx40.home
+    assert abs(moved[AXIS]) < np.deg2rad(15.0)
+    if outcome == "completed":
+        assert abs(run.bus.group.drives[AXIS].dictionary.integer(0x6064) - job.home) <= job.near
 
 
 @pytest.mark.parametrize("request_", [Request.ABORT, Request.HALT])
