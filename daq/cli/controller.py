@@ -25,7 +25,7 @@ def controller(
     Example: [bold]armhil controller runs/first/capture.mcap[/]
     """
     from daq.identification.controller import controller_json, print_controller, run_controller
-    from daq.identification.terminal import TerminalSteps
+    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     result = run_controller(tuple(paths), robot, columns, TerminalSteps(console))

@@ -34,7 +34,7 @@ def gain(
     Example: [bold]armhil gain runs/a/capture.mcap --loaded runs/b/capture.mcap --payload payload.toml[/]
     """
     from daq.identification.drive_gains import GainRequest, gains_json, print_gains, run_gain
-    from daq.identification.terminal import TerminalSteps
+    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     request = GainRequest(tuple(paths), tuple(loaded), payload, robot, columns)

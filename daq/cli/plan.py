@@ -55,11 +55,11 @@ def plan(
     Example: [bold]armhil plan tx40 --seed 1 --out runs/plan[/]
     """
     import robots
-    from daq.identification.terminal import TerminalSteps
     from daq.planning.plan import PlanRequest, run_plan
     from daq.planning.plan_json import plan_json
     from daq.planning.plan_options import criterion_of, family_of, posture_of, words_of
     from daq.planning.plan_terminal import print_plan
+    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     request = PlanRequest(

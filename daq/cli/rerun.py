@@ -38,8 +38,8 @@ def rerun(
     Example: [bold]armhil rerun 12[/]
     """
     from daq.catalogue.database import Catalogue
-    from daq.identification.terminal import TerminalSteps
     from daq.keeping.rerun_choice import chosen_analysis
+    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     with Catalogue() as catalogue:

@@ -79,7 +79,7 @@ def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
     found = []
     for j, joint in enumerate(robot.joint):
         error = samples.reference[:, j] - samples.position[:, j]
-        unit = "m" if joint.kind == "prismatic" else "rad"
+        unit = joint.unit
         numbers = (("largest following error", f"{significant(float(np.abs(error).max()))} {unit}"),)
         heading = joint_heading(j, joint.name)
         found.append(
@@ -101,13 +101,12 @@ def _torques(capture: Capture, robot: Robot, model: Model | None) -> tuple[Trace
     pixels = pixels_per_trace(3 * robot.n)
     found = []
     for j, joint in enumerate(robot.joint):
-        unit = "N" if joint.kind == "prismatic" else "N·m"
         measured, told = rows.torque[:, j], predicted[:, j]
         size = float(np.linalg.norm(measured))
         share = 100 * float(np.linalg.norm(measured - told)) / max(size, 1e-12)
         heading = joint_heading(j, joint.name)
         numbers = (("relative error", percent(share)),)
-        found.append(trace_figure(heading, unit, numbers, rows.time, measured, told, pixels))
+        found.append(trace_figure(heading, joint.torque_unit, numbers, rows.time, measured, told, pixels))
     return tuple(found)
 
 
