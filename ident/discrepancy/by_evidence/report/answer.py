@@ -39,8 +39,8 @@ class EvidenceFinding:
         explains: root mean square of its torque, N·m (or N), at its joints.
         left: κ of the joint of its own that keeps most of it, N·m (or N); 0 where no joint's misfit is above
             the accepted one.
-        shrinks: whether on recordings that were not fitted the whole set leaves less than the model without any
-            effect at the joint where this one is largest.
+        shrinks: whether on recordings that were not fitted the whole set leaves less than the model without
+            any effect, at the joint where this one is largest.
     """
 
     placed: PlacedEffect
