@@ -221,9 +221,9 @@ def test_beyond_the_limit_the_answer_is_503_also_in_a_burst(
         with pytest.raises(TooManyError):
             hub.events(path, lambda: True)
         assert hub.looking == 3
-        async for _ in taken[0]:
+        async for _ in (pieces := aiter(taken[0])):
             break
-        await taken[0].aclose()
+        await pieces.aclose()
         assert hub.looking == 2
         hub.events(path, lambda: True)
 
