@@ -106,6 +106,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         report,
         findings,
         before[0].verdict if before else "",
+        request.settings.tolerance,
     )
 
 

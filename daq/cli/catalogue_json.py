@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from importlib.metadata import version
@@ -14,6 +13,7 @@ from daq.files.found_model import entry_json
 from daq.keeping.again import Rerun
 from daq.keeping.compare import ComparedParameter, Comparison
 from daq.keeping.prune import PrunePlan
+from daq.text.parameter_rows import number, parameter_rows
 
 
 def runs_json(runs: Iterable[Run], verdicts: Mapping[int, str]) -> dict[str, Any]:
@@ -72,10 +72,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "torque_rms": [number(value) for value in model.torque_rms],
         "effects": list(model.effects),
         "found": [entry_json(entry) for entry in model.found],
-        "parameters": [
-            {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
-            for p in model.parameters
-        ],
+        "parameters": parameter_rows(model.parameters),
         "covariance": model.covariance_kind,
         "settings": dict(model.settings),
         "sources": [{"path": source.path, "sha256": source.sha256} for source in model.sources],
@@ -117,10 +114,7 @@ def rerun_json(rerun: Rerun) -> dict[str, Any]:
         "method": estimate.method,
         "verdict": result.test.verdict,
         "rows": result.rows,
-        "parameters": [
-            {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
-            for p in estimate.parameters
-        ],
+        "parameters": parameter_rows(estimate.parameters),
         "report": None if rerun.result.report is None else str(rerun.result.report),
     }
 
@@ -159,11 +153,6 @@ def prune_json(plan: PrunePlan, *, dry_run: bool) -> dict[str, Any]:
             {"run": entry.run.id, "capture": entry.run.capture, "reason": entry.reason} for entry in plan.kept
         ],
     }
-
-
-def number(value: float | None) -> float | None:
-    """A number that JSON has; null for the others."""
-    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _compared(parameter: ComparedParameter) -> dict[str, Any]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from daq.cli.app import SAID
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -91,6 +94,8 @@ RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil run
 
 
 def say(text: str) -> None:
+    """A line for people on stderr, and in the log."""
+    logging.getLogger(SAID).info("%s", text)
     sys.stderr.write(f"armhil: {text}\n")
 
 

@@ -12,11 +12,13 @@ from daq.cli.common import (
     Columns,
     Json,
     NoCatalogue,
+    Quiet,
     RobotOfRecording,
     catalogue_of,
     code_of,
     console_of,
     print_json,
+    steps_of,
     there,
 )
 
@@ -64,6 +66,7 @@ def identify(
         ),
     ] = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
@@ -73,7 +76,7 @@ def identify(
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
-    from daq.identification.terminal import TerminalSteps, print_identification
+    from daq.identification.terminal import print_identification
     from daq.keeping.keep import keep_request
 
     console = console_of(as_json)
@@ -93,7 +96,7 @@ def identify(
         model=model,
     )
     catalogue = catalogue_of(no_catalogue or out is None)
-    result = run_identify(request, TerminalSteps(console))
+    result = run_identify(request, steps_of(console, quiet))
     if catalogue is not None:
         keep_request(catalogue, request, result)
     if as_json:

@@ -10,9 +10,10 @@ from rich.markup import escape
 
 from daq.check.judged import comparison_json
 from daq.check.recheck import Recheck
-from daq.cli.catalogue_json import number, rerun_json
+from daq.cli.catalogue_json import rerun_json
 from daq.cli.catalogue_terminal import print_rerun, print_sameness
 from daq.keeping.diagnosed_again import DiagnosedAgain
+from daq.text.parameter_rows import number
 
 
 def diagnosed_again_json(again: DiagnosedAgain) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, HTTPException, Query, Request
 from fastapi import Path as PathParameter
-from fastapi.responses import FileResponse, Response, StreamingResponse
+from fastapi.responses import FileResponse, Response
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
@@ -19,10 +19,11 @@ from daq.check.request import CheckError
 from daq.files.found_model import entry_json
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
-from daq.service.live import Hub, TooManyError
+from daq.service.live import EventStream, Hub, TooManyError
 from daq.service.metrics import metrics_text
 from daq.service.settings import Service
 from daq.session.spool import spool_path
+from daq.text.parameter_rows import parameter_rows
 
 LARGEST = 2**31 - 1
 Number = Annotated[int, PathParameter(ge=1, le=LARGEST)]
@@ -125,10 +126,10 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
     @router.get(
         "/api/runs/{number}/live",
         summary="Server-sent events of a run under way",
-        response_class=StreamingResponse,
+        response_class=EventStream,
         responses={503: {"description": "too many look on"}},
     )
-    async def live(number: Number) -> StreamingResponse:
+    async def live(number: Number) -> EventStream:
         run = run_of(catalogue, number)
         if run.capture is None:
             raise HTTPException(404, f"run {number} records nothing")
@@ -137,10 +138,9 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
             return runs.get(catalogue, number).state != "running"
 
         try:
-            events = hub.events(spool_path(Path(run.capture)), is_over)
+            return EventStream(hub.events(spool_path(Path(run.capture)), is_over))
         except TooManyError as error:
             raise HTTPException(503, str(error), {"Retry-After": "10"}) from None
-        return StreamingResponse(events, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 
 def _driving(router: APIRouter, service: Service, driving: Driving) -> None:
@@ -238,10 +238,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "relative_error_percent": plain(model.relative_error_percent),
         "effects": list(model.effects),
         "found": [entry_json(entry) for entry in model.found],
-        "parameters": [
-            {"name": p.name, "value": plain(p.value), "sigma": plain(p.sigma), "unit": p.unit}
-            for p in model.parameters
-        ],
+        "parameters": parameter_rows(model.parameters),
         "gates": plain(dict(model.gates)),
     }
 

@@ -12,6 +12,7 @@ from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.requests import ClientDisconnect
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
@@ -32,6 +33,7 @@ from daq.text.numbers import percent, significant, with_sigma
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
 _STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
+_MONITORING = {"alerts.yml": "text/yaml", "prometheus.yml": "text/yaml", "grafana.json": "application/json"}
 _DAY = 86400
 
 Page = Callable[..., HTMLResponse]
@@ -151,7 +153,10 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
 
     @router.post("/login")
     async def enter(request: Request) -> Response:
-        form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        try:
+            form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        except ClientDisconnect:  # gone or cut before it had said all
+            return Response(status_code=400)
         after = _inside(form.get("after", ["/"])[0])
         given = form.get("token", [""])[0]
         host = request.client.host if request.client is not None else ""
@@ -181,6 +186,14 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
         return Response(
             place.read_bytes(), media_type=_STATIC[name], headers={"Cache-Control": "max-age=300"}
         )
+
+    @router.get("/monitoring/{name}")
+    def monitoring(name: str) -> Response:
+        """Files for Prometheus and Grafana, to be fetched by whoever sets them up."""
+        if name not in _MONITORING:
+            return Response(status_code=404)
+        place = files("daq").joinpath("templates", "monitoring", name)
+        return Response(place.read_bytes(), media_type=_MONITORING[name])
 
 
 def _inside(path: str) -> str:
