@@ -17,6 +17,7 @@ from daq.check.fleet import FleetFileError
 from daq.check.judged import plain
 from daq.check.request import CheckError
 from daq.files.found_model import entry_json
+from daq.report.traces import POLICY
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
 from daq.service.live import EventStream, Hub, TooManyError
@@ -108,7 +109,7 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
         if path is None or path.suffix != ".html" or not path.is_file():
             raise HTTPException(404, f"run {number} has no report, or it was deleted")
         # A page of its own: it may style and run itself, and reaches nothing here.
-        policy = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+        policy = f"sandbox allow-scripts; {POLICY}"
         return FileResponse(
             path,
             media_type="text/html",

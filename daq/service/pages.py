@@ -32,7 +32,13 @@ from daq.service.trends import ENOUGH, trend_of
 from daq.text.numbers import percent, significant, with_sigma
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
-_STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
+_STATIC = {
+    "service.css": "text/css",
+    "report.css": "text/css",
+    "service.js": "text/javascript",
+    "plots.js": "text/javascript",
+}
+_OF_REPORTS = ("report.css", "plots.js")
 _MONITORING = {"alerts.yml": "text/yaml", "prometheus.yml": "text/yaml", "grafana.json": "application/json"}
 _DAY = 86400
 
@@ -57,7 +63,7 @@ class ArmCard:
 
 
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
-    """All pages and the three files that they need."""
+    """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
 
@@ -182,7 +188,7 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
     def static(name: str) -> Response:
         if name not in _STATIC:
             return Response(status_code=404)
-        place = files("daq").joinpath("templates", *(() if name == "report.css" else ("service",)), name)
+        place = files("daq").joinpath("templates", *(() if name in _OF_REPORTS else ("service",)), name)
         return Response(
             place.read_bytes(), media_type=_STATIC[name], headers={"Cache-Control": "max-age=300"}
         )

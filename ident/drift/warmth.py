@@ -14,18 +14,22 @@ _ANYTHING = 10.0
 """Deviation of friction that may be anything, in sizes of itself."""
 
 
-def warmth_of_gears(values: FloatArray, spread: FloatArray, patterns: Sequence[Pattern]) -> FloatArray:
+def warmth_of_gears(
+    values: FloatArray, spread: FloatArray, patterns: Sequence[Pattern], sigma: float
+) -> FloatArray:
     """(N, c) warmth of the hall beside each chart, K: from the friction of all gears but that of its joint.
 
     Friction of every gear falls as the hall warms up, so what all of them share is the hall. A fault in one
     gear must not look like weather there: its own friction is left out, as if it might be anything. The
-    estimate is generalised least squares on the direction of all gears, whose coefficients differ as the
-    prior says; by how much a chart follows it is learned as with a thermometer.
+    estimate is the mean of the posterior, with the hall's warmth and the coefficients of the gears as the
+    prior has them: where no other gear tells anything, as on a single axis, it is zero. By how much a chart
+    follows it is learned as with a thermometer.
 
     Args:
         values: (N, b) base parameters.
-        spread: (b, b) of a night: within a run, and what coefficients and gears differ by.
+        spread: (b, b) of a night: within a run, and what hall, coefficients and gears differ by.
         patterns: of the charts, c of them; the warmth of all gears among them, else nothing is known.
+        sigma: deviation of the hall's warmth, K, as it is in the spread.
     """
     warmth = next((pattern.directions[:, 0] for pattern in patterns if pattern.effect == WARMTH), None)
     found = np.zeros((len(values), len(patterns)))
@@ -37,7 +41,7 @@ def warmth_of_gears(values: FloatArray, spread: FloatArray, patterns: Sequence[P
             continue  # it would be its own thermometer
         if pattern.joint not in of_joint:
             weights = solve_covariance(spread + _free(patterns, pattern.joint), warmth)
-            of_joint[pattern.joint] = -values @ (weights / (warmth @ weights))
+            of_joint[pattern.joint] = -(sigma**2) * (values - values[0]) @ weights
         found[:, k] = of_joint[pattern.joint]
     return found
 

@@ -115,7 +115,8 @@ def watch(
     weights = _functionals(charts, spread)
     measured = celsius is not None
     if celsius is None:
-        warm = warmth_of_gears(values, within + prior.covariance, [chart.pattern for chart in charts])
+        of_charts = [chart.pattern for chart in charts]
+        warm = warmth_of_gears(values, within + prior.covariance, of_charts, prior.unmeasured)
     else:
         warm = _temperatures(celsius, [chart.pattern for chart in charts], settings)
     series = values @ weights
