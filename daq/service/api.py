@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, HTTPException, Query, Request
 from fastapi import Path as PathParameter
-from fastapi.responses import FileResponse, Response
+from fastapi.responses import FileResponse, Response, StreamingResponse
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
@@ -127,7 +127,7 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
     @router.get(
         "/api/runs/{number}/live",
         summary="Server-sent events of a run under way",
-        response_class=EventStream,
+        response_class=StreamingResponse,
         responses={503: {"description": "too many look on"}},
     )
     async def live(number: Number) -> EventStream:

@@ -26,6 +26,7 @@ from daq.report.pictures import icon
 from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, Guesses, is_read_token
+from daq.service.reference import routes_of
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
@@ -87,6 +88,10 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
         fleet, problem = _fleet(service)
         cards = [_card(catalogue, arm) for arm in arms.every(catalogue)]
         return page("arms", cards=cards, fleet=fleet, fleet_problem=problem)
+
+    @router.get("/docs")
+    def docs(request: Request) -> HTMLResponse:
+        return page("docs", routes=routes_of(request.app.openapi(), str(request.base_url)))
 
     @router.get("/runs")
     def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:

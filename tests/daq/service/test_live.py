@@ -166,7 +166,7 @@ def test_who_comes_when_all_is_read_is_told_that_it_is_over(tmp_path: Path) -> N
 
     async def everything() -> list[bytes]:
         hub = Hub()
-        first = hub.events(path, lambda: True)
+        first = aiter(hub.events(path, lambda: True))
         await anext(first)  # keeps the run open: it does not read on
         await asyncio.sleep(0.05)
         late = [piece async for piece in hub.events(path, lambda: True)]
