@@ -79,7 +79,7 @@ def _allowed(schema: Mapping[str, Any]) -> str:
     """What a parameter may be, in words."""
     kinds = [part for part in schema.get("anyOf", [schema]) if part.get("type") != "null"]
     (kind,) = kinds
-    words = {"integer": "whole number", "number": "number", "string": "text"}.get(kind["type"], kind["type"])
+    words = {"integer": "whole number", "number": "number", "string": "text"}[kind["type"]]
     low, high = kind.get("minimum"), kind.get("maximum")
     if low is not None and high is not None:
         words += f", {low} to {high}"
