@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident.effects.family import StandardParameter
 from ident.effects.vocabulary import EffectEntry
 from robots.arrays import FloatArray
 
@@ -33,6 +34,8 @@ class Parameter:
     unit: str
     expression: str
     """The regrouping relation, e.g. ``ZZ1 + Ia1 + YY2``."""
+    leading: StandardParameter
+    """The first of those in the relation, which it is named after."""
 
     @property
     def percent_sigma(self) -> float:

@@ -17,6 +17,7 @@ from daq.cli.common import (
     NewArm,
     NoCatalogue,
     NotCommissioned,
+    Parameters,
     Quiet,
     RobotOfRecording,
     Simulated,
@@ -90,6 +91,7 @@ def diagnose(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Find what the model lacks, name it, add it, and show the gap shrink on data that was not fitted.
@@ -99,9 +101,11 @@ def diagnose(
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import answer_json, print_evidence
+    from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
     from daq.recording.capture import CaptureError
     from daq.session.cell import cell_of
+    from daq.text.wrapped import write
 
     console = console_of(as_json)
     request = DiagnoseRequest(
@@ -151,12 +155,14 @@ def diagnose(
         content = content | {"evidence": answer_json(answer)}
     if as_json:
         print_json(content)
-    print_diagnosis(console, result.diagnosis, result.series.checks, result.apart, result.blind)
+    model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
+    apart, blind = result.apart, result.blind
+    print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
     if answer is not None:
         print_evidence(console, answer)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
-        console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)
+        write(console, f"\nPage: {page}")
     return _EXIT_CODES.get(result.diagnosis.verdict, WARNING)
 
 
@@ -206,6 +212,7 @@ def _live(
     from daq.diagnosis.live import LiveRequest, live_folder, run_live
     from daq.session.bench import opened
     from daq.session.keyboard import by_keyboard
+    from daq.text.wrapped import write
 
     steps, watcher = steps_of(console, quiet), watcher_of(console, order.robot, quiet)
     folder = live_folder(request.out, order.robot)
@@ -214,5 +221,5 @@ def _live(
         drive = LiveArm(arm, order, catalogue, cell, confirm, watcher, by_keyboard).drive
         found = run_live(live, drive, steps)
     if found.refused:
-        console.print(f"No motion without leave ({found.refused}); --yes allows it", highlight=False)
+        write(console, f"No motion without leave ({found.refused}); --yes allows it")
     return found

@@ -24,6 +24,7 @@ from daq.cli import (
     diagnose,
     doctor,
     export,
+    export_model,
     gain,
     home,
     identify,
@@ -57,7 +58,7 @@ GROUPS = {
     "Driving an arm": (plan, home, jog, commission, run, acknowledge),
     "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
-    "Recordings": (import_, export, recover),
+    "Recordings": (import_, export, export_model, recover),
     "Around it": (robots, doctor, scan, sim, test),
 }
 

@@ -12,6 +12,7 @@ from daq.cli.common import (
     Columns,
     Json,
     NoCatalogue,
+    Parameters,
     Quiet,
     RobotOfRecording,
     catalogue_of,
@@ -67,6 +68,7 @@ def identify(
     ] = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
@@ -78,6 +80,7 @@ def identify(
     from daq.identification.identify_options import cutoff_of, method_of
     from daq.identification.terminal import print_identification
     from daq.keeping.keep import keep_request
+    from daq.text.wrapped import write
 
     console = console_of(as_json)
     request = IdentifyRequest(
@@ -101,9 +104,9 @@ def identify(
         keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
-    print_identification(console, result.fitted.result)
+    print_identification(console, result.fitted, model=result.model, parameters=parameters)
     if result.report is not None:
-        console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+        write(console, f"\nReport: {result.report}")
     if result.urdf is not None:
-        console.print(f"URDF: [bold]{result.urdf}[/]", soft_wrap=True, highlight=False)
+        write(console, f"URDF: {result.urdf}")
     return code_of(result.fitted.result.test.verdict)

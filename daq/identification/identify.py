@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from daq.files.found_model import read_found_model
+from daq.files.model_file import SUFFIX
 from daq.files.run_folder import make_run_folder
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
@@ -67,6 +68,11 @@ class IdentifyResult:
     fitted: Fitted
     report: Path | None
     urdf: Path | None = None
+
+    @property
+    def model(self) -> Path | None:
+        """The model file beside the report."""
+        return None if self.report is None else self.report.parent / f"{self.fitted.result.robot}{SUFFIX}"
 
 
 def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:

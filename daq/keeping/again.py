@@ -217,7 +217,7 @@ def sameness_of(
     *,
     same_words: bool,
 ) -> Sameness:
-    """How alike two results are.
+    """How far two results agree.
 
     Args:
         then, now: parameters.

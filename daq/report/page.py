@@ -107,7 +107,7 @@ def render(content: ReportContent) -> str:
             script=PLOTS,
             policy=POLICY,
             joints=[joint_heading(j, name) for j, name in enumerate(content.joint_names)],
-            joint_units=[_torque_unit(content.robot, j) for j in range(len(content.joint_names))],
+            joint_units=[joint.torque_unit for joint in content.robot.joint],
             estimators=_estimators(identification),
             groups=groups,
             has_picture=has_iv or truth is not None or third is not None,
@@ -128,10 +128,6 @@ def render(content: ReportContent) -> str:
     )
 
 
-def _torque_unit(robot: Robot, joint: int) -> str:
-    return "N" if robot.joint[joint].kind == "prismatic" else "N·m"
-
-
 def _torque_figures(content: ReportContent) -> list[TraceFigure]:
     trace = content.identification.trace
     estimate = content.identification.least_squares
@@ -139,7 +135,7 @@ def _torque_figures(content: ReportContent) -> list[TraceFigure]:
     pixels = pixels_per_trace(3 * joints * (1 if content.closed_loop is None else 2))
     figures = []
     for j, name in enumerate(content.joint_names):
-        unit = _torque_unit(content.robot, j)
+        unit = content.robot.joint[j].torque_unit
         numbers = (
             ("relative error", percent(float(estimate.relative_error_percent_per_joint[j]))),
             ("rms", f"{significant(float(estimate.torque_rms[j]))} {unit}"),
@@ -167,7 +163,7 @@ def _closed_loop_figures(content: ReportContent) -> list[TraceFigure]:
     return [
         trace_figure(
             joint_heading(j, name),
-            "m" if content.robot.joint[j].kind == "prismatic" else "rad",
+            content.robot.joint[j].unit,
             (),
             loop.time,
             loop.measured[:, j],
@@ -184,9 +180,7 @@ def _motion_figures(content: ReportContent) -> list[TraceFigure]:
         return []
     joints = zip(content.joint_names, content.robot.joint, strict=True)
     return [
-        position_figure(
-            j, name, joint.kind == "prismatic", motion.time, motion.measured[:, j], motion.reference[:, j]
-        )
+        position_figure(j, name, joint.unit, motion.time, motion.measured[:, j], motion.reference[:, j])
         for j, (name, joint) in enumerate(joints)
     ]
 

@@ -14,7 +14,6 @@ from daq.text.numbers import percent, significant, with_sigma
 from ident.estimators import ESTIMATORS
 from ident.results import Estimate, Identification, Parameter
 
-_JOINT_NUMBER = re.compile(r"\d+")
 _FAR_SIGMAS = 3.0
 
 
@@ -58,15 +57,6 @@ class TruthSummary:
     farthest: str
 
 
-def joint_of(name: str, joints: int) -> int | None:
-    """The joint that a base parameter belongs to, from the number in its name (``ZZ1R`` → 0)."""
-    number = _JOINT_NUMBER.search(name)
-    if number is None:
-        return 0 if joints == 1 else None
-    joint = int(number.group()) - 1
-    return joint if 0 <= joint < joints else None
-
-
 def parameter_groups(
     identification: Identification, truth: dict[str, float] | None, joint_names: tuple[str, ...]
 ) -> tuple[ParameterGroup, ...]:
@@ -76,7 +66,7 @@ def parameter_groups(
     third = _by_name(other.parameters if other else ())
     gathered: dict[int, list[ParameterRow]] = {}
     for parameter in identification.least_squares.parameters:
-        joint = joint_of(parameter.name, len(joint_names))
+        joint = parameter.leading.joint
         known = truth.get(parameter.name) if truth is not None else None
         row = _row(parameter, iv.get(parameter.name), third.get(parameter.name), known)
         gathered.setdefault(len(joint_names) if joint is None else joint, []).append(row)

@@ -98,19 +98,18 @@ def trace_figure(
 
 
 def position_figure(
-    joint: int, name: str, prismatic: bool, time: FloatArray, measured: FloatArray, reference: FloatArray
+    joint: int, name: str, unit: str, time: FloatArray, measured: FloatArray, reference: FloatArray
 ) -> TraceFigure:
     """Position of one joint beside its reference, with the following error in the strip below.
 
     Args:
         joint: from 0.
         name: of the joint.
-        prismatic: m, else rad.
+        unit: of the position.
         time: (N,) s; a smaller value than the one before starts another capture.
         measured, reference: (N,).
     """
     error = reference - measured
-    unit = "m" if prismatic else "rad"
     far = float(np.nanmax(np.abs(error))) if np.isfinite(error).any() else 0.0
     numbers = (("largest following error", f"{significant(far)} {unit}"),)
     return trace_figure(

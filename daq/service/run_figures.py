@@ -79,7 +79,7 @@ def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
         position_figure(
             j,
             joint.name,
-            joint.kind == "prismatic",
+            joint.unit,
             time,
             samples.position[:, j],
             samples.reference[:, j],
@@ -99,13 +99,12 @@ def _torques(capture: Capture, robot: Robot, model: Model | None) -> tuple[Trace
     pixels = pixels_per_trace(3 * robot.n)
     found = []
     for j, joint in enumerate(robot.joint):
-        unit = "N" if joint.kind == "prismatic" else "N·m"
         measured, told = rows.torque[:, j], predicted[:, j]
         size = float(np.linalg.norm(measured))
         share = 100 * float(np.linalg.norm(measured - told)) / max(size, 1e-12)
         heading = joint_heading(j, joint.name)
         numbers = (("relative error", percent(share)),)
-        found.append(trace_figure(heading, unit, numbers, rows.time, measured, told, pixels))
+        found.append(trace_figure(heading, joint.torque_unit, numbers, rows.time, measured, told, pixels))
     return tuple(found)
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any, Protocol
+
+from daq.text.numbers import json_number
 
 
 class Parameter(Protocol):
@@ -23,11 +24,6 @@ class Parameter(Protocol):
 def parameter_rows(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
     """One object a parameter."""
     return [
-        {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
+        {"name": p.name, "value": json_number(p.value), "sigma": json_number(p.sigma), "unit": p.unit}
         for p in parameters
     ]
-
-
-def number(value: float | None) -> float | None:
-    """A number that JSON has; null for the others."""
-    return float(value) if value is not None and math.isfinite(value) else None

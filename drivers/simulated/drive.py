@@ -12,10 +12,9 @@ from drivers.simulated.axis_command import AxisCommand
 from drivers.simulated.bench import is_multiple
 from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.emergency import Emergency, record_error
-from drivers.simulated.heartbeats import Heartbeats
+from drivers.simulated.heartbeats import Heartbeats, Nmt
 from drivers.simulated.homing import Homing
 from drivers.simulated.modes import Modes
-from drivers.simulated.nmt import Nmt
 from drivers.simulated.object_dictionary import Entry, ObjectDictionary
 from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.process_data import ProcessData
@@ -23,8 +22,7 @@ from drivers.simulated.readings import Encoder, FollowingErrorWatch
 from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
-from drivers.simulated.stop_end import STANDSTILL_SPEED, StopEnd
-from drivers.simulated.stop_ramp import stop_options
+from drivers.simulated.stop import STANDSTILL_SPEED, StopEnd, stop_options
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 

@@ -91,7 +91,7 @@ class Accepted:
 
     @property
     def indistinguishable_from(self) -> tuple[Candidate, ...]:
-        return alternatives(self.chosen, self.choice.alike, self.position, self.choice.excess)
+        return alternatives(self.chosen, self.choice.indistinguishable, self.position, self.choice.excess)
 
     @property
     def unsure(self) -> str:

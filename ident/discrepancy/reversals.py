@@ -8,7 +8,7 @@ from ident.discrepancy.accepted import Accepted
 from ident.effects.vocabulary import confused_with
 
 
-def forms_of_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:
+def confusable_with_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:
     """Names and joints (from 0) that are known to pass for what was found there.
 
     Where friction falls with speed, the friction that lets go at a reversal is a part of that: another name

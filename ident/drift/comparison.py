@@ -144,7 +144,7 @@ def _changed(
     alarms: tuple[Alarm, ...],
     settings: DriftSettings,
 ) -> Comparison | None:
-    """What has moved and since when; None where it is not worth a word."""
+    """What has moved and since when; None where it is not worth reporting."""
     since = _since(watched, series, alarms, settings)
     pattern = _strongest(alarms, watched)
     celsius = _warmth_beside(pattern, series, watched)
@@ -264,7 +264,7 @@ def _parameters(
     ratio = np.abs(change) / sigma
     p_values = 2 * stats.t.sf(ratio, df)
     corrected = holm(np.asarray(p_values))
-    names, units = geometry.base.names, geometry.base.units
+    names, leading = geometry.base.names, geometry.base.leading
     found = []
     for k in np.argsort(-ratio, kind="stable"):
         if corrected[k] > level:
@@ -277,7 +277,7 @@ def _parameters(
                 names[k],
                 float(change[k]),
                 float(sigma[k]),
-                units[k],
+                leading[k].unit,
                 float(p_values[k]),
                 float(corrected[k]),
                 torque,

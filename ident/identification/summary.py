@@ -138,7 +138,7 @@ def _dropped(parameter: Dropped) -> DroppedParameter:
 def _parameters(
     base: BaseParameters, names: Sequence[str], values: FloatArray, deviation: FloatArray
 ) -> tuple[Parameter, ...]:
-    known = {n: (u, e) for n, u, e in zip(base.names, base.units, base.expressions, strict=True)}
+    known = {n: (p.unit, e, p) for n, p, e in zip(base.names, base.leading, base.expressions, strict=True)}
     return tuple(
         Parameter(name, float(value), float(sigma), *known[name])
         for name, value, sigma in zip(names, values, deviation, strict=True)
@@ -162,7 +162,7 @@ def refuse_negative_friction(estimate: Estimate, joints: int) -> None:
     Raises:
         IdentificationError: names the joints.
     """
-    by_name = {p.name.removesuffix("R"): p for p in estimate.parameters}
+    by_name = {p.leading.name: p for p in estimate.parameters}
     pairs = (("Fv", "Fc"), ("Fvp", "Fcp"), ("Fvn", "Fcn"))
     wrong = []
     for joint in range(1, joints + 1):

@@ -202,6 +202,7 @@ def test_an_unknown_arm_is_one_line() -> None:
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_sim_serves_anyone_and_ends_clean(
     number: signal.Signals, channel: Channel, no_leftovers: None
@@ -225,6 +226,7 @@ def test_sim_serves_anyone_and_ends_clean(
     assert listen_for_traffic(channel, 0.15) == frozenset()
 
 
+@pytest.mark.slow
 def test_sim_hides_what_the_scenario_says_and_seals_it(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
@@ -262,6 +264,7 @@ def test_sim_hides_what_the_scenario_says_and_seals_it(
     assert without[0] - measured[0] == pytest.approx(10.0 / truth.gain[0], abs=0.03)
 
 
+@pytest.mark.slow
 def test_sim_writes_no_seal_over_another(channel: Channel, tmp_path: Path) -> None:
     seal = tmp_path / "truth.seal"
     seal.write_text("of another run", encoding="utf-8")

@@ -65,6 +65,7 @@ def pair(recorded: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
     return made[0], made[1]
 
 
+@pytest.mark.slow
 def test_runs_and_show(pair: tuple[Path, Path], ask: Any, armhil: Call) -> None:
     listed = ask("runs")["runs"]
     assert [(run["run"], run["arm"], run["kind"], run["outcome"]) for run in listed] == [

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from daq.report.columns import column_plot
 from daq.report.page import ClosedLoopTrace, MotionTrace, ReportContent, write_report
-from daq.report.parameters import joint_of
 from daq.report.pictures import end_to_end, extremes, nice_ticks
 from daq.report.templates import ReportError
 from daq.report.traces import PLOTS
 from daq.text.numbers import percent, probability, significant, with_sigma
+from ident.effects.family import Place, StandardParameter
 from ident.results import (
     ColumnCheck,
     Estimate,
@@ -100,7 +100,8 @@ def estimate(method: str, joints: int, seed: int) -> Estimate:
         value = float(random.normal() * 10.0 ** random.integers(-3, 2))
         sigma = abs(value) * float(random.uniform(0.002, 0.3)) + 1e-5
         expression = f"{name} + Ia{k} - 0.225·d4²·M{k} + " + " + ".join(f"YY{i}" for i in range(k % 9))
-        parameters.append(Parameter(name, value, sigma, "kg·m²", expression))
+        leading = StandardParameter("ZZ", Place("joint", (k // 9,)), "rigid_body", "kg·m²")
+        parameters.append(Parameter(name, value, sigma, "kg·m²", expression, leading))
     parameters[2] = replace(parameters[2], value=0.0, sigma=0.02)
     parameters[3] = replace(parameters[3], value=math.nan, sigma=math.nan)
     parameters[5] = replace(parameters[5], sigma=math.inf)
@@ -494,11 +495,3 @@ def test_ticks_are_few_and_inside(low: float, span: float) -> None:
     assert 4 <= len(ticks) <= 11
     slack = 1e-6 * span + 1e-9 * abs(low)
     assert all(low - slack <= tick <= low + span + slack for tick in ticks)
-
-
-@pytest.mark.parametrize(
-    ("name", "joints", "joint"),
-    [("ZZ1R", 6, 0), ("Iam6", 6, 5), ("M", 1, 0), ("grav", 6, None), ("X9", 6, None)],
-)
-def test_joint_of_a_parameter(name: str, joints: int, joint: int | None) -> None:
-    assert joint_of(name, joints) == joint

@@ -97,6 +97,7 @@ def test_a_jog_is_slow(emps: Robot, channel: Channel, tmp_path: Path, speed: flo
         jog(request, Silent(), Nobody(), unconducted)
 
 
+@pytest.mark.slow
 def test_asked_for_refused_driven_and_stopped(
     emps: Robot, bench: Channel, tmp_path: Path, passed: None
 ) -> None:

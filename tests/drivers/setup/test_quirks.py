@@ -49,6 +49,7 @@ def channel(request: pytest.FixtureRequest) -> Channel:
     return Channel("virtual", request.node.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FINE)
 def test_a_drive_that_says_it_by_itself_is_configured(tx40: Robot, channel: Channel, kind: str) -> None:
     made = described_devices(tx40, KINDS[kind])
@@ -154,6 +155,7 @@ MOVES = ("fixed_cob_ids", "immediate_rpdos", "one_slot", "eight_tpdos", "interpo
 TOLERANCE = np.deg2rad(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MOVES)
 def test_the_motion_is_the_one_that_was_asked(
     tx40: Robot, new_channel: Callable[[], Channel], kind: str

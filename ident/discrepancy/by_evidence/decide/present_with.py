@@ -11,7 +11,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
 from ident.effects.placed import Placed
-from ident.parameters.identity_cache import Lately
+from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
@@ -23,7 +23,7 @@ class PresentWith:
     model: Present
     beside: Sequence[tuple[Placed, FloatArray]]
     repeats: bool
-    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
@@ -35,12 +35,12 @@ class PresentWith:
             total = total + effect.columns(state) @ values
         return total
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques: that of other periods needs no filter of its own for its noise.
 
         Such a filter takes a third off a torque near its cut-off, and the rest would look for another name.
         """
-        return state if self.repeats else self.model.calm(state)
+        return state if self.repeats else self.model.low_cutoff(state)
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
