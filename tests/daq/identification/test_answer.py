@@ -13,7 +13,8 @@ from daq.identification.answer import answer_of
 from daq.identification.terminal import print_identification
 from daq.text.wrapped import WordConsole
 from ident import Fitted
-from ident.results import Parameter, Verdict
+from ident.results import Parameter
+from ident.verdicts import Verdict
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 
