@@ -31,7 +31,7 @@ class IdentifyRequest:
 
     Attributes:
         paths: captures or logs.
-        robot: name or path; the first capture's own description where None.
+        robot: name or path, or the arm itself; the first capture's own description where None.
         columns: a column map for logs; the robot's where None.
         cutoff_hz: low-pass for the positions; ``"auto"`` takes the proposal, the settings' where None.
         rate_hz: rows per second after decimation; the settings' where None.
@@ -47,7 +47,7 @@ class IdentifyRequest:
     """
 
     paths: tuple[Path, ...]
-    robot: str | None = None
+    robot: str | Robot | None = None
     columns: Path | None = None
     cutoff_hz: float | Literal["auto"] | None = None
     rate_hz: float | None = None

@@ -22,7 +22,7 @@ from daq.text.numbers import percent
 from ident import IdentificationError, base_parameters
 from ident.identification.found_effects import end_to_end
 from ident.preparation.observation import observe
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, Gate
 from robots import Robot, RobotFileError
 
 

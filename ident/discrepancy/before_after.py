@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
-from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.examination import Examination, examine, shown_values
 from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import (
     PreparedRecording,
@@ -26,7 +26,6 @@ from ident.discrepancy.prepared_recording import (
 )
 from ident.discrepancy.prior import Prior, extended_prior
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError
 from ident.estimators import stack, weighted_least_squares
 from ident.exogeneity import GateSettings, SimulationAgreement, TestedRows, simulation_agreement
@@ -35,7 +34,7 @@ from ident.parameters.base import BaseParameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
 from ident.recording import Recording
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ident.discrepancy.align import lag_is_known
-from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.examination import Examination, examine, shown_values
 from ident.discrepancy.loop_examination import examine_in_loop
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.self_simulation import with_self_simulation
-from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present

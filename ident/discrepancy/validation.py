@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.accepted import Accepted, candidate_of
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residual
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions, shown_in_torque
 from ident.discrepancy.decision import Choice
-from ident.discrepancy.found import candidate_of
 from ident.discrepancy.gap import (
     Gap,
     LoopGap,

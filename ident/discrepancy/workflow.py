@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.accepted import Accepted, confusable_with_found, joints_not_told
 from ident.discrepancy.align import aligned, lag_is_known
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
@@ -17,7 +17,6 @@ from ident.discrepancy.prepared_recording import PreparedRecording, prepared_rec
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import ResidualDependence, residual_dependences
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.reversals import confusable_with_found, joints_not_told
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step

@@ -13,7 +13,7 @@ from daq.identification.answer import answer_of
 from daq.identification.terminal import print_identification
 from daq.text.wrapped import WordConsole
 from ident import Fitted
-from ident.results import Parameter, Verdict
+from ident.verdicts import Verdict
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 
@@ -70,7 +70,7 @@ def test_the_parameters_come_when_they_are_asked_for(fitted: Fitted) -> None:
 def test_no_cell_is_cut_at_80_columns(fitted: Fitted) -> None:
     """With numbers as a wrist has them: small values, long names, every digit."""
     small = tuple(
-        Parameter(f"{p.name}_of_wrist", p.value * 1e-7, p.sigma * 1e-7, "N·m·s/rad", p.expression)
+        replace(p, name=f"{p.name}_of_wrist", value=p.value * 1e-7, sigma=p.sigma * 1e-7, unit="N·m·s/rad")
         for p in fitted.result.recommended.parameters
     )
     result = fitted.result.with_estimates(replace(fitted.result.recommended, parameters=small))

@@ -23,17 +23,8 @@ from daq.report.templates import ReportError
 from daq.report.traces import PLOTS
 from daq.text.numbers import percent, probability, significant, with_sigma
 from ident.effects.family import Place, StandardParameter
-from ident.results import (
-    ColumnCheck,
-    Estimate,
-    Gate,
-    GateName,
-    Identification,
-    Parameter,
-    RevisedTest,
-    TorqueTrace,
-    Verdict,
-)
+from ident.results import Estimate, Identification, Parameter, TorqueTrace
+from ident.verdicts import ColumnCheck, Gate, GateName, RevisedTest, Verdict
 from robots.description import Robot
 
 JOINTS = 6

@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import robots
+from ident.discrepancy.accepted import alternatives
 from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.decision import _best_pair, _is_limit, _needed, _TieTolerance
-from ident.discrepancy.found import alternatives
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.refined import beside_factor
 from ident.discrepancy.scoring import Score, best_per_place, singles

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
+from ident.discrepancy.accepted import confusable_with_found, joints_not_told
 from ident.discrepancy.results import Candidate
-from ident.discrepancy.reversals import confusable_with_found, joints_not_told
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from tests.ident.discrepancy.blind_search import search
