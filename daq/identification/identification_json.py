@@ -14,14 +14,13 @@ from ident.results import (
     DroppedParameter,
     Essential,
     Estimate,
-    Gate,
     HeldOut,
     Identification,
     Parameter,
     Rank,
-    RevisedTest,
     Signals,
 )
+from ident.verdicts import Gate, RevisedTest
 
 
 def identification_json(

@@ -267,15 +267,15 @@ class ArmSession:
         check_following_windows(self.robot, homing_speed(self.robot, homing), self.drives)
         self._connection.refuse_restarted()
         self._attested = False
-        prepare_homing(self._connection.drives[axis], self.robot, homing, self.drives[axis].settings)
+        report = self.drives[axis]
+        prepare_homing(self._connection.drives[axis], self.robot, homing, report.settings, report.profile)
         try:
             self._connection.refuse_faults()
             here = self.actual_position()[None, :]
             job = replace(self._job(here, ()), homing=homing_job(self.robot, homing))
-            result = self._run(job, ignore_samples, control or StreamControl())
+            return self._run(job, ignore_samples, control or StreamControl())
         finally:
-            end_homing(self._connection.drives[axis], self.drives[axis].mode)
-        return result
+            end_homing(self._connection.drives[axis], report.mode, report.profile)
 
     def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
         """Somebody who looks at the arm says where it stands; the drives' positions must say the same.

@@ -53,7 +53,7 @@ SAYS = {
     "absent_08000000": {("info", "6007", "absent"), ("info", "605A", "quick stop: the drive does not say")},
     "mode_shown_late": set(),
     "unsized": set(),
-    "needs_sync_period": set(),
+    "needs_sync_period": {("info", "1006", "0: where set-points turn out to be ignored, a profile with")},
     "locked": set(),
     "warns_when_enabled": set(),
 }
