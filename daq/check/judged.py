@@ -24,7 +24,7 @@ from daq.identification.results import write_results
 from daq.importing.load import capture_recordings
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import IDENTIFY
-from daq.keeping.keep import Made, keep_diagnose_request, keep_identified
+from daq.keeping.keep import Provenance, keep_diagnose_request, keep_identified
 from daq.recording.reader import read_capture
 from daq.recording.run_facts import report_facts
 from daq.text.progress import Steps
@@ -56,8 +56,10 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         settings: dict[str, Any] = {"command": IDENTIFY}
         if fitted.known is not None:
             settings["model"] = found_json(fitted.known)
-        made = Made(robot, [recorded.capture], settings, request.folder / f"{robot.name}{SUFFIX}", report)
-        model = keep_identified(catalogue, fitted, made, recorded.run)
+        provenance = Provenance(
+            robot, [recorded.capture], settings, request.folder / f"{robot.name}{SUFFIX}", report
+        )
+        model = keep_identified(catalogue, fitted, provenance, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
         baseline = baselines.current(catalogue, recorded.arm.id)
         sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
