@@ -13,11 +13,13 @@ from daq.cli.common import (
     Json,
     NoCatalogue,
     Parameters,
+    Quiet,
     RobotOfRecording,
     catalogue_of,
     code_of,
     console_of,
     print_json,
+    steps_of,
     there,
 )
 
@@ -65,6 +67,7 @@ def identify(
         ),
     ] = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
     parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
@@ -77,7 +80,6 @@ def identify(
     from daq.identification.identify_options import cutoff_of, method_of
     from daq.identification.terminal import print_identification
     from daq.keeping.keep import keep_request
-    from daq.text.terminal_steps import TerminalSteps
     from daq.text.wrapped import write
 
     console = console_of(as_json)
@@ -97,7 +99,7 @@ def identify(
         model=model,
     )
     catalogue = catalogue_of(no_catalogue or out is None)
-    result = run_identify(request, TerminalSteps(console))
+    result = run_identify(request, steps_of(console, quiet))
     if catalogue is not None:
         keep_request(catalogue, request, result)
     if as_json:
