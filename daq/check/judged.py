@@ -16,7 +16,7 @@ from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.reported import write_check_report
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.check.residual import Grown, grown_residuals, grown_words
+from daq.check.residual import ResidualIncrease, residual_increase_words, residual_increases
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
@@ -66,24 +66,24 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
         warnings = list(recorded.warnings)
         compared = None
-        grown: Grown = ()
+        increase: ResidualIncrease = ()
         if baseline is not None:
             compared, lost = _compared(request, recorded, fitted, model, baseline, sha256)
-            grown = grown_residuals(catalogue, baseline, model, sha256)
+            increase = residual_increases(catalogue, baseline, model, sha256)
             warnings += [
                 *lost_words(baseline.run_id, lost),
-                *grown_words(grown),
+                *residual_increase_words(increase),
                 *_suspicions(baseline, recorded),
             ]
     findings: tuple[str, ...] = ()
-    if compared is not None and request.search and (grown or _is_unexplained(compared)):
+    if compared is not None and request.search and (increase or _is_unexplained(compared)):
         findings = _searched(request, recorded, baseline, steps)
-    verdict, sentence = _verdict(compared, fitted, recorded.run, grown, findings)
+    verdict, sentence = _verdict(compared, fitted, recorded.run, increase, findings)
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
     details = _details(request, recorded, sha256, compared, warnings, findings)
-    details[GROWN_JOINTS] = [joint for joint, _ in grown]
+    details[GROWN_JOINTS] = [joint for joint, _ in increase]
     kept = checks.add(
         catalogue,
         recorded.run,
@@ -162,7 +162,11 @@ def _searched(
 
 
 def _verdict(
-    compared: Comparison | None, fitted: Fitted, run: int, grown: Grown, findings: tuple[str, ...]
+    compared: Comparison | None,
+    fitted: Fitted,
+    run: int,
+    increase: ResidualIncrease,
+    findings: tuple[str, ...],
 ) -> tuple[Verdict, str]:
     if compared is None:
         return (
@@ -176,8 +180,8 @@ def _verdict(
         return (Verdict.FAILED if compared.large and not compared.doubtful else Verdict.WARNING), said
     if findings:
         return Verdict.WARNING, said
-    if grown:
-        return Verdict.WARNING, f"{grown_words(grown)[0]}; {said}"
+    if increase:
+        return Verdict.WARNING, f"{residual_increase_words(increase)[0]}; {said}"
     if fitted.result.test.verdict == "instruments_invalid":
         return Verdict.WARNING, f"the model does not explain the arm (instruments invalid); {said}"
     return Verdict.OK, said
