@@ -168,7 +168,7 @@ def test_refusals_are_one_line(tmp_path: Path, tx40: Robot, monkeypatch: pytest.
     with pytest.raises(CaptureError, match="holds no raw frames"):
         export_capture(source, "blf")
     assert not (tmp_path / "run.blf").exists()
-    with pytest.raises(CaptureError, match="--format 'xls' is not known; allowed: csv, parquet, mat, rosbag2"):
+    with pytest.raises(CaptureError, match="--format 'xls' is not known; allowed: csv, parquet, mat, ros"):
         export_capture(source, "xls")
     with pytest.raises(CaptureError, match="cannot be written"):
         export_capture(source, "csv", tmp_path / "none" / "x.csv")
