@@ -86,6 +86,7 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "sigma": _number(parameter.sigma),
         "percent_sigma": _number(parameter.percent_sigma),
         "t_value": _number(parameter.t_value),
+        "half_width": None if parameter.half_width is None else _number(parameter.half_width),
         "unit": parameter.unit,
     }
 

@@ -19,7 +19,7 @@ from rich.progress import (
 from rich.table import Table
 
 from daq.files.found_model import found_words
-from daq.text.numbers import percent, probability, setting, significant, with_sigma
+from daq.text.numbers import NOTHING, percent, probability, setting, significant, with_sigma
 from daq.text.progress import Update
 from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
 from ident import Estimate, Identification
@@ -100,16 +100,18 @@ def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> T
     table = Table(title=f"Base parameters by {method}", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("parameter", "unit"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("value", "σ", "% σ", "t"):
+    for heading in ("value", "σ", "% σ", "± 95 %"):
         table.add_column(heading, justify="right", no_wrap=True)
     if truth is not None:
         for heading in ("truth", "off by"):
             table.add_column(heading, justify="right", no_wrap=True)
     for parameter in estimate.parameters:
         true = None if truth is None else truth[parameter.name]
-        value, sigma, *rest = with_sigma(parameter.value, parameter.sigma, *([] if true is None else [true]))
+        value, sigma, half, *rest = with_sigma(
+            parameter.value, parameter.sigma, parameter.half_width, *([] if true is None else [true])
+        )
         cells = [parameter.name, parameter.unit, value, sigma, percent(parameter.percent_sigma)]
-        cells.append(significant(parameter.t_value))
+        cells.append(half if parameter.half_width is not None else NOTHING)
         if true is not None:
             away = (parameter.value - true) / parameter.sigma
             cells += [*rest, f"{away:+.1f} σ".replace("-", "−")]
