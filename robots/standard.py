@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LINK_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
 DRIVE_SYMBOLS = ("Ia", "Fv", "Fc", "off")
 
-DRIVE_FORMS = {
+DRIVE_VARIANTS = {
     "Iam": "Ia",
     "Fvp": "Fv",
     "Fvn": "Fv",
@@ -28,7 +28,7 @@ DRIVE_FORMS = {
     "Fcn": "Fc",
     "Fcm": "Fc",
 }
-"""Forms of a drive's parameter: forwards (p), backwards (n), of a shaft that moves several joints (m)."""
+"""Variants of a drive's parameter: forwards (p), backwards (n), of a shaft that moves several joints (m)."""
 
 _LINK_UNITS = dict.fromkeys(LINK_SYMBOLS, "kg·m²") | {
     "M": "kg",
@@ -64,4 +64,4 @@ def unit_of(symbol: str, kind: str) -> str:
     Raises:
         KeyError: when the symbol is none of a link's or a drive's.
     """
-    return _LINK_UNITS.get(symbol) or _DRIVE_UNITS[kind][DRIVE_FORMS.get(symbol, symbol)]
+    return _LINK_UNITS.get(symbol) or _DRIVE_UNITS[kind][DRIVE_VARIANTS.get(symbol, symbol)]

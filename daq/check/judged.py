@@ -43,13 +43,14 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     catalogue, robot = request.catalogue, request.arm.robot
     with steps.step("Compare with the baseline"):
         capture = read_capture(recorded.capture)
+        recordings = capture_recordings(capture)
         title = f"{recorded.arm.label}: check"
         report = write_results(
             request.folder,
             robot,
             fitted,
             [recorded.capture],
-            capture_recordings(capture),
+            recordings,
             title=title,
             facts=report_facts(capture),
         )
@@ -90,7 +91,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         model_id=model.id,
         baseline_id=None if baseline is None else baseline.id,
     )
-    write_check_report(report, robot, fitted, title, report_facts(capture), kept, baseline)
+    write_check_report(report, robot, fitted, recordings, title, report_facts(capture), kept, baseline)
     return CheckResult(
         recorded.arm.label,
         verdict,
@@ -106,6 +107,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         report,
         findings,
         before[0].verdict if before else "",
+        request.settings.tolerance,
     )
 
 

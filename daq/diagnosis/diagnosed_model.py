@@ -102,22 +102,22 @@ def _torque_noise(diagnosis: Diagnosis) -> tuple[float, ...]:
 
     An effect with a history repeats from the second period on: without it in the model that would be noise.
     """
-    first, scenes = diagnosis.examinations[0], diagnosis.examinations[-1].scenes
+    first, prepared = diagnosis.examinations[0], diagnosis.examinations[-1].prepared
     if not first.repeats:
         return ()
     if not diagnosis.findings:
         return tuple(noise_level(first).tolist())
-    return tuple(torque_floor(diagnosis.base, diagnosis.beta, scenes).tolist())
+    return tuple(torque_floor(diagnosis.base, diagnosis.beta, prepared).tolist())
 
 
 def _relative_error(diagnosis: Diagnosis) -> float:
     """100·‖ε‖/‖y‖ on the fitted rows."""
     examination = diagnosis.examinations[-1]
-    torque = np.concatenate([scene.torque for scene in examination.scenes])
+    torque = np.concatenate([piece.torque for piece in examination.prepared])
     left = np.concatenate(
         [
-            scene.torque - scene.thin(diagnosis.base.columns(scene.measured) @ diagnosis.beta)
-            for scene in examination.scenes
+            piece.torque - piece.thin(diagnosis.base.columns(piece.measured) @ diagnosis.beta)
+            for piece in examination.prepared
         ]
     )
     used = examination.used

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from pathlib import Path
+
+from starlette.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 POLL = 0.1
 """s between two looks at the file, and so between two pieces that are sent."""
@@ -69,6 +72,46 @@ class _Run:
         self.tell(())
 
 
+class Subscription:
+    """One place among those who look on: its pieces, and how it is given back, whether or not one was sent.
+
+    Args:
+        pieces: what it is sent.
+        leave: gives the place back; may be called twice.
+    """
+
+    def __init__(self, pieces: AsyncGenerator[bytes], leave: Callable[[], None]) -> None:
+        self._pieces = pieces
+        self.leave = leave
+
+    async def __aiter__(self) -> AsyncGenerator[bytes]:
+        try:
+            async for piece in self._pieces:
+                yield piece
+        finally:
+            self.leave()
+
+
+class EventStream(StreamingResponse):
+    """Server-sent events. A client that is gone before the first one gives its place back too.
+
+    Args:
+        subscription: what is sent.
+    """
+
+    def __init__(self, subscription: Subscription) -> None:
+        headers = {"X-Accel-Buffering": "no"}
+        super().__init__(aiter(subscription), media_type="text/event-stream", headers=headers)
+        self._subscription = subscription
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._subscription.leave()
+
+
 class Hub:
     """Hands what is new in live files to everybody who looks on."""
 
@@ -85,7 +128,7 @@ class Hub:
         """Files that are read."""
         return len(self._runs)
 
-    def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncGenerator[bytes]:
+    def events(self, path: Path, is_over: Callable[[], bool]) -> Subscription:
         """Server-sent events of a file until its run ends; the line of its beginning comes first to each.
 
         Args:
@@ -102,18 +145,15 @@ class Hub:
         run.join(looker)
         if run.reader is None:
             run.reader = asyncio.create_task(self._read(run, path, is_over))
-        return self._pieces(run, path, looker)
 
-    async def _pieces(self, run: _Run, path: Path, looker: _Looker) -> AsyncGenerator[bytes]:
-        try:
-            async for piece in _sent(run, looker):
-                yield piece
-        finally:
+        def leave() -> None:
             run.lookers.discard(looker)
             if not run.lookers and self._runs.get(path) is run:
                 del self._runs[path]
                 if run.reader is not None:
                     run.reader.cancel()
+
+        return Subscription(_sent(run, looker), leave)
 
     async def _read(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
         try:
@@ -147,7 +187,7 @@ class Hub:
                 await asyncio.sleep(POLL)
 
 
-async def _sent(run: _Run, looker: _Looker) -> AsyncIterator[bytes]:
+async def _sent(run: _Run, looker: _Looker) -> AsyncGenerator[bytes]:
     """What one who looks on is sent."""
     greeted: bytes | None = None
     while True:

@@ -11,7 +11,7 @@ from ident.drift.geometry import Geometry
 from ident.drift.values import DriftSettings
 from ident.effects.found import Found
 from robots.arrays import FloatArray
-from robots.standard import DRIVE_FORMS, LINK_SYMBOLS
+from robots.standard import DRIVE_VARIANTS, LINK_SYMBOLS
 
 _WORDS = {
     "Fc": ("coulomb_friction", "Coulomb friction"),
@@ -21,7 +21,7 @@ _WORDS = {
 }
 _SIDES = {"p": " in the positive direction", "n": " in the negative direction", "m": " (coupled shaft)"}
 _USUAL = {symbol: (*words, "") for symbol, words in _WORDS.items()} | {
-    form: (*_WORDS[symbol], _SIDES[form[-1]]) for form, symbol in DRIVE_FORMS.items()
+    form: (*_WORDS[symbol], _SIDES[form[-1]]) for form, symbol in DRIVE_VARIANTS.items()
 }
 """Effect and words of a drive's parameter, and of which side or shaft."""
 _SEEN = 1e-9

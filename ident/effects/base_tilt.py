@@ -55,4 +55,6 @@ BASE_TILT = Family(
         "gravity_spring": "put a level on the base: a tilt shows there, a spring does not",
         "payload": "put a level on the base: a tilt shows there, a payload does not",
     },
+    equation="the base is turned by these angles about its x and y axes",
+    row=240,
 )

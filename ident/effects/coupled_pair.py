@@ -89,4 +89,10 @@ WRIST_COUPLING = Family(
     _make,
     _shapes,
     settled_by="move one of the two axes while the other rests: the coupling shows there",
+    equation=(
+        "a shaft that turns with ratio times the first joint plus the second, with inertia Iam, viscous"
+        " friction Fvm and Coulomb friction Fcm. Where the description couples the two already, their own"
+        " `Ia` and `Fv` hold the shaft's share"
+    ),
+    row=140,
 )

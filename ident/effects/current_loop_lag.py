@@ -27,7 +27,7 @@ def _make(
     drive, row = place.joints[0], drive_row(robot, place)
 
     def law(state: State) -> FloatArray:
-        return along(row, rate(drive_torque(robot, present.torque(present.calm(state)), drive), state))
+        return along(row, rate(drive_torque(robot, present.torque(present.low_cutoff(state)), drive), state))
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, lag=max(0.0, float(values[0]))),))
@@ -49,4 +49,6 @@ CURRENT_LOOP_LAG = Family(
             "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
         ),
     },
+    equation="the control signal leads the torque by `lag` times its rate",
+    row=210,
 )

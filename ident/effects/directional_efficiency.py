@@ -75,4 +75,9 @@ DIRECTIONAL_EFFICIENCY = Family(
         "drive_gain_error": "hold a known payload still, reached from both sides: friction turns its sign, a"
         " gain does not",
     },
+    equation=(
+        "with the torque L through the gear: mu_mean·|L|·sign(q̇) + dmu·L·sign(q̇)²; the gear "
+        "takes mu_mean + dmu of its load while it drives it and mu_mean − dmu while driven by it"
+    ),
+    row=80,
 )

@@ -131,4 +131,13 @@ DRIFTING_FRICTION = Family(
     further=(SETTLING_FRICTION,),
     history=True,
     settled_by="record the same motion cold and warm: only what drifts has changed",
+    equation=(
+        "(Fc_cold·sign(q̇) + Fv_cold·q̇)·exp(−t/settling_time) is what friction has more (or "
+        "less) at the start than in a gear as warm as its surroundings; (Fc_heat·sign(q̇) + "
+        "Fv_heat·q̇)·w is what its own heat changes. w is the power of the drive's friction in W,"
+        " from `Fc` and `Fv` of the model, behind a first-order lag of settling_time. A recording"
+        " that follows another one starts as warm as motions like its own have made the gear by "
+        "then"
+    ),
+    row=90,
 )

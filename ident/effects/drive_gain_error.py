@@ -51,4 +51,9 @@ DRIVE_GAIN_ERROR = Family(
             "hold a known payload still, reached from both sides: friction turns its sign, a gain does not"
         ),
     },
+    equation=(
+        "the share of the torque that the control signal does not show: δ/(1 + δ) where the true "
+        "gain is (1 + δ) times the described one"
+    ),
+    row=160,
 )

@@ -136,7 +136,7 @@ class PresentModel(Protocol):
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
         ...
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques, in which noise of positions is soon larger than the motion."""
         ...
 

@@ -66,5 +66,5 @@ GAIN_DRIFT = Family(
     settled_by="record the same motion cold and warm: a gain that drifts has changed, all else has not",
 )
 
-WITHOUT_A_NAME: tuple[Family, ...] = (GAIN_DRIFT,)
-"""Forms that a residual is described with where one of them explains it best."""
+UNNAMED_FAMILIES: tuple[Family, ...] = (GAIN_DRIFT,)
+"""What a residual is described with where one of these explains it best; no finding is called by them."""

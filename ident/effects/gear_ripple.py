@@ -118,4 +118,11 @@ GEAR_RIPPLE = Family(
             "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone"
         ),
     },
+    equation=(
+        "the output is ahead of the input by gear_error_cos·cos + gear_error_sin·sin of "
+        "periods_per_turn times the motor's angle; it accelerates the links and is a lever for "
+        "the torque through the gear, which gives way: in the home posture the links swing on the"
+        " held drive at `resonance`"
+    ),
+    row=150,
 )

@@ -99,4 +99,9 @@ HYSTERESIS = Family(
             " comes back by another way"
         ),
     },
+    equation=(
+        "a bristle (Dahl 1968) that is drawn along: dz/dq = (1 − z·sign(q̇))/length. It depends "
+        "on the way alone, not on the speed, and takes energy: its torque is not negative"
+    ),
+    row=130,
 )

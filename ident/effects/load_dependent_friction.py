@@ -53,4 +53,6 @@ LOAD_DEPENDENT_FRICTION = Family(
     _shapes,
     confused_with=("coulomb_friction", "drive_gain_error"),
     settled_by="record the same motion with a known payload: friction of the load grows",
+    equation="mu·|torque through the gear|·sign(q̇)",
+    row=70,
 )

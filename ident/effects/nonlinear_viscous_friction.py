@@ -77,4 +77,6 @@ NONLINEAR_VISCOUS_FRICTION = Family(
             "let the joint creep at several constant speeds below a hundredth of its limit"
         ),
     },
+    equation="Fn·sign(q̇)·|q̇/speed limit|^power + Fn_linear·q̇",
+    row=60,
 )

@@ -54,4 +54,6 @@ PAYLOAD = Family(
     told_from={
         "rotor_inertia": "take the tool off and record again: a payload leaves with it, a rotor does not",
     },
+    equation="mass, first moments and inertia about the last link's frame",
+    row=220,
 )

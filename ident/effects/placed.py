@@ -101,9 +101,11 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
     ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
-    the effects that are limits of this one: it is not worth a word where such a limit explains as much.
+    the effects that are limits of this one: it is not reported where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own.
+    with shapes of their own. ``equation`` says how its torque is made of its parameters, for
+    the reference page. ``row`` is where it stands in the vocabulary; a form that stands under another
+    family has none.
     """
 
     name: str
@@ -125,6 +127,8 @@ class Family:
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
+    equation: str = ""
+    row: int = 0
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
@@ -234,12 +238,12 @@ def rate(values: FloatArray, state: State) -> FloatArray:
 
 def torque_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "N·m" if robot.joint[place.joints[0]].kind == "revolute" else "N"
+    return robot.joint[place.joints[0]].torque_unit
 
 
 def angle_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "rad" if robot.joint[place.joints[0]].kind == "revolute" else "m"
+    return robot.joint[place.joints[0]].unit
 
 
 def speed_limit(robot: Robot, row: FloatArray) -> float:

@@ -124,4 +124,9 @@ POSITION_DEPENDENT_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, the other does not"
         ),
     },
+    equation=(
+        "sign(q̇)·(Fq_cos·cos(waves·q) + Fq_sin·sin(waves·q)) or, of a tight spot, "
+        "sign(q̇)·Fq_spot·exp(−½((q − spot_centre)/spot_width)²)"
+    ),
+    row=100,
 )

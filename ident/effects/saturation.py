@@ -67,4 +67,8 @@ SATURATION = Family(
             "run the same motion at half the speed: what saturates is gone, a wrong gain stays"
         ),
     },
+    equation=(
+        "what the control signal asks for beyond the limit; `excess` is 1 where none of it becomes torque"
+    ),
+    row=190,
 )

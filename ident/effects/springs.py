@@ -172,6 +172,13 @@ GRAVITY_SPRING = Family(
     confused_with=("contact", "cable_spring", "base_tilt"),
     forms=(ANCHORED_SPRING,),
     settled_by="unhook the spring, with the arm held, and record again: its torque is gone",
+    equation=(
+        "stiffness·q + preload; the rest angle is −preload/stiffness. Between an anchor on each "
+        "side of the joint, in line at anchor_angle, it is spring·sin(q − anchor_angle)·(1 − "
+        "free_length/length) with length² = 1 + moving_radius² − 2·moving_radius·cos(q − "
+        "anchor_angle), all lengths relative to the fixed anchor's radius"
+    ),
+    row=230,
 )
 CABLE_SPRING = Family(
     "cable_spring",
@@ -188,6 +195,8 @@ CABLE_SPRING = Family(
         "gravity_spring": "take the dress pack off and record again: a cable is gone, a spring is not",
         "contact": "take the dress pack off and record again: a cable is gone, a contact is not",
     },
+    equation="cable·(q − rest_angle) + stiffening·(q − rest_angle)³",
+    row=260,
 )
 CONTACT = Family(
     "contact",
@@ -203,4 +212,6 @@ CONTACT = Family(
             "clear the surroundings of the arm and record again: a contact is gone, a spring is not"
         ),
     },
+    equation="pushes back from contact_angle on, on the side that `side` says",
+    row=270,
 )

@@ -115,6 +115,8 @@ STRIBECK_FRICTION = Family(
     confused_with=("nonlinear_viscous_friction", "static_friction"),
     shows="both",
     settled_by="let the joint creep at several constant speeds below a hundredth of its limit",
+    equation="Fs·sign(q̇)·exp(−|q̇/speed|^exponent), on top of Coulomb friction, so Fs is the rise",
+    row=40,
 )
 STATIC_FRICTION = Family(
     "static_friction",
@@ -130,4 +132,8 @@ STATIC_FRICTION = Family(
     told_from={
         "stribeck_friction": "raise the torque of the resting joint slowly until it breaks away",
     },
+    equation=(
+        "as `stribeck_friction`, within a few per mille of the speed limit, where it shows at breakaway alone"
+    ),
+    row=50,
 )

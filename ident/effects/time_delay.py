@@ -47,7 +47,7 @@ def _make(
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
-        time, state = state.time, present.calm(state)
+        time, state = state.time, present.low_cutoff(state)
         moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
         shifted = motion @ moving.T
@@ -90,4 +90,10 @@ TIME_DELAY = Family(
     confused_with=("current_loop_lag", "rotor_inertia"),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    equation=(
+        "how much later positions are read than control signals; a negative one means that "
+        "control signals are late. Its `shift` is where the change of the torque is taken, at "
+        "best the delay itself"
+    ),
+    row=250,
 )

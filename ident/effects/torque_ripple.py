@@ -78,4 +78,10 @@ TORQUE_RIPPLE = Family(
     confused_with=("gear_ripple",),
     several=True,
     settled_by="uncouple the motor and turn it alone: ripple of the torque stays",
+    equation=(
+        "a torque over the angle of the motor, as of `gear_ripple`; `with_torque` 1 says that it "
+        "is a share of the drive's torque, and its parameters are `ripple_share_cos` and "
+        "`ripple_share_sin`"
+    ),
+    row=180,
 )

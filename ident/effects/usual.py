@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
-from ident.effects.friction_sign import FrictionSign
 from ident.effects.placed import (
     ANY,
     Family,
@@ -23,6 +22,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -137,6 +137,8 @@ VISCOUS_FRICTION = Family(
     _viscous,
     confused_with=("nonlinear_viscous_friction",),
     settled_by="run the joint at several constant speeds: the torque is a straight line",
+    equation="Fv·q̇",
+    row=10,
 )
 COULOMB_FRICTION = Family(
     "coulomb_friction",
@@ -151,6 +153,8 @@ COULOMB_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, dry friction does not"
         ),
     },
+    equation="Fc·sign(q̇)",
+    row=20,
 )
 ASYMMETRIC_FRICTION = Family(
     "asymmetric_friction",
@@ -165,6 +169,8 @@ ASYMMETRIC_FRICTION = Family(
             "hold still under a known load, reached from both sides: an offset stays, friction turns"
         ),
     },
+    equation="dFc·|sign(q̇)| + dFv·|q̇|: half the difference between both directions",
+    row=30,
 )
 ROTOR_INERTIA = Family(
     "rotor_inertia",
@@ -182,6 +188,8 @@ ROTOR_INERTIA = Family(
             "lock the joint and step the control signal: a delay shifts the current, a resting rotor does not"
         ),
     },
+    equation="dIa·q̈",
+    row=200,
 )
 CURRENT_OFFSET = Family(
     "current_offset",
@@ -194,4 +202,6 @@ CURRENT_OFFSET = Family(
     settled_by=(
         "hold still with the arm upright, where gravity asks for no torque: what is left is the offset"
     ),
+    equation="doff",
+    row=170,
 )

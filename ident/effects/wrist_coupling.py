@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.effects.family import Place, StandardParameter, State
-from ident.effects.friction_sign import FrictionSign
-from ident.effects.speed_term import SpeedTerm, speed_columns
+from ident.effects.speed_term import FrictionSign, SpeedTerm, speed_columns
 from robots import unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -163,8 +163,7 @@ def _reasons(which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> 
     found = []
     joints = (base.leading[k].joint for k in which)
     for joint in sorted({joint for joint in joints if joint is not None}):
-        prismatic = robot.joint[joint].kind == "prismatic"
-        unit = "m" if prismatic else "rad"
+        unit = robot.joint[joint].unit
         travel = float(np.ptp(position[:, joint]))
         speed, rate = (float(np.abs(values[:, joint]).max()) for values in (velocity, acceleration))
         limits = robot.joint[joint]

@@ -43,8 +43,9 @@ from ident.preparation.noise import noise_estimate
 from ident.preparation.observation import Rows, observe
 from ident.preparation.spectrum import PositionSpectrum, position_spectrum
 from ident.recording import Recording
-from ident.results import Gate, Identification, Rank, RevisedTest, Signals
+from ident.results import Identification, Rank, Signals
 from ident.statistics.restricted import regression_whitening
+from ident.verdicts import Gate, RevisedTest
 from robots.description import Robot
 
 _LEVEL = 0.05

@@ -241,7 +241,16 @@ def _whole(segment: IntArray, used: BoolArray, largest: int) -> int:
 
 
 def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[int]) -> Whitening:
-    fits = [_best(one + other, count) for one, other, count in zip(products, missing, counts, strict=True)]
+    """The AR process of each joint's products with what the fit has taken from them.
+
+    Over all rows a fit takes energy away; over those alone that have no gap behind them a slow process may be
+    said to have been given some, more than there is. Then the products count as they are.
+    """
+    whole = [
+        one + other if one[0, 0] + other[0, 0] > 0.0 else one
+        for one, other in zip(products, missing, strict=True)
+    ]
+    fits = [_best(one, count) for one, count in zip(whole, counts, strict=True)]
     return Whitening("ar", tuple(a for a, _ in fits), np.array([sigma for _, sigma in fits]))
 
 

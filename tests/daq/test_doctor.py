@@ -15,7 +15,7 @@ import pytest
 
 import robots
 from daq.doctor.check import CODES, Check, worst
-from daq.doctor.doctor import budget_check, bus_checks, describe, device_file_checks
+from daq.doctor.doctor import adapter_checks, budget_check, bus_checks, describe, device_file_checks
 from daq.doctor.environment import (
     catalogue_check,
     folder_check,
@@ -168,6 +168,21 @@ def test_a_bus_that_does_not_open_has_a_remedy(channel: Channel) -> None:
     with BusLock(channel):
         held = {check.name: check for check in bus_checks(channel)}
         assert held["master"].status == "failed" and "another armhil run" in held["master"].detail
+
+
+@pytest.mark.parametrize(
+    ("interface", "status", "words"),
+    [
+        ("socketcan", "ok", "tells the controller's state and receive times"),
+        ("kvaser", "warning", "bus-off and error-passive are not told"),
+        ("slcan", "warning", "no time stamps: recorded frames carry the time at which this program"),
+        ("neovi", "unknown", "not known whether it tells"),
+    ],
+)
+def test_what_an_interface_does_not_tell(interface: str, status: str, words: str) -> None:
+    (check,) = adapter_checks(Channel(interface, "can0"))
+    assert check.status == status and words in check.detail
+    assert adapter_checks(Channel("virtual", "x")) == []
 
 
 def test_a_full_bus_fails_with_the_cycle_that_is_safe(tx40: Robot, channel: Channel) -> None:

@@ -13,7 +13,7 @@ from drivers.simulated import draw_truth
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Fitted, IdentificationError, Options, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy.scene import thinned
+from ident.discrepancy.prepared_recording import thinned
 from ident.effects import State
 from ident.effects.family import Place, StandardParameter
 from ident.effects.found import Found, unused

@@ -85,7 +85,7 @@ def test_a_grown_residual_is_a_warning_on_every_night_that_has_it(
         for _ in range(2):
             found = check(catalogue)
             assert found.verdict is Verdict.WARNING
-            assert found.sentence.startswith("the model leaves more of the torque than on any night before")
+            assert found.sentence.startswith("the model leaves more of the torque than on the nights before")
             assert checks.of_run(catalogue, found.run)[0].details["grown"] == [1]
         baseline = found.baseline
         assert baseline is not None

@@ -17,18 +17,16 @@ from daq.identification.identification_json import identification_json
 from ident import Fitted
 from ident.estimators import ALTERNATIVES
 from ident.results import (
-    ColumnCheck,
     Consistency,
     DroppedParameter,
     Essential,
-    Gate,
     HeldOut,
     Identification,
     Link,
     Rank,
-    RevisedTest,
     Signals,
 )
+from ident.verdicts import ColumnCheck, Gate, RevisedTest
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 

@@ -166,7 +166,7 @@ def test_who_comes_when_all_is_read_is_told_that_it_is_over(tmp_path: Path) -> N
 
     async def everything() -> list[bytes]:
         hub = Hub()
-        first = hub.events(path, lambda: True)
+        first = aiter(hub.events(path, lambda: True))
         await anext(first)  # keeps the run open: it does not read on
         await asyncio.sleep(0.05)
         late = [piece async for piece in hub.events(path, lambda: True)]
@@ -221,9 +221,9 @@ def test_beyond_the_limit_the_answer_is_503_also_in_a_burst(
         with pytest.raises(TooManyError):
             hub.events(path, lambda: True)
         assert hub.looking == 3
-        async for _ in taken[0]:
+        async for _ in (pieces := aiter(taken[0])):
             break
-        await taken[0].aclose()
+        await pieces.aclose()
         assert hub.looking == 2
         hub.events(path, lambda: True)
 

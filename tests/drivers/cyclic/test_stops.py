@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from benchmarks.fault_cases import largest_acceleration
 from drivers import Request, StreamControl
 from drivers.frames.ring import Ring
 from drivers.frames.units import Units
 from drivers.simulated import PlantTruth, draw_truth
-from drivers.simulated.fault_matrix import largest_acceleration
 from drivers.simulated.in_process import InProcessRun, stream_in_process
 from robots import Robot
 
