@@ -16,7 +16,7 @@ from ident.effects.placed import (
     as_filter_shows,
     drive_row,
     drive_torque,
-    each_drive,
+    each_geared_drive,
     number,
     torque_unit,
 )
@@ -74,7 +74,7 @@ TORQUE_RIPPLE = Family(
     "torque_ripple",
     "torque that is periodic in the motor's angle",
     "drive",
-    each_drive,
+    each_geared_drive,
     _make,
     _shapes,
     confused_with=("gear_ripple",),

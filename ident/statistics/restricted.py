@@ -232,7 +232,11 @@ def _whole(segment: IntArray, used: BoolArray, largest: int) -> int:
 
 
 def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[int]) -> Whitening:
-    fits = [_best(one + other, count) for one, other, count in zip(products, missing, counts, strict=True)]
+    fits = [
+        # What the fit took is an expectation: in a fit that hardly holds together it may exceed what is left.
+        _best(one + other if (one + other)[0, 0] > 0 else one, count)
+        for one, other, count in zip(products, missing, counts, strict=True)
+    ]
     return Whitening("ar", tuple(a for a, _ in fits), np.array([sigma for _, sigma in fits]))
 
 
