@@ -3,7 +3,7 @@
     PYTHONPATH=. python benchmarks/many_arms.py --arms 200 --nights 300
 
 Starts a server of its own (Debian's package postgresql), fills it with copies of one night by its own SQL,
-and asks the service for each page in turn: median and largest of several answers, and of as many with one arm.
+and asks the service for each page in turn: median and largest of several answers, beside that with one arm.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ from tests.daq.service.filled import fill
 PARAMETERS = 61
 """Of a six-axis arm."""
 CHARTS = 45
+_FIGURES = ("prior_sigma", "sigma", "low", "high", "forgiven")
+_SLOPES = ("prior_per_kelvin", "prior_per_kelvin_sigma", "per_kelvin", "per_kelvin_sigma")
 _FILL = (
     """INSERT INTO arms (label, name, serials, simulated, description_sha256, first_seen)
-       SELECT 'copy-' || k, name, '[' || k || ']', simulated, description_sha256, first_seen
+       SELECT 'copy-' || k, name, '[' || 1000 + k || ']', simulated, description_sha256, first_seen
        FROM arms, generate_series(2, :arms) k WHERE arms.id = 1""",
     """INSERT INTO runs (arm_id, kind, stage, description_sha256, started, finished, who, process, trajectory,
                           state, outcome, reason, facts, note)
@@ -70,7 +72,7 @@ def details_of_a_night(nights: int) -> str:
     usual = {
         "chart": "Coulomb friction of joint 1",
         "unit": "%",
-        **dict.fromkeys(("prior_sigma", "sigma", "low", "high", "forgiven", "per_kelvin"), 0.123456789),
+        **dict.fromkeys((*_FIGURES, *_SLOPES), 0.123456789),
     }
     rng = np.random.default_rng(0)
     course = {

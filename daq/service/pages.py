@@ -27,7 +27,7 @@ from daq.report.pictures import icon
 from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, Guesses, is_read_token
-from daq.service.reference import routes_of
+from daq.service.reference import routes_of, shared_answers
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
@@ -92,7 +92,8 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
 
     @router.get("/docs")
     def docs(request: Request) -> HTMLResponse:
-        return page("docs", routes=routes_of(request.app.openapi(), str(request.base_url)))
+        routes = routes_of(request.app.openapi(), str(request.base_url))
+        return page("docs", routes=routes, shared=shared_answers(routes))
 
     @router.get("/runs")
     def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
