@@ -34,6 +34,8 @@ class Parameter:
     """The regrouping relation, e.g. ``ZZ1 + Ia1 + YY2``."""
     leading: StandardParameter
     """The first of those in the relation, which it is named after."""
+    half_width: float | None = None
+    """Half of the interval that covers 95 %, timing and reversals included; None where not computed."""
 
     @property
     def percent_sigma(self) -> float:

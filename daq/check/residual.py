@@ -26,13 +26,13 @@ simulated years 0.05 to 0.15, since what friction's model leaves follows the war
 _FALSE_STEPS = 0.05
 """Steps found by chance on an arm without one, over all joints, places and nights."""
 
-Grown = tuple[tuple[int, float], ...]
+ResidualIncrease = tuple[tuple[int, float], ...]
 """Joints, from 1, and how many times as large their residual torque is as on any clean night before."""
 
 
-def grown_residuals(
+def residual_increases(
     catalogue: Catalogue, baseline: Baseline, tonight: Model, trajectory_sha256: str
-) -> Grown:
+) -> ResidualIncrease:
     """Joints whose residual torque is larger than on every clean night before.
 
     Args:
@@ -50,7 +50,7 @@ def grown_residuals(
         if record.model_id not in (None, tonight.id) and clean and same_motion:
             before.append(models.get(catalogue, int(record.model_id or 0)).torque_rms)
     joints = len(tonight.torque_rms)
-    return grown_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
+    return residual_increase_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
 
 
 def found_nothing(record: CheckRecord) -> bool:
@@ -58,7 +58,7 @@ def found_nothing(record: CheckRecord) -> bool:
     return record.details.get("state") == "unchanged" and not record.details.get(GROWN_JOINTS)
 
 
-def grown_of(before: FloatArray, tonight: tuple[float, ...]) -> Grown:
+def residual_increase_of(before: FloatArray, tonight: tuple[float, ...]) -> ResidualIncrease:
     """The same of arrays: (nights, n) before, and (n,) tonight."""
     if not len(before):
         return ()
@@ -94,9 +94,9 @@ def _early_steps(logs: FloatArray) -> FloatArray:
     return found
 
 
-def grown_words(grown: Grown) -> list[str]:
+def residual_increase_words(increase: ResidualIncrease) -> list[str]:
     """A warning where the model explains less than it did."""
-    if not grown:
+    if not increase:
         return []
-    parts = ", ".join(f"joint {joint} {time:.2g} times as much" for joint, time in grown)
+    parts = ", ".join(f"joint {joint} {time:.2g} times as much" for joint, time in increase)
     return [f"the model leaves more of the torque than on the nights before ({parts}): a new effect?"]

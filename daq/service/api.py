@@ -21,7 +21,7 @@ from daq.files.found_model import entry_json
 from daq.report.traces import POLICY
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
-from daq.service.live import EventStream, Hub, TooManyError
+from daq.service.live import Broadcaster, EventStream, TooManyError
 from daq.service.metrics import metrics_text
 from daq.service.settings import Service
 from daq.session.spool import spool_path
@@ -40,11 +40,13 @@ _REFUSALS: dict[int | str, dict[str, Any]] = {
 }
 
 
-def api_routes(service: Service, catalogue: Catalogue, hub: Hub, driving: Driving) -> APIRouter:
+def api_routes(
+    service: Service, catalogue: Catalogue, broadcaster: Broadcaster, driving: Driving
+) -> APIRouter:
     """All routes below /api, and /metrics."""
     router = APIRouter(responses=_REFUSALS)
     _reading(router, catalogue)
-    _live(router, catalogue, hub)
+    _live(router, catalogue, broadcaster)
     _driving(router, service, driving)
     return router
 
@@ -125,7 +127,7 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
         return Response(metrics_text(catalogue), media_type="text/plain; version=0.0.4; charset=utf-8")
 
 
-def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
+def _live(router: APIRouter, catalogue: Catalogue, broadcaster: Broadcaster) -> None:
     @router.get(
         "/api/runs/{number}/live",
         summary="Server-sent events of a run under way",
@@ -141,7 +143,7 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
             return runs.get(catalogue, number).state != "running"
 
         try:
-            return EventStream(hub.events(spool_path(Path(run.capture)), is_over))
+            return EventStream(broadcaster.events(spool_path(Path(run.capture)), is_over))
         except TooManyError as error:
             raise HTTPException(503, str(error), {"Retry-After": "10"}) from None
 

@@ -34,7 +34,7 @@ class TooManyError(Exception):
     """More look on than are allowed."""
 
 
-class _Looker:
+class _Subscriber:
     """One who looks on: what it has not been sent yet."""
 
     def __init__(self) -> None:
@@ -46,26 +46,26 @@ class _Run:
     """One run that somebody looks on."""
 
     def __init__(self) -> None:
-        self.lookers: set[_Looker] = set()
+        self.subscribers: set[_Subscriber] = set()
         self.begin: bytes | None = None
         self.recent: deque[bytes] = deque(maxlen=MOST_LINES)
         self.is_over = False
         self.reader: asyncio.Task[None] | None = None
 
-    def join(self, looker: _Looker) -> None:
+    def join(self, subscriber: _Subscriber) -> None:
         """Who comes late is sent the last lines at once."""
-        self.lookers.add(looker)
+        self.subscribers.add(subscriber)
         if self.recent:
-            looker.pieces.append(b"".join(self.recent))
-        looker.news.set()
+            subscriber.pieces.append(b"".join(self.recent))
+        subscriber.news.set()
 
     def tell(self, events: Sequence[bytes]) -> None:
         piece = b"".join(events)
         self.recent.extend(events)
-        for looker in self.lookers:
+        for subscriber in self.subscribers:
             if piece:
-                looker.pieces.append(piece)
-            looker.news.set()
+                subscriber.pieces.append(piece)
+            subscriber.news.set()
 
     def end(self) -> None:
         self.is_over = True
@@ -112,7 +112,7 @@ class EventStream(StreamingResponse):
             self._subscription.leave()
 
 
-class Hub:
+class Broadcaster:
     """Hands what is new in live files to everybody who looks on."""
 
     def __init__(self) -> None:
@@ -121,7 +121,7 @@ class Hub:
     @property
     def looking(self) -> int:
         """Open connections."""
-        return sum(len(run.lookers) for run in self._runs.values())
+        return sum(len(run.subscribers) for run in self._runs.values())
 
     @property
     def reading(self) -> int:
@@ -141,19 +141,19 @@ class Hub:
         if self.looking >= MOST_LOOKING:
             raise TooManyError(f"more than {MOST_LOOKING} look on already")
         run = self._runs.setdefault(path, _Run())
-        looker = _Looker()
-        run.join(looker)
+        subscriber = _Subscriber()
+        run.join(subscriber)
         if run.reader is None:
             run.reader = asyncio.create_task(self._read(run, path, is_over))
 
         def leave() -> None:
-            run.lookers.discard(looker)
-            if not run.lookers and self._runs.get(path) is run:
+            run.subscribers.discard(subscriber)
+            if not run.subscribers and self._runs.get(path) is run:
                 del self._runs[path]
                 if run.reader is not None:
                     run.reader.cancel()
 
-        return Subscription(_sent(run, looker), leave)
+        return Subscription(_sent(run, subscriber), leave)
 
     async def _read(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
         try:
@@ -187,21 +187,21 @@ class Hub:
                 await asyncio.sleep(POLL)
 
 
-async def _sent(run: _Run, looker: _Looker) -> AsyncGenerator[bytes]:
+async def _sent(run: _Run, subscriber: _Subscriber) -> AsyncGenerator[bytes]:
     """What one who looks on is sent."""
     greeted: bytes | None = None
     while True:
         try:
-            await asyncio.wait_for(looker.news.wait(), PATIENCE)
+            await asyncio.wait_for(subscriber.news.wait(), PATIENCE)
         except TimeoutError:
             yield STILL_THERE
             continue
-        looker.news.clear()
+        subscriber.news.clear()
         if run.begin is not None and run.begin is not greeted:
             greeted = run.begin
             yield run.begin
-        while looker.pieces:
-            yield looker.pieces.popleft()
+        while subscriber.pieces:
+            yield subscriber.pieces.popleft()
         if run.is_over:
             yield OVER
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from daq.check.residual import ENOUGH, LEARNING, SPREAD, grown_of
+from daq.check.residual import ENOUGH, LEARNING, SPREAD, residual_increase_of
 from robots.arrays import FloatArray
 
 
@@ -19,7 +19,7 @@ def first_told(nights: FloatArray, start: int) -> tuple[int, tuple[int, ...]] | 
     """Night on which it is told and its joints; nights on which nothing was told teach."""
     taught = list(range(start))
     for k in range(start, len(nights)):
-        found = grown_of(nights[taught], tuple(nights[k]))
+        found = residual_increase_of(nights[taught], tuple(nights[k]))
         if found:
             return k, tuple(joint for joint, _ in found)
         taught.append(k)
@@ -46,8 +46,8 @@ def test_one_odd_baseline_among_nights_that_differ_as_much_is_no_step() -> None:
 def test_a_step_that_has_gone_again_is_told_no_more() -> None:
     nights = drawn(14, 3)
     nights[2:13, 1] *= 1.8
-    assert grown_of(nights[:12], tuple(nights[12]))
-    assert not grown_of(nights[:13], tuple(nights[13]))
+    assert residual_increase_of(nights[:12], tuple(nights[12]))
+    assert not residual_increase_of(nights[:13], tuple(nights[13]))
 
 
 def test_small_steps_and_those_of_an_arm_that_is_known_are_left_to_the_other_rule() -> None:
@@ -55,4 +55,4 @@ def test_small_steps_and_those_of_an_arm_that_is_known_are_left_to_the_other_rul
     nights[3:, 1] *= 1.25
     assert first_told(nights, 3) is None
     nights[3:, 1] *= 1.8 / 1.25
-    assert not grown_of(nights[:LEARNING], tuple(nights[LEARNING]))
+    assert not residual_increase_of(nights[:LEARNING], tuple(nights[LEARNING]))

@@ -52,6 +52,7 @@ PARAMETER = closed(
         "sigma": NUMBER,
         "percent_sigma": NUMBER,
         "t_value": NUMBER,
+        "half_width": NUMBER,
         "unit": TEXT,
     }
 )
@@ -284,6 +285,7 @@ def test_numbers_that_are_not_finite_become_null(result: Identification) -> None
         "sigma": None,
         "percent_sigma": None,
         "t_value": 0.0,
+        "half_width": zero.half_width,
         "unit": zero.unit,
     }
     assert content["condition"] is None

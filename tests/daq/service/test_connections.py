@@ -19,7 +19,7 @@ from daq.catalogue.identity import ArmIdentity
 from daq.cli.entry import main
 from daq.service import connections
 from daq.service.connections import listening
-from daq.service.live import EventStream, Hub
+from daq.service.live import Broadcaster, EventStream
 from daq.service.settings import Service, ServiceError
 from daq.session.spool import spool_path
 from tests.daq.service.serving import running
@@ -112,11 +112,11 @@ def test_who_never_reads_is_cut_and_gives_its_place_back(
 
 def test_a_client_that_is_gone_before_the_first_event_keeps_no_place(tmp_path: Path) -> None:
     """The place is taken when the request is answered; no piece has to be sent for it to be given back."""
-    hub = Hub()
+    broadcaster = Broadcaster()
 
     async def gone() -> None:
-        stream = EventStream(hub.events(tmp_path / "x.live", lambda: False))
-        assert hub.looking == 1
+        stream = EventStream(broadcaster.events(tmp_path / "x.live", lambda: False))
+        assert broadcaster.looking == 1
 
         async def send(message: Message) -> None:
             raise OSError("gone")
@@ -126,7 +126,7 @@ def test_a_client_that_is_gone_before_the_first_event_keeps_no_place(tmp_path: P
 
         with pytest.raises(ClientDisconnect):
             await stream({"type": "http", "asgi": {"spec_version": "2.4"}}, receive, send)
-        assert hub.looking == 0 and hub.reading == 0
+        assert broadcaster.looking == 0 and broadcaster.reading == 0
 
     asyncio.run(gone())
 
