@@ -174,13 +174,14 @@ def existing(*, hidden: bool = False) -> Iterator[StateFolder]:
         hidden: whether to pass over one that may not be looked into.
 
     Raises:
-        BusError: one may not be looked into: what stands there against a motion would not be seen.
+        BusError: a shared one may not be looked into: what stands there against a motion would not be seen.
     """
-    for path in places():
+    *shared, own = places()
+    for path in (*shared, own):
         try:
             folder = StateFolder(path)
         except PermissionError as error:
-            if hidden:
+            if hidden or path == own:
                 continue
             raise BusError(
                 f"{path} may not be looked into, and what is noted there may stand against a motion: join the"
