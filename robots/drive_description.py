@@ -20,6 +20,10 @@ class ControlSignal(Frozen):
     index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
     per_count: float = Field(ge=1e-9, le=1e6, description="control-signal units per count of the object")
+    sign: Annotated[Literal[-1, 1], BeforeValidator(whole_number)] | None = Field(
+        default=None,
+        description="-1 where a positive value pushes against the drive output; absent: as the position",
+    )
 
 
 class DriveDynamics(Frozen):
@@ -150,6 +154,15 @@ class Drive(Frozen):
                 ("encoder_counts",), "is missing", "encoder_counts, or counts_per_output_turn, or both"
             )
         return self
+
+    @property
+    def control_signal_per_count(self) -> float:
+        """Control-signal units per count of its object, signed, in the sense of the drive output.
+
+        A motor that turns against the output counts position and torque against it, both: so the sign is that
+        of the position, unless the drive turns that of the position alone (607E, bit 7).
+        """
+        return (self.control_signal.sign or self.sign) * self.control_signal.per_count
 
     @property
     def output_counts(self) -> float:

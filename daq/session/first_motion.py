@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio
 
 from daq.session.cell import Cell
 from daq.session.session_error import SessionError
-from robots import Robot
+from robots import Robot, rigid_body_model
 from robots.arrays import FloatArray
 from trajectories import Trajectory
 from trajectories.motions.sampled import sampled_motion
@@ -64,6 +65,44 @@ def touch(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMoti
 def half_degree(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
     """Each of the joints (from 0) in turn half a degree to either side and back."""
     return _in_turns(robot, posture, joints, HALF_DEGREE, MOVE_SECONDS, PAUSE_SECONDS)
+
+
+def direction_question(robot: Robot, motion: FirstMotion) -> str:
+    """Which way the one joint of a motion should have gone, for whoever has looked.
+
+    No torque tells a drive that counts position and torque both the wrong way round from its mirror image.
+    """
+    (turn,) = motion.turns
+    joint = robot.joint[turn.joint]
+    axis = _axis(robot, np.asarray(motion.trajectory.position[0]), turn.joint)
+    up = turn.above > 0.0
+    if joint.kind == "revolute":
+        size = f"{np.degrees(turn.above if up else turn.below):.2g}°"
+        way = f"{'counter-clockwise' if up else 'clockwise'}, seen from {_side(axis)}"
+    else:
+        size, way = (
+            f"{1e3 * (turn.above if up else turn.below):.2g} mm",
+            f"towards {_side(axis if up else -axis)}",
+        )
+    return f"Did {joint.name} go first by {size} {way}?"
+
+
+def _axis(robot: Robot, posture: FloatArray, k: int) -> FloatArray:
+    """(3,) the direction about or along which a joint's position grows, in the frame of the URDF's base."""
+    model = rigid_body_model(robot)
+    data = model.createData()
+    pinocchio.computeJointJacobians(model, data, posture)
+    jacobian = pinocchio.getJointJacobian(model, data, k + 1, pinocchio.LOCAL_WORLD_ALIGNED)
+    column = np.asarray(jacobian).reshape(6, robot.n)[:, k]
+    return np.asarray(column[3:] if robot.joint[k].kind == "revolute" else column[:3])
+
+
+def _side(axis: FloatArray) -> str:
+    """A side of the base, where a direction is nearly one."""
+    k = int(np.abs(axis).argmax())
+    if abs(axis[k]) > np.cos(np.radians(20.0)):
+        return f"the {'+' if axis[k] > 0 else '-'}{'xyz'[k]} side of the URDF's base"
+    return f"where ({', '.join(f'{part:.1f}' for part in axis)}) of the URDF's base points"
 
 
 def refuse_in_the_way(robot: Robot, motion: FirstMotion, cell: Cell) -> None:
