@@ -5,8 +5,8 @@
 
 Each arm is a draw of its own at a posture of its own. Counted are descriptions that nothing catches and
 joints that move more than 1°; and right descriptions that are refused. Every wrong one is tried twice: as
-commissioning does it, and once more without the guards before torque and without anybody who looks, which
-shows what physics tells by itself.
+commissioning does it, and once more without the guards before torque (attestation, 608F, plausible figures),
+as if the arm stood at its zero and its drives said nothing of themselves.
 
 Ends with 2 where a wrong description passes, a joint moves more than 1°, or a right one does not pass.
 """
@@ -88,17 +88,17 @@ def main() -> int:
     parser.add_argument("--page", type=Path)
     given = parser.parse_args()
     robot = robots.load(NAME)
-    rows, where, alone, farthest = [], Counter[str](), Counter[str](), 0.0
+    rows, where, alone, farthest = [], Counter[str](), Counter[str](), [0.0, 0.0]
     for number, (words, slip) in enumerate(cases(given.seed, given.single, given.pairs)):
         arm = slip(right_arm(robot, given.seed + number))
         caught = before_torque(arm) or arm.first_contact() or NOTHING
         blind = slip(right_arm(robot, given.seed + number))
-        unseen = blind.first_contact(looked=False) or NOTHING
-        went = float(np.degrees(max(arm.farthest, blind.farthest)))
-        farthest = max(farthest, went)
+        unseen = blind.first_contact() or NOTHING
+        went = [float(np.degrees(one.farthest)) for one in (arm, blind)]
+        farthest = [max(pair) for pair in zip(farthest, went, strict=True)]
         where[caught] += 1
         alone[unseen] += 1
-        rows.append(f"| {words} | {caught} | {unseen} | {went:.2f} |")
+        rows.append(f"| {words} | {caught} | {unseen} | {went[0]:.2f} | {went[1]:.2f} |")
         print(rows[-1], flush=True)
     refused = 0
     for number in range(given.right):
@@ -108,7 +108,7 @@ def main() -> int:
     print(text)
     if given.page is not None:
         given.page.write_text(text, encoding="utf-8")
-    return 2 if where[NOTHING] or farthest > MOST or refused else 0
+    return 2 if where[NOTHING] or max(farthest) > MOST or refused else 0
 
 
 def page(
@@ -116,7 +116,7 @@ def page(
     rows: list[str],
     where: Counter[str],
     alone: Counter[str],
-    farthest: float,
+    farthest: list[float],
     right: tuple[int, int],
 ) -> str:
     """Markdown."""
@@ -128,12 +128,12 @@ def page(
             "looked at before; scored once. `python benchmarks/first_move.py` measures it.",
             "",
             f"- As commissioning does it: {_counts(where)}.",
-            f"- By physics alone, without attestation, 608F and anybody who looks: {_counts(alone)}.",
-            f"- Farthest that any joint really went, in either: {farthest:.2f}°.",
+            f"- In motion, without the guards before torque: {_counts(alone)}.",
+            f"- Farthest that any joint really went: {farthest[0]:.2f}°, without the guards {farthest[1]:.2f}°.",
             f"- Right descriptions that were refused: {right[0]} of {right[1]}.",
             "",
-            "| what is wrong | caught | by physics alone | farthest, ° |",
-            "|---|---|---|---|",
+            "| what is wrong | caught | without the guards before torque | farthest, ° | without, ° |",
+            "|---|---|---|---|---|",
             *rows,
             "",
         ]

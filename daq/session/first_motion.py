@@ -22,7 +22,7 @@ from trajectories import Trajectory
 from trajectories.motions.sampled import sampled_motion
 
 HALF_DEGREE = {"revolute": float(np.radians(0.5)), "prismatic": 0.5e-3}
-"""rad, m; farthest that a joint goes to either side."""
+"""rad, m; farthest that a joint goes to either side, also where one drive's sign is wrong."""
 TOUCH = {"revolute": float(np.radians(0.015)), "prismatic": 15e-6}
 """rad, m."""
 REST_SECONDS = 1.0
@@ -60,6 +60,16 @@ def at_rest(robot: Robot, posture: FloatArray) -> FirstMotion:
 def touch(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
     """Each of the joints (from 0) in turn a touch there and back."""
     return _in_turns(robot, posture, joints, TOUCH, TOUCH_SECONDS, TOUCH_SECONDS)
+
+
+def in_order(robot: Robot) -> list[int]:
+    """The joints (from 0) as they have their turns: those that fewer drives move come first.
+
+    A coupled joint takes others with it where one of its drives has the wrong sign. By then each of those
+    drives that moves a joint alone has been found right.
+    """
+    coupled = np.abs(robot.transmission_matrix) > 1e-9
+    return sorted(range(robot.n), key=lambda k: int(coupled[:, k].sum()))
 
 
 def half_degree(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
@@ -132,10 +142,10 @@ def _in_turns(
     hold = np.tile(posture, (max(2, round(pause / cycle)), 1))
     pieces, turns, row = [hold], [], len(hold)
     for k in joints:
-        joint = robot.joint[k]
-        above = min(size[joint.kind], max(0.0, robot.upper[k] - posture[k]))
-        below = min(size[joint.kind], max(0.0, posture[k] - robot.lower[k]))
-        ways = [way for way in (above, -below) if abs(way) > 0.5 * size[joint.kind]] or [above or -below]
+        way_out = size[robot.joint[k].kind] / _amplified(robot, k)
+        above = min(way_out, max(0.0, robot.upper[k] - posture[k]))
+        below = min(way_out, max(0.0, posture[k] - robot.lower[k]))
+        ways = [way for way in (above, -below) if abs(way) > 0.5 * way_out] or [above or -below]
         before = len(pieces)
         for way in ways:
             end = posture.copy()
@@ -146,6 +156,14 @@ def _in_turns(
         turns.append(Turn(k, slice(row, row + length), max(0.0, *ways), max(0.0, *(-way for way in ways))))
         row += length
     return FirstMotion(_trajectory(robot, np.vstack(pieces)), tuple(turns))
+
+
+def _amplified(robot: Robot, k: int) -> float:
+    """How far any joint goes for each rad (or m) of joint k, at most, where one drive's sign is wrong."""
+    coupling = robot.transmission_matrix
+    drives = np.tile(coupling[:, k], (robot.n, 1))
+    drives[np.diag_indices(robot.n)] *= -1.0
+    return float(max(1.0, np.abs(np.linalg.solve(coupling, drives.T)).max()))
 
 
 def _ramp(start: FloatArray, end: FloatArray, seconds: float, cycle: float) -> FloatArray:

@@ -21,6 +21,7 @@ from daq.session.first_motion import (
     at_rest,
     direction_question,
     half_degree,
+    in_order,
     refuse_in_the_way,
     touch,
 )
@@ -95,9 +96,10 @@ def first_move(
         return findings
 
     drive("at rest", at_rest(robot, _posture(arm)), judge_rest_too)
-    for k, joint in enumerate(robot.joint):
-        drive(f"{joint.name} touch", touch(robot, _posture(arm), [k]), judge_loop)
-    for k, joint in enumerate(robot.joint):
+    for k in in_order(robot):
+        drive(f"{robot.joint[k].name} touch", touch(robot, _posture(arm), [k]), judge_loop)
+    for k in in_order(robot):
+        joint = robot.joint[k]
         motion = half_degree(robot, _posture(arm), [k])
         drive(f"{joint.name} 0.5 deg", motion, judge_move)
         if not confirm(direction_question(robot, motion)):

@@ -10,7 +10,14 @@ import pytest
 import robots
 from daq.session.cell import Cell
 from daq.session.first_judgement import described_gravity, judge_rest
-from daq.session.first_motion import HALF_DEGREE, direction_question, half_degree, refuse_in_the_way, touch
+from daq.session.first_motion import (
+    HALF_DEGREE,
+    direction_question,
+    half_degree,
+    in_order,
+    refuse_in_the_way,
+    touch,
+)
 from daq.session.session_error import SessionError
 from tests.daq.session.wrong_arms import WrongArm
 from tests.daq.session.wrong_descriptions import (
@@ -104,6 +111,14 @@ def test_all_ways_to_mistake_a_sign(k: int, true_sign: int, slip: str) -> None:
         assert f"drive[{k + 1}]" in text and "the sign is likely wrong" in text, text
         assert "control_signal.sign" in text, text
     assert np.degrees(arm.farthest) < 1.0
+
+
+def test_a_turned_drive_of_a_coupled_joint_is_seen_before_it_takes_another_joint_along() -> None:
+    """At its zero no posture and no torque tells; joint 6, which drive 6 moves alone, has its turn first."""
+    assert in_order(TX40) == [0, 1, 2, 3, 5, 4]
+    arm = replace(drive(5, "sign", -1)(right_arm(TX40, 3)), posture=np.array(TX40.home))
+    assert arm.first_contact() == "by a look at half a degree"
+    assert np.degrees(arm.farthest) < 0.7
 
 
 def test_the_question_says_which_way_a_joint_should_have_gone() -> None:

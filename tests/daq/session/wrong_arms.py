@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from daq.session.first_judgement import Finding, judge_loop, judge_move, judge_rest
-from daq.session.first_motion import FirstMotion, at_rest, half_degree, touch
+from daq.session.first_motion import FirstMotion, at_rest, half_degree, in_order, touch
 from drivers.frames.samples import Samples
 from drivers.frames.units import Units
 from drivers.simulated.bench import Bench
@@ -58,12 +58,12 @@ class WrongArm:
         self.findings, self.unjudged = judge_rest(self.wrong, samples)
         if self.findings:
             return "at rest"
-        for joint in range(self.wrong.n):
+        for joint in in_order(self.wrong):
             motion = touch(self.wrong, self.reading(), [joint])
             self.findings = judge_loop(self.wrong, self._stream(motion), motion)
             if self.findings:
                 return "by a touch"
-        for joint in range(self.wrong.n):
+        for joint in in_order(self.wrong):
             motion = half_degree(self.wrong, self.reading(), [joint])
             samples = self._stream(motion)
             self.findings = judge_move(self.wrong, samples, motion)
