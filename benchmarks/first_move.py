@@ -129,7 +129,7 @@ def page(
             "",
             f"- As commissioning does it: {_counts(where)}.",
             f"- In motion, without the guards before torque: {_counts(alone)}.",
-            f"- Farthest that any joint really went: {farthest[0]:.2f}°, without the guards {farthest[1]:.2f}°.",
+            f"- Farthest that any joint really went: {farthest[0]:.2f}°, without them {farthest[1]:.2f}°.",
             f"- Right descriptions that were refused: {right[0]} of {right[1]}.",
             "",
             "| what is wrong | caught | without the guards before torque | farthest, ° | without, ° |",
