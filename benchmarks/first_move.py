@@ -132,9 +132,7 @@ def page(
             f"- Farthest that any joint really went: {farthest[0]:.2f}°, without them {farthest[1]:.2f}°.",
             f"- Right descriptions that were refused: {right[0]} of {right[1]}.",
             "",
-            "A gain that is off by less than a factor of 2.8 can pass: before an identification friction is known no",
-            "better than that, and a wrist holds next to no weight. Such an arm moves as described. Without the",
-            "guards before torque, a zero that is off passes too where gravity hardly changes with it.",
+            _PASSES,
             "",
             "| what is wrong | caught | without the guards before torque | farthest, ° | without, ° |",
             "|---|---|---|---|---|",
@@ -142,6 +140,12 @@ def page(
             "",
         ]
     )
+
+
+_PASSES = """\
+A gain that is off by less than a factor of 2.8 can pass: before an identification friction is known no
+better than that, and a wrist holds next to no weight. Such an arm moves as described. Without the
+guards before torque, a zero that is off passes too where gravity hardly changes with it."""
 
 
 def _counts(found: Counter[str]) -> str:
