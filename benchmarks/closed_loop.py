@@ -61,7 +61,7 @@ def each_effect(model: RegressorModel, recording: Recording) -> None:
         shape = tuple(shape.grid[len(shape.grid) // 2] for shape in family.shapes(robot, place))
         effect = family.effect(robot, place, shape, Present(model, prior))
         whole = replace(model, effects=(*model.effects, effect))
-        values = np.append(prior, np.full(len(effect.parameter_names), 1e-3))
+        values = np.append(prior, np.full(len(effect.parameters), 1e-3))
         simulate(whole, values, recording)  # compiles or loads
         elapsed, processor = shortest(partial(simulate, whole, values, recording), 3)
         ratio = float(recording.time[-1]) / elapsed

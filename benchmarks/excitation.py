@@ -36,7 +36,6 @@ from joblib.externals.loky import get_reusable_executor
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 from robots.loading import load, robot_from_text
-from trajectories.constraints.checks import Check
 from trajectories.constraints.collision import CollisionCheck
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.torque import TorqueCheck
@@ -47,7 +46,7 @@ from trajectories.motions.segments import Waypoint
 from trajectories.search.fourier_search import FourierSearch
 from trajectories.search.multi_start import best_of
 from trajectories.search.optimise import WaypointSearch
-from trajectories.search.problem import ExcitationProblem
+from trajectories.search.problem import Check, ExcitationProblem
 
 DURATION = 10.0
 ROW_PERIOD = 0.01
@@ -264,7 +263,7 @@ def arm_limits(
     acceleration: float,
     jerk: float,
 ) -> Limits:
-    """Limits of the definition, with the URDF's efforts at joints and drives alike."""
+    """Limits of the definition, with the URDF's efforts at joints and at drives."""
     effort = model.effortLimit.copy()
     return Limits(
         names=tuple(model.names[1:]),

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import robots
+from benchmarks.fault_cases import KINDS, FaultCase, run_case
 from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
@@ -26,7 +27,6 @@ from daq.recording.run_facts import outcome_facts
 from drivers import ArmSession, Channel, DriveError, Samples, open_bus
 from drivers.frames.units import Units
 from drivers.simulated import Faults, draw_truth
-from drivers.simulated.fault_matrix import KINDS, FaultCase, run_case
 from drivers.simulated.faults import WrongIdentity
 from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup

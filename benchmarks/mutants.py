@@ -1,7 +1,7 @@
 """Does a test notice? Break one thing after the other in a module, and run the tests that should see it.
 
     python -m benchmarks.mutants                        # all targets, 12 mutants each
-    python -m benchmarks.mutants exogeneity --count 40  # one of them
+    python -m benchmarks.mutants dwh --count 40         # one of them
     python -m benchmarks.mutants --list
 
 The clone is copied to a temporary folder; each mutant is one change of the syntax tree of one module there
@@ -16,73 +16,17 @@ import argparse
 import ast
 import copy
 import json
-import os
 import random
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.mutants_runner import Tests
+from benchmarks.mutants_targets import TARGETS
+
 ROOT = Path(__file__).resolve().parent.parent
-LIMIT = 300.0
-"""s; tests that take longer on a mutant have noticed it."""
-
-
-@dataclass(frozen=True)
-class Target:
-    """Modules, and the tests that should notice what breaks in them."""
-
-    modules: tuple[str, ...]
-    tests: tuple[str, ...]
-
-
-TARGETS = {
-    "exogeneity": Target(
-        (
-            "ident/exogeneity/textbook.py",
-            "ident/exogeneity/augmented.py",
-            "ident/exogeneity/relevance.py",
-            "ident/exogeneity/hypothesis.py",
-        ),
-        ("tests/ident/test_exogeneity.py", "tests/ident/test_instrument_tests.py"),
-    ),
-    "gates": Target(
-        ("ident/exogeneity/instruments.py", "ident/exogeneity/rank.py", "ident/exogeneity/revised.py"),
-        ("tests/ident/test_exogeneity.py", "tests/ident/test_gate_one.py"),
-    ),
-    "estimators": Target(
-        (
-            "ident/estimators/least_squares.py",
-            "ident/estimators/instrumental.py",
-            "ident/estimators/robust.py",
-            "ident/estimators/biweight.py",
-            "ident/estimators/huber.py",
-        ),
-        ("tests/ident/test_estimators.py", "tests/ident/test_robust.py"),
-    ),
-    "covariances": Target(
-        (
-            "ident/covariances/hac.py",
-            "ident/covariances/cluster.py",
-            "ident/covariances/independent.py",
-            "ident/statistics/covariance.py",
-            "ident/statistics/whitening.py",
-        ),
-        ("tests/ident/test_covariances.py", "tests/ident/test_whitening.py"),
-    ),
-    "base": Target(("ident/parameters/base.py",), ("tests/ident/test_base.py",)),
-    "decimation": Target(("ident/signals.py",), ("tests/ident/test_signals.py",)),
-    "units": Target(("drivers/frames/units.py",), ("tests/drivers/test_units.py",)),
-    "states": Target(("drivers/cia402/states.py",), ("tests/drivers/test_states.py",)),
-    "ramps": Target(("drivers/cyclic/ramp.py",), ("tests/drivers/motion",)),
-    "drift": Target(
-        ("ident/drift/wald.py", "ident/drift/geometry.py", "ident/drift/run_to_run.py"),
-        ("tests/ident/drift",),
-    ),
-}
 
 _COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.LtE,
@@ -111,16 +55,17 @@ _DROPPED = {"abs", "min", "max", "sorted"}
 
 def mutants(tree: ast.Module) -> Iterator[tuple[int, Callable[[ast.Module], None]]]:
     """Every change of a module: its line, and what makes it in a copy of the tree."""
-    decorators = {
-        id(inside)
-        for node in ast.walk(tree)
-        for decorator in getattr(node, "decorator_list", [])
-        for inside in ast.walk(decorator)
-    }
+    no_code = {id(inside) for node in ast.walk(tree) for part in _no_code(node) for inside in ast.walk(part)}
     for place, node in enumerate(ast.walk(tree)):
-        change = None if id(node) in decorators else _change(node)
+        change = None if id(node) in no_code else _change(node)
         if change is not None:
             yield getattr(node, "lineno", 0), _at(place, change)
+
+
+def _no_code(node: ast.AST) -> list[ast.AST]:
+    """Decorators and annotations: nothing that runs."""
+    annotations = [getattr(node, name, None) for name in ("annotation", "returns")]
+    return [*getattr(node, "decorator_list", []), *(part for part in annotations if part is not None)]
 
 
 def _at(place: int, change: Callable[[ast.AST], None]) -> Callable[[ast.Module], None]:
@@ -167,14 +112,15 @@ def _first_argument(node: ast.AST) -> None:
     node.func = identity
 
 
-def run(name: str, target: Target, count: int, seed: int, copy_of: Path) -> tuple[int, list[str]]:
+def run(name: str, count: int, seed: int, copy_of: Path, tests: Tests) -> tuple[int, list[str]]:
     """Killed mutants of a target and its survivors in words."""
+    target = TARGETS[name]
     drawn = []
     for module in target.modules:
         tree = ast.parse((ROOT / module).read_text(encoding="utf-8"))
         drawn += [(module, tree, line, change) for line, change in mutants(tree)]
     random.Random(f"{seed} {name}").shuffle(drawn)
-    if not passes(target, copy_of):
+    if not tests.pass_(target.arguments):
         raise SystemExit(f"{name}: its tests fail on the module as it is")
     killed, survivors = 0, []
     for module, tree, line, change in drawn[:count]:
@@ -185,7 +131,7 @@ def run(name: str, target: Target, count: int, seed: int, copy_of: Path) -> tupl
             continue
         path = copy_of / module
         path.write_text(after, encoding="utf-8")
-        alive = passes(target, copy_of)
+        alive = tests.pass_(target.arguments)
         shutil.copy(ROOT / module, path)
         if alive:
             survivors.append(f"{module}:{line}: {_difference(before, after)}")
@@ -197,37 +143,6 @@ def run(name: str, target: Target, count: int, seed: int, copy_of: Path) -> tupl
 def _difference(before: str, after: str) -> str:
     pairs = zip(before.splitlines(), after.splitlines(), strict=False)
     return next((f"{one.strip()}  →  {other.strip()}" for one, other in pairs if one != other), "a line less")
-
-
-def passes(target: Target, folder: Path) -> bool:
-    """Do the tests of a target pass in that copy of the clone?"""
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "-n",
-        "0",
-        "-p",
-        "no:cacheprovider",
-        *target.tests,
-    ]
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(folder),
-        "PYTHONDONTWRITEBYTECODE": "1",
-        "OMP_NUM_THREADS": "1",
-    }
-    environment.setdefault("ARMHIL_DATA", str(ROOT.parent / "shared" / "data"))
-    try:
-        ended = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, timeout=LIMIT, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return False
-    return ended.returncode == 0
 
 
 def main() -> None:
@@ -248,11 +163,12 @@ def main() -> None:
         shutil.copytree(
             ROOT, place, ignore=shutil.ignore_patterns(".venv*", ".git", "__pycache__", ".*_cache")
         )
-        for name in asked.targets or TARGETS:
-            killed, survivors = run(name, TARGETS[name], asked.count, asked.seed, place)
-            print(f"{name}: {killed} of {killed + len(survivors)} killed", flush=True)
-            for survivor in survivors:
-                print(f"  alive: {survivor}", flush=True)
+        with Tests(place, ROOT.parent / "shared" / "data") as tests:
+            for name in asked.targets or TARGETS:
+                killed, survivors = run(name, asked.count, asked.seed, place, tests)
+                print(f"{name}: {killed} of {killed + len(survivors)} killed", flush=True)
+                for survivor in survivors:
+                    print(f"  alive: {survivor}", flush=True)
 
 
 if __name__ == "__main__":

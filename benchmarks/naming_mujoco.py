@@ -168,7 +168,7 @@ def summary(found: Diagnosis) -> dict[str, Any]:
             {
                 "effect": finding.effect,
                 "joints": list(finding.joints),
-                "alike": [
+                "indistinguishable": [
                     [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
                 ],
                 "parameters": {p.name: [p.value, p.sigma] for p in finding.parameters},
@@ -193,7 +193,7 @@ def in_set(line: dict[str, Any]) -> bool:
     return right(line) or any(
         _same(line, effects[0], joints[0])
         for finding in line["findings"][:1]
-        for effects, joints in finding["alike"]
+        for effects, joints in finding["indistinguishable"]
         if len(effects) == 1
     )
 

@@ -115,7 +115,7 @@ def blind(
             {
                 "effect": finding.effect,
                 "joints": list(finding.joints),
-                "alike": [
+                "indistinguishable": [
                     [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
                 ],
             }

@@ -110,7 +110,7 @@ def outcome(robot: Robot, base: BaseParameters, seed: int, options: argparse.Nam
 
 
 def same_advice(outcomes: Sequence[Outcome], source: str) -> float:
-    """Share of the parameters within the factor, or poorly seen by prediction and identification alike."""
+    """Share of the parameters within the factor, or poorly seen both by prediction and by identification."""
     ratios = np.concatenate([o.percent_sigma[source] for o in outcomes])
     obtained = np.concatenate([o.obtained for o in outcomes])
     poor = (obtained > SEEN) & (ratios * obtained > SEEN)

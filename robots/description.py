@@ -76,6 +76,16 @@ class Joint(Frozen):
             raise ValueNotAllowed(("position",), "is not in order", "[lower, upper] with lower < upper")
         return self
 
+    @property
+    def unit(self) -> str:
+        """Of its position."""
+        return "rad" if self.kind == "revolute" else "m"
+
+    @property
+    def torque_unit(self) -> str:
+        """Of its torque, or force."""
+        return "N·m" if self.kind == "revolute" else "N"
+
 
 class Bus(Frozen):
     """How the drives are reached when the command line does not say otherwise."""

@@ -12,13 +12,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robots.arrays import FloatArray
-from robots.description import Robot
 
 if TYPE_CHECKING:
     import pinocchio
 
 LINK_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
 DRIVE_SYMBOLS = ("Ia", "Fv", "Fc", "off")
+
+DRIVE_VARIANTS = {
+    "Iam": "Ia",
+    "Fvp": "Fv",
+    "Fvn": "Fv",
+    "Fvm": "Fv",
+    "Fcp": "Fc",
+    "Fcn": "Fc",
+    "Fcm": "Fc",
+}
+"""Variants of a drive's parameter: forwards (p), backwards (n), of a shaft that moves several joints (m)."""
 
 _LINK_UNITS = dict.fromkeys(LINK_SYMBOLS, "kg·m²") | {
     "M": "kg",
@@ -48,16 +58,10 @@ def cad_parameters(model: pinocchio.Model) -> FloatArray:
     return np.concatenate(moving).astype(np.float64)
 
 
-def unit_of(name: str, robot: Robot) -> str:
-    """The SI unit of a standard parameter, e.g. ``Fv2`` → ``N·m·s/rad`` (``N·s/m`` on a prismatic axis).
+def unit_of(symbol: str, kind: str) -> str:
+    """The SI unit of a standard parameter by the kind of its joint: ``Fv`` is in N·m·s/rad or in N·s/m.
 
     Raises:
-        KeyError: when the name is not a standard parameter of this robot.
+        KeyError: when the symbol is none of a link's or a drive's.
     """
-    symbol = name.rstrip("0123456789")
-    axis = name[len(symbol) :]
-    if not axis or not 1 <= int(axis) <= robot.n:
-        raise KeyError(name)
-    if symbol in _LINK_UNITS:
-        return _LINK_UNITS[symbol]
-    return _DRIVE_UNITS[robot.joint[int(axis) - 1].kind][symbol]
+    return _LINK_UNITS.get(symbol) or _DRIVE_UNITS[kind][DRIVE_VARIANTS.get(symbol, symbol)]

@@ -37,6 +37,26 @@ def following_error_window(robot: Robot, cycle_time: float) -> FloatArray:
     return np.minimum(loop_error(robot, cycle_time), caps)
 
 
+def demanded_following_error(robot: Robot, speed: FloatArray) -> FloatArray:
+    """The error with which the described loops follow at a speed.
+
+    e = (1 − feed_forward) · |q̇| / position_gain of a cascade; times velocity_gain of a PD or PID loop.
+
+    Args:
+        robot: with controller.
+        speed: (n,) of the drive outputs, rad/s or m/s.
+
+    Returns:
+        (n,) rad or m at the drive outputs.
+    """
+    controller = robot.controller
+    share = np.maximum(0.0, 1.0 - np.array(controller.velocity_feed_forward))
+    error = share * speed / np.array(controller.position_gain)
+    if controller.type != "cascade_p_pi":
+        error = error * np.array(controller.velocity_gain)
+    return np.asarray(error)
+
+
 def loop_error(robot: Robot, cycle_time: float) -> FloatArray:
     """As :func:`following_error_window`, whatever comes out."""
     controller = robot.controller

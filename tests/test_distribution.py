@@ -37,5 +37,5 @@ def test_the_wheel_has_every_tracked_file_of_the_packages(wheel: zipfile.Path, r
 
 def test_the_wheel_installs_the_command_and_its_licence(wheel: zipfile.Path) -> None:
     (information,) = (entry for entry in wheel.iterdir() if entry.name.endswith(".dist-info"))
-    assert "armhil = daq.cli.entry:main" in (information / "entry_points.txt").read_text()
+    assert "armhil = daq.cli.start:main" in (information / "entry_points.txt").read_text()
     assert (information / "licenses" / "LICENSE").is_file()

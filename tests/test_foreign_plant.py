@@ -53,6 +53,7 @@ def test_the_description_is_the_plant(name: str, tmp_path: Path) -> None:
     assert away < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_effect_acts(name: str) -> None:
     arm = ARMS["compact6"]

@@ -13,10 +13,10 @@ from trajectories.information.noise import TorqueNoise
 from trajectories.information.prediction import Prediction, predict
 from trajectories.information.separation import Separation
 from trajectories.information.wanted import objective_for
-from trajectories.judgement import Judge, Judgement, predicted
+from trajectories.judgement import Conditions, Judge, Judgement, predicted
 from trajectories.limits import Limits, Margins
 from trajectories.motions.motion import Extremes, Motion, MotionSequence, MotionState, StretchedMotion
-from trajectories.plan import Conditions, plan
+from trajectories.plan import plan
 from trajectories.trajectory import Detail, Repeat, Trajectory
 
 __all__ = [

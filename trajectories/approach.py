@@ -13,13 +13,17 @@ from robots.description import Robot
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.tool_speed import Tool
 from trajectories.errors import TrajectoryError
-from trajectories.judgement import Judge, Judgement
+from trajectories.judgement import Conditions, Judge, Judgement
 from trajectories.limits import Limits, Margins, require_posture
+from trajectories.motions.motion import Motion
 from trajectories.motions.segments import SHORTEST, PiecewiseJerk, SegmentPlanner, Waypoint, hold, join
 from trajectories.trajectory import Detail, Trajectory
 
 SLOWER = 0.8
 SLOWEST = 0.02
+
+APPROACH_SPEED = 0.3
+"""Speed factor of the move from where the arm is to where the exciting motion begins."""
 
 DETOURS = 60
 """Postures that are tried on the way where the straight way is blocked."""
@@ -123,3 +127,39 @@ def _slow_enough(judge: Judge, stops: Sequence[FloatArray], factor: float) -> tu
         if not slower or factor * share * SLOWER < SLOWEST:
             raise judgement.problems[0]
         share *= SLOWER
+
+
+def lead_home(
+    robot: Robot, start: FloatArray | None, cycle_time: float, conditions: Conditions
+) -> Motion | None:
+    """The slow move from a start (n,) to home; None where the arm is there already.
+
+    Raises:
+        TrajectoryError: the start breaks a constraint, or every way home that was tried does.
+    """
+    if start is None:
+        return None
+    slowest = min(APPROACH_SPEED, conditions.margins.speed_factor)
+    return approach(
+        robot,
+        start,
+        robot.home,
+        cycle_time,
+        slowest,
+        conditions.surroundings,
+        conditions.tool,
+        conditions.tool_speed,
+    ).motion
+
+
+def posture_of(robot: Robot, start: ArrayLike | None) -> FloatArray | None:
+    """The start as an array; None for home.
+
+    Raises:
+        TrajectoryError: it is no posture of the arm, or outside its limits.
+    """
+    if start is None:
+        return None
+    posture = np.asarray(start, dtype=np.float64)
+    require_posture(posture, Limits.of(robot, Margins(position=0.0)), "start")
+    return None if np.allclose(posture, robot.home, atol=1e-9) else posture

@@ -13,7 +13,8 @@ from ident.effects import Effect, State
 from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
-from trajectories.errors import PlanError, TrajectoryError
+from trajectories.approach import lead_home, posture_of
+from trajectories.errors import PlanError, as_plan_errors
 from trajectories.information.matrix import NONE, Objective
 from trajectories.information.separation import (
     DEPENDENT,
@@ -22,20 +23,12 @@ from trajectories.information.separation import (
     SeparationObjective,
     separations,
 )
+from trajectories.judgement import Conditions
 from trajectories.motions.motion import Motion, MotionState
 from trajectories.motions.segments import join
-from trajectories.plan import (
-    Conditions,
-    Origin,
-    exciting_problem,
-    finished,
-    lead_home,
-    posture_of,
-    put_together,
-)
+from trajectories.plan import Origin, exciting_problem, finished, put_together, searches_of
 from trajectories.search.chain import ChainBuilder
 from trajectories.search.multi_start import Progress, best_of
-from trajectories.search.optimise import WaypointSearch
 from trajectories.search.problem import ExcitationProblem
 from trajectories.trajectory import Trajectory
 
@@ -115,7 +108,7 @@ def discriminate(
         PlanError: fewer than two candidates, one that the model already has, two that no motion can tell
             apart, or a motion that cannot be made.
     """
-    try:
+    with as_plan_errors():
         conditions = conditions or Conditions()
         labels, posture = _labels(candidates, names), posture_of(robot, start)
         lead = lead_home(robot, posture, cycle_time, conditions)
@@ -137,8 +130,7 @@ def discriminate(
         rate = 1.0 / (cycle_time * robot.identification.decimation)
         objective = SeparationObjective(columns).against(_matrix(old, problem, rate))
         problem = replace(problem, objective=objective)
-        seeds = [int(s) for s in np.random.SeedSequence(seed).generate_state(searches)]
-        running = [WaypointSearch(problem, s, evaluations) for s in seeds]
+        running = searches_of(problem, "ruckig", seed, evaluations, searches, periods)
         best, done = best_of(running, workers, progress, stop)
         if best.best_score >= NONE:
             raise PlanError(
@@ -154,10 +146,6 @@ def discriminate(
             separations(_matrix(old, problem, rate), columns),
             separations(_matrix(motion, problem, rate), columns),
         )
-    except PlanError:
-        raise
-    except TrajectoryError as error:
-        raise PlanError.of(error) from error
 
 
 @dataclass(frozen=True)
@@ -229,7 +217,7 @@ def _columns(
     scale = np.sqrt((flat**2).mean(axis=0))
     b = len(regressor.base.names)
     unit = flat / np.where(scale > 0.0, scale, 1.0) / np.sqrt(len(flat))
-    sizes = [sum(len(effect.parameter_names) for effect in candidate) for candidate in candidates]
+    sizes = [sum(len(effect.parameters) for effect in candidate) for candidate in candidates]
     ends = b + np.cumsum([0, *sizes])
     model = np.zeros((len(unit), 0)) if known is not None else unit[:, :b]
     blocks = [np.arange(first, last) for first, last in itertools.pairwise(ends)]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from robots.errors import UserError
 
 
@@ -37,3 +40,14 @@ class PlanError(TrajectoryError):
         plan_error = cls(str(error))
         plan_error.constraint, plan_error.joint, plan_error.time = error.constraint, error.joint, error.time
         return plan_error
+
+
+@contextmanager
+def as_plan_errors() -> Iterator[None]:
+    """What breaks inside is the plan's problem."""
+    try:
+        yield
+    except PlanError:
+        raise
+    except TrajectoryError as error:
+        raise PlanError.of(error) from error

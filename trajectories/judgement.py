@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ident.parameters.base import BaseParameters
+from robots.arrays import FloatArray
 from robots.description import Robot
 from trajectories.constraints.collision import CollisionCheck, Nearest
 from trajectories.constraints.surroundings import Surroundings
@@ -123,3 +124,30 @@ def predicted(
     time = sample_times(motion.duration, cycle_time)
     known = expected or ExpectedValues.described(base)
     return predict(base, time, motion.at(time).position, noise, known)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a motion of one arm has to keep, and what is known of the arm.
+
+    Attributes:
+        margins: what is kept free of the limits.
+        surroundings: what the arm may not touch; only itself by default.
+        tool: whose speed is watched; the last link where None.
+        tool_speed: highest allowed, m/s; None for no limit.
+        noise: the errors to expect of the rows; 1 % of the torque limits, white, where None.
+        expected: what the base parameters are expected to be; the a-priori figures where None.
+    """
+
+    margins: Margins = field(default_factory=Margins)
+    surroundings: Surroundings = field(default_factory=Surroundings)
+    tool: Tool | None = None
+    tool_speed: float | None = None
+    noise: TorqueNoise | None = None
+    expected: ExpectedValues | None = None
+
+    def judge(self, robot: Robot, *, start: FloatArray | None = None) -> Judge:
+        """The judge of these conditions; positions are allowed as far as ``start`` (n,) reaches."""
+        limits = Limits.of(robot, self.margins)
+        limits = limits if start is None else limits.widened(start)
+        return Judge(robot, limits, self.surroundings, self.tool, self.tool_speed)

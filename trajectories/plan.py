@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,24 +12,19 @@ from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
-from trajectories.approach import approach
-from trajectories.constraints.surroundings import Surroundings
-from trajectories.constraints.tool_speed import Tool
+from trajectories.approach import lead_home, posture_of
 from trajectories.constraints.torque import TorqueCheck
-from trajectories.errors import PlanError, TrajectoryError
+from trajectories.errors import PlanError, as_plan_errors
 from trajectories.information.counted_rows import CountedRows
-from trajectories.information.expected import ExpectedValues
 from trajectories.information.matrix import NONE, Objective
 from trajectories.information.noise import TorqueNoise
-from trajectories.information.regressors import BaseRegressor
-from trajectories.judgement import Judge, predicted
-from trajectories.limits import Limits, Margins, require_posture
+from trajectories.judgement import Conditions, predicted
 from trajectories.motions.motion import Motion, MotionSequence
 from trajectories.motions.segments import Waypoint, hold
 from trajectories.search.fourier_search import FourierSearch
 from trajectories.search.multi_start import Progress, Search, best_of
 from trajectories.search.optimise import WaypointSearch
-from trajectories.search.problem import ExcitationProblem
+from trajectories.search.problem import BaseRegressor, ExcitationProblem
 from trajectories.trajectory import (
     Detail,
     ExcitingFamily,
@@ -45,36 +40,6 @@ SEARCH_TORQUE_SHARE = 0.97
 
 SEARCH_CONDITION_SHARE = 0.97
 """The search's rows are not those of the recording, which see a slightly other condition number."""
-
-APPROACH_SPEED = 0.3
-"""Speed factor of the move from where the arm is to where the exciting motion begins."""
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """What a motion of one arm has to keep, and what is known of the arm.
-
-    Attributes:
-        margins: what is kept free of the limits.
-        surroundings: what the arm may not touch; only itself by default.
-        tool: whose speed is watched; the last link where None.
-        tool_speed: highest allowed, m/s; None for no limit.
-        noise: the errors to expect of the rows; 1 % of the torque limits, white, where None.
-        expected: what the base parameters are expected to be; the a-priori figures where None.
-    """
-
-    margins: Margins = field(default_factory=Margins)
-    surroundings: Surroundings = field(default_factory=Surroundings)
-    tool: Tool | None = None
-    tool_speed: float | None = None
-    noise: TorqueNoise | None = None
-    expected: ExpectedValues | None = None
-
-    def judge(self, robot: Robot, *, start: FloatArray | None = None) -> Judge:
-        """The judge of these conditions; positions are allowed as far as ``start`` (n,) reaches."""
-        limits = Limits.of(robot, self.margins)
-        limits = limits if start is None else limits.widened(start)
-        return Judge(robot, limits, self.surroundings, self.tool, self.tool_speed)
 
 
 def plan(
@@ -122,7 +87,7 @@ def plan(
     Raises:
         PlanError: when no motion meets the request; names the constraint, the joint and where.
     """
-    try:
+    with as_plan_errors():
         conditions = conditions or Conditions()
         objective = objective or Objective()
         _require_counts(evaluations=evaluations, searches=searches, workers=workers, periods=periods)
@@ -132,17 +97,13 @@ def plan(
         posture = posture_of(robot, start)
         lead = lead_home(robot, posture, cycle_time, conditions)
         problem = exciting_problem(robot, base, duration, objective, conditions)
-        running = _searches(problem, family, seed, evaluations, searches, periods)
+        running = searches_of(problem, family, seed, evaluations, searches, periods)
         best, done = best_of(running, workers, progress, stop)
         if best.best_score >= NONE:
             raise _nothing_found(problem, best.finished(), len(base.names))
         motion, repeat, speed = put_together(lead, best, periods, speed, cycle_time)
         origin = Origin(family, seed, done, repeat, speed)
         return finished(robot, base, motion, cycle_time, conditions, objective, origin, posture)
-    except PlanError:
-        raise
-    except TrajectoryError as error:
-        raise PlanError.of(error) from error
 
 
 @dataclass(frozen=True)
@@ -220,36 +181,13 @@ def exciting_problem(
     )
 
 
-def lead_home(
-    robot: Robot, start: FloatArray | None, cycle_time: float, conditions: Conditions
-) -> Motion | None:
-    """The slow move from a start (n,) to home; None where the arm is there already.
-
-    Raises:
-        TrajectoryError: the start breaks a constraint, or every way home that was tried does.
-    """
-    if start is None:
-        return None
-    slowest = min(APPROACH_SPEED, conditions.margins.speed_factor)
-    return approach(
-        robot,
-        start,
-        robot.home,
-        cycle_time,
-        slowest,
-        conditions.surroundings,
-        conditions.tool,
-        conditions.tool_speed,
-    ).motion
-
-
 def _require_counts(**counts: int) -> None:
     for name, value in counts.items():
         if value < 1:
             raise PlanError(f"{name} is {value}; allowed: 1 or more", constraint=name)
 
 
-def _searches(
+def searches_of(
     problem: ExcitationProblem,
     family: ExcitingFamily,
     seed: int,
@@ -257,6 +195,7 @@ def _searches(
     searches: int,
     periods: int,
 ) -> Sequence[WaypointSearch | FourierSearch]:
+    """Independent searches of a problem, each from a seed of its own."""
     seeds = [int(s) for s in np.random.SeedSequence(seed).generate_state(searches)]
     if family == "fourier":
         return [FourierSearch(problem, s, evaluations, periods) for s in seeds]
@@ -301,16 +240,3 @@ def put_together(
     repeat = repeat.slowed(planned)
     speed = repeat.whole_cycles_at(speed, cycle_time)
     return stretched(whole, planned * speed), repeat.slowed(speed), speed
-
-
-def posture_of(robot: Robot, start: ArrayLike | None) -> FloatArray | None:
-    """The start as an array; None for home.
-
-    Raises:
-        TrajectoryError: it is no posture of the arm, or outside its limits.
-    """
-    if start is None:
-        return None
-    posture = np.asarray(start, dtype=np.float64)
-    require_posture(posture, Limits.of(robot, Margins(position=0.0)), "start")
-    return None if np.allclose(posture, robot.home, atol=1e-9) else posture

@@ -19,6 +19,7 @@ from daq.catalogue.migrations import bring_up_to_date, found_version
 from daq.catalogue.schema import VERSION
 from daq.catalogue.values import CatalogueError
 from robots.errors import UserError, one_line
+from robots.extras import install_command
 
 BUSY_SECONDS = 30.0
 """How long a writer waits for the others. A transaction here takes milliseconds."""
@@ -129,7 +130,7 @@ def _engine(url: URL) -> Engine:
         except ModuleNotFoundError as error:
             raise CatalogueError(
                 f"catalogue {url.render_as_string()}: {error.name} is not installed;"
-                " install armhil[postgresql]"
+                f" install it with: {install_command('postgresql')}"
             ) from error
     path = Path(str(url.database))
     try:

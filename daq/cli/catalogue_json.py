@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from importlib.metadata import version
@@ -14,6 +13,8 @@ from daq.files.found_model import entry_json
 from daq.keeping.again import Rerun
 from daq.keeping.compare import ComparedParameter, Comparison
 from daq.keeping.prune import PrunePlan
+from daq.text.numbers import json_number
+from daq.text.parameter_rows import parameter_rows
 
 
 def runs_json(runs: Iterable[Run], verdicts: Mapping[int, str]) -> dict[str, Any]:
@@ -68,14 +69,11 @@ def model_json(model: Model) -> dict[str, Any]:
         "verdict": model.verdict,
         "recommendation": model.recommendation,
         "rows": model.rows,
-        "relative_error_percent": number(model.relative_error_percent),
-        "torque_rms": [number(value) for value in model.torque_rms],
+        "relative_error_percent": json_number(model.relative_error_percent),
+        "torque_rms": [json_number(value) for value in model.torque_rms],
         "effects": list(model.effects),
         "found": [entry_json(entry) for entry in model.found],
-        "parameters": [
-            {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
-            for p in model.parameters
-        ],
+        "parameters": parameter_rows(model.parameters),
         "covariance": model.covariance_kind,
         "settings": dict(model.settings),
         "sources": [{"path": source.path, "sha256": source.sha256} for source in model.sources],
@@ -93,10 +91,10 @@ def finding_json(finding: CatalogueFinding) -> dict[str, Any]:
         "joints": list(finding.joints),
         "sentence": finding.sentence,
         "parameters": [dict(parameter) for parameter in finding.parameters],
-        "p_value": number(finding.p_value),
-        "gap_before": number(finding.gap_before),
-        "gap_after": number(finding.gap_after),
-        "held_out_gain": number(finding.held_out_gain),
+        "p_value": json_number(finding.p_value),
+        "gap_before": json_number(finding.gap_before),
+        "gap_after": json_number(finding.gap_after),
+        "held_out_gain": json_number(finding.held_out_gain),
         "model": finding.model_id,
     }
 
@@ -111,16 +109,13 @@ def rerun_json(rerun: Rerun) -> dict[str, Any]:
         "run": rerun.run.id,
         "model": None if rerun.earlier is None else rerun.earlier.id,
         "sameness": rerun.sameness,
-        "largest_difference": number(rerun.largest),
+        "largest_difference": json_number(rerun.largest),
         "largest_parameter": rerun.largest_name or None,
         "remarks": list(rerun.remarks),
         "method": estimate.method,
         "verdict": result.test.verdict,
         "rows": result.rows,
-        "parameters": [
-            {"name": p.name, "value": number(p.value), "sigma": number(p.sigma), "unit": p.unit}
-            for p in estimate.parameters
-        ],
+        "parameters": parameter_rows(estimate.parameters),
         "report": None if rerun.result.report is None else str(rerun.result.report),
     }
 
@@ -134,8 +129,8 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
         "models": [model.id for model in comparison.models],
         "arms": [run.arm for run in comparison.runs],
         "verdicts": [model.verdict for model in comparison.models],
-        "relative_error_percent": [number(m.relative_error_percent) for m in comparison.models],
-        "torque_rms": [[number(value) for value in model.torque_rms] for model in comparison.models],
+        "relative_error_percent": [json_number(m.relative_error_percent) for m in comparison.models],
+        "torque_rms": [[json_number(value) for value in model.torque_rms] for model in comparison.models],
         "parameters": [_compared(parameter) for parameter in comparison.parameters],
         "only_first": list(comparison.only_first),
         "only_second": list(comparison.only_second),
@@ -161,19 +156,14 @@ def prune_json(plan: PrunePlan, *, dry_run: bool) -> dict[str, Any]:
     }
 
 
-def number(value: float | None) -> float | None:
-    """A number that JSON has; null for the others."""
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
 def _compared(parameter: ComparedParameter) -> dict[str, Any]:
     return {
         "name": parameter.name,
         "unit": parameter.unit,
-        "values": [number(parameter.first.value), number(parameter.second.value)],
-        "sigmas": [number(parameter.first.sigma), number(parameter.second.sigma)],
-        "difference": number(parameter.difference),
-        "difference_in_sigma": number(parameter.sigmas),
+        "values": [json_number(parameter.first.value), json_number(parameter.second.value)],
+        "sigmas": [json_number(parameter.first.sigma), json_number(parameter.second.sigma)],
+        "difference": json_number(parameter.difference),
+        "difference_in_sigma": json_number(parameter.sigmas),
     }
 
 

@@ -117,7 +117,7 @@ def print_rerun(console: Console, rerun: Rerun) -> None:
 def print_sameness(
     console: Console, sameness: Sameness, largest: float | None, name: str, remarks: Sequence[str]
 ) -> None:
-    """How alike two results are, and what is not as it was then."""
+    """How far two results agree, and what is not as it was then."""
     away = "" if largest is None else f"; largest difference {significant(largest)} σ ({name})"
     words = {
         "identical": "[green]IDENTICAL[/]: every bit of the parameters and their covariance is as it was",

@@ -15,6 +15,7 @@ from daq.cli.common import (
     Interface,
     Json,
     NewArm,
+    Parameters,
     Quiet,
     Simulated,
     StandsAt,
@@ -96,6 +97,7 @@ def check(
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-check-<robot>")
     ] = None,
     quiet: Quiet = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm again, compare it with its baseline, and say what has moved. Nagios exit codes.
@@ -183,7 +185,7 @@ def check(
         notify_of(result, catalogue, notify)
     if as_json:
         print_json(check_json(result))
-    print_check(console, result)
+    print_check(console, result, parameters)
     return result.verdict.exit_code
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from daq.cli.app import SAID
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -81,6 +84,9 @@ NotCommissioned = Annotated[
     ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm moves.")]
+Parameters = Annotated[
+    bool, typer.Option("--parameters", help="Print all that the answer rests on: parameters, tables, tests.")
+]
 Note = Annotated[str | None, typer.Option("--note", help="To be remembered of the run.", show_default="none")]
 Periods = Annotated[int, typer.Option("--periods", min=1, max=100, help="How often it is repeated.")]
 Evaluations = Annotated[int, typer.Option("--evaluations", min=100, help="Trials of the trajectory search.")]
@@ -91,7 +97,11 @@ RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil run
 
 
 def say(text: str) -> None:
-    sys.stderr.write(f"armhil: {text}\n")
+    """One line on standard error, and in the log; on a terminal it breaks between words."""
+    logging.getLogger(SAID).info("%s", text)
+    from daq.text.wrapped import width_of, wrapped
+
+    sys.stderr.write("\n".join(wrapped(f"armhil: {text}", width_of(sys.stderr))) + "\n")
 
 
 def code_of(verdict: str) -> int:
@@ -110,9 +120,9 @@ def bus_of(arm: Any, interface: str | None, channel: str | None) -> Any:
 
 def console_of(as_json: bool) -> Any:
     """Where a person reads: stdout, or stderr when stdout carries JSON."""
-    from rich.console import Console
+    from daq.text.wrapped import WordConsole
 
-    return Console(stderr=as_json)
+    return WordConsole(stderr=as_json)
 
 
 def print_json(content: dict[str, Any]) -> None:
@@ -133,8 +143,8 @@ def catalogue_of(without: bool) -> Any:
 
 def steps_of(console: Any, quiet: bool) -> Any:
     """Progress on the console, or nowhere."""
-    from daq.identification.terminal import TerminalSteps
     from daq.text.progress import Silent
+    from daq.text.terminal_steps import TerminalSteps
 
     return Silent() if quiet else TerminalSteps(console)
 

@@ -14,6 +14,7 @@ from daq.cli.common import (
     Json,
     NoCatalogue,
     Out,
+    Parameters,
     Periods,
     Quiet,
     RobotName,
@@ -39,6 +40,7 @@ def demo(
     evaluations: Evaluations = 6000,
     quiet: Quiet = False,
     no_catalogue: NoCatalogue = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Run the whole chain on simulated drives: plan, stream, record, identify, test, report.
@@ -47,10 +49,12 @@ def demo(
     """
     import robots
     from daq.cli.demonstration import DemoRequest, run_demo
+    from daq.files.model_file import SUFFIX
     from daq.files.run_folder import make_run_folder
     from daq.identification.identification_json import identification_json
     from daq.identification.terminal import print_identification
     from daq.session.keyboard import by_keyboard
+    from daq.text.wrapped import write
 
     arm = robots.load(robot)
     bus = bus_of(arm, interface, channel)
@@ -74,10 +78,9 @@ def demo(
     result = run_demo(request, steps_of(console, quiet))
     if as_json:
         print_json(identification_json(result.fitted.result, [str(result.capture.path)], result.truth))
-    print_identification(console, result.fitted.result, result.truth)
-    console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+    model = folder / f"{arm.name}{SUFFIX}"
+    print_identification(console, result.fitted, result.truth, model, parameters)
+    write(console, f"\nReport: {result.report}")
     if result.run is not None:
-        console.print(
-            f"Run [bold]{result.run}[/] of the catalogue; `armhil show {result.run}`", highlight=False
-        )
+        write(console, f"Run {result.run} of the catalogue: armhil show {result.run}")
     return code_of(result.fitted.result.test.verdict)

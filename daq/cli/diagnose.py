@@ -17,6 +17,8 @@ from daq.cli.common import (
     NewArm,
     NoCatalogue,
     NotCommissioned,
+    Parameters,
+    Quiet,
     RobotOfRecording,
     Simulated,
     SimulatedSeed,
@@ -88,6 +90,8 @@ def diagnose(
     ] = "rules",
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Find what the model lacks, name it, add it, and show the gap shrink on data that was not fitted.
@@ -97,10 +101,11 @@ def diagnose(
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import answer_json, print_evidence
-    from daq.identification.terminal import TerminalSteps
+    from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
     from daq.recording.capture import CaptureError
     from daq.session.cell import cell_of
+    from daq.text.wrapped import write
 
     console = console_of(as_json)
     request = DiagnoseRequest(
@@ -117,12 +122,12 @@ def diagnose(
     )
     if live is None and not paths:
         raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
-    answer = _by_evidence(request, search, console)
+    answer = _by_evidence(request, search, console, quiet)
     if search == "evidence":
         return _only_evidence(answer, console, as_json)
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
-        result = run_diagnose(request, TerminalSteps(console))
+        result = run_diagnose(request, steps_of(console, quiet))
         content = result.content
     else:
         order = arm_order_of(
@@ -137,7 +142,7 @@ def diagnose(
             as_json=as_json,
         )
         confirm = asking(yes, simulated, as_json)
-        found = _live(request, order, cell_of(cell), catalogue, confirm, console, rounds, duration)
+        found = _live(request, order, cell_of(cell), catalogue, confirm, console, rounds, duration, quiet)
         more = {
             "recorded": [str(path) for path in found.recorded],
             "rounds": len(found.results) - 1,
@@ -150,23 +155,24 @@ def diagnose(
         content = content | {"evidence": answer_json(answer)}
     if as_json:
         print_json(content)
-    print_diagnosis(console, result.diagnosis, result.series.checks, result.apart, result.blind)
+    model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
+    apart, blind = result.apart, result.blind
+    print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
     if answer is not None:
         print_evidence(console, answer)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
-        console.print(f"\nPage: [bold]{page}[/]", soft_wrap=True, highlight=False)
+        write(console, f"\nPage: {page}")
     return _EXIT_CODES.get(result.diagnosis.verdict, WARNING)
 
 
-def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
+def _by_evidence(request: Any, search: Searches, console: Any, quiet: bool) -> Any:
     """The answer by evidence; None where it is not asked for, or has no recording.
 
     Raises:
         CaptureError: asked for together with ``--live`` or ``--out``.
     """
     from daq.diagnosis.evidence import run_by_evidence
-    from daq.identification.terminal import TerminalSteps
     from daq.recording.capture import CaptureError
 
     if search == "rules":
@@ -177,7 +183,7 @@ def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
         raise CaptureError(
             "--search evidence writes no files yet; allowed: without --out, or --search both with it"
         )
-    return run_by_evidence(request, TerminalSteps(console))
+    return run_by_evidence(request, steps_of(console, quiet))
 
 
 def _only_evidence(answer: Any, console: Any, as_json: bool) -> int:
@@ -199,19 +205,21 @@ def _live(
     console: Any,
     rounds: int,
     duration: float,
+    quiet: bool,
 ) -> Any:
     """The diagnosis with the arm in the loop."""
     from daq.diagnosis.bench import LiveArm
     from daq.diagnosis.live import LiveRequest, live_folder, run_live
     from daq.session.bench import opened
     from daq.session.keyboard import by_keyboard
+    from daq.text.wrapped import write
 
-    steps, watcher = steps_of(console, False), watcher_of(console, order.robot, False)
+    steps, watcher = steps_of(console, quiet), watcher_of(console, order.robot, quiet)
     folder = live_folder(request.out, order.robot)
     live = LiveRequest(request, order.robot, folder, rounds=rounds, duration=duration)
     with opened(order, catalogue, steps, "drive", cell) as arm:
         drive = LiveArm(arm, order, catalogue, cell, confirm, watcher, by_keyboard).drive
         found = run_live(live, drive, steps)
     if found.refused:
-        console.print(f"No motion without leave ({found.refused}); --yes allows it", highlight=False)
+        write(console, f"No motion without leave ({found.refused}); --yes allows it")
     return found

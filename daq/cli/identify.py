@@ -12,11 +12,14 @@ from daq.cli.common import (
     Columns,
     Json,
     NoCatalogue,
+    Parameters,
+    Quiet,
     RobotOfRecording,
     catalogue_of,
     code_of,
     console_of,
     print_json,
+    steps_of,
     there,
 )
 
@@ -64,6 +67,8 @@ def identify(
         ),
     ] = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
+    parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
@@ -73,8 +78,9 @@ def identify(
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
-    from daq.identification.terminal import TerminalSteps, print_identification
+    from daq.identification.terminal import print_identification
     from daq.keeping.keep import keep_request
+    from daq.text.wrapped import write
 
     console = console_of(as_json)
     request = IdentifyRequest(
@@ -93,14 +99,14 @@ def identify(
         model=model,
     )
     catalogue = catalogue_of(no_catalogue or out is None)
-    result = run_identify(request, TerminalSteps(console))
+    result = run_identify(request, steps_of(console, quiet))
     if catalogue is not None:
         keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
-    print_identification(console, result.fitted.result)
+    print_identification(console, result.fitted, model=result.model, parameters=parameters)
     if result.report is not None:
-        console.print(f"\nReport: [bold]{result.report}[/]", soft_wrap=True, highlight=False)
+        write(console, f"\nReport: {result.report}")
     if result.urdf is not None:
-        console.print(f"URDF: [bold]{result.urdf}[/]", soft_wrap=True, highlight=False)
+        write(console, f"URDF: {result.urdf}")
     return code_of(result.fitted.result.test.verdict)

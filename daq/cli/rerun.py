@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, RunNumber, console_of, print_json
+from daq.cli.common import OK, WARNING, Json, Quiet, RunNumber, console_of, print_json, steps_of
 
 
 class Analysis(StrEnum):
@@ -31,6 +31,7 @@ def rerun(
         Path | None,
         typer.Option("--out", help="Folder for report and model file; the model is kept too."),
     ] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Analyse again what a run recorded, with the settings of then: is it identical? Nothing ever moves.
@@ -38,7 +39,6 @@ def rerun(
     Example: [bold]armhil rerun 12[/]
     """
     from daq.catalogue.database import Catalogue
-    from daq.identification.terminal import TerminalSteps
     from daq.keeping.rerun_choice import chosen_analysis
 
     console = console_of(as_json)
@@ -49,7 +49,7 @@ def rerun(
             Analysis.DIAGNOSIS: _diagnosis,
             Analysis.CHECK: _check,
         }[wanted]
-        return again(catalogue, run, TerminalSteps(console), out, console, as_json)
+        return again(catalogue, run, steps_of(console, quiet), out, console, as_json)
 
 
 def _identification(

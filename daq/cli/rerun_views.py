@@ -10,9 +10,10 @@ from rich.markup import escape
 
 from daq.check.judged import comparison_json
 from daq.check.recheck import Recheck
-from daq.cli.catalogue_json import number, rerun_json
+from daq.cli.catalogue_json import rerun_json
 from daq.cli.catalogue_terminal import print_rerun, print_sameness
 from daq.keeping.diagnosed_again import DiagnosedAgain
+from daq.text.numbers import json_number
 
 
 def diagnosed_again_json(again: DiagnosedAgain) -> dict[str, Any]:
@@ -24,7 +25,7 @@ def diagnosed_again_json(again: DiagnosedAgain) -> dict[str, Any]:
         "run": again.run.id,
         "model": again.earlier.id,
         "sameness": again.sameness,
-        "largest_difference": number(again.largest),
+        "largest_difference": json_number(again.largest),
         "largest_parameter": again.largest_name or None,
         "remarks": list(again.remarks),
         "verdict": diagnosis.verdict,

@@ -46,7 +46,7 @@ class DiagnoseRequest:
     Attributes:
         fit: captures or logs to find and fit the effect on.
         validation: captures or logs to show the gap on; empty with ``split_half``.
-        robot: name or path; the first capture's own description where None.
+        robot: name or path, or the arm itself; the first capture's own description where None.
         columns: a column map for logs; the robot's where None.
         split_half: take the first half of each record to fit and the second to validate.
         without: effects to leave out of the model that is examined.
@@ -60,7 +60,7 @@ class DiagnoseRequest:
 
     fit: tuple[Path, ...]
     validation: tuple[Path, ...] = ()
-    robot: str | None = None
+    robot: str | Robot | None = None
     columns: Path | None = None
     split_half: bool = False
     without: tuple[str, ...] = ()

@@ -24,7 +24,7 @@ from ident import BaseParameters, Parameter
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.gap import torque_floor
 from ident.discrepancy.unrepeated import noise_level
-from ident.effects.found import unused_names
+from ident.effects.found import unused
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import entry_of
 from robots import Robot
@@ -56,8 +56,8 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
     base, examination = diagnosis.base, diagnosis.examinations[-1]
     sigma = np.sqrt(np.diag(diagnosis.covariance))
     names, expressions = _own_names(base)
-    named = zip(names, diagnosis.beta, sigma, base.units, expressions, strict=True)
-    parameters = tuple(Parameter(n, float(v), float(s), u, e) for n, v, s, u, e in named)
+    named = zip(names, diagnosis.beta, sigma, expressions, base.leading, strict=True)
+    parameters = tuple(Parameter(n, float(v), float(s), p.unit, e, p) for n, v, s, e, p in named)
     entries = [entry_of(robot, effect) for effect in base.model.effects if isinstance(effect, Placed)]
     return {
         "format": 1,
@@ -89,10 +89,10 @@ def _own_names(base: BaseParameters) -> tuple[tuple[str, ...], tuple[str, ...]]:
     apart as a model does that is made of it.
     """
     found = [effect for effect in base.model.effects if isinstance(effect, Placed)]
-    standard = [*base.model.names[: len(base.model.names) - sum(len(e.parameter_names) for e in found)]]
+    standard = [*base.model.names[: len(base.model.names) - sum(len(e.parameters) for e in found)]]
     usual = int(np.count_nonzero(base.independent < len(standard)))
     for effect in found:
-        standard += unused_names(effect.parameter_names, standard)
+        standard += [parameter.name for parameter in unused(effect.parameters, standard)]
     own = tuple(standard[column] for column in base.independent[usual:])
     return (*base.names[:usual], *own), (*base.expressions[:usual], *own)
 
@@ -102,22 +102,22 @@ def _torque_noise(diagnosis: Diagnosis) -> tuple[float, ...]:
 
     An effect with a history repeats from the second period on: without it in the model that would be noise.
     """
-    first, scenes = diagnosis.examinations[0], diagnosis.examinations[-1].scenes
+    first, prepared = diagnosis.examinations[0], diagnosis.examinations[-1].prepared
     if not first.repeats:
         return ()
     if not diagnosis.findings:
         return tuple(noise_level(first).tolist())
-    return tuple(torque_floor(diagnosis.base, diagnosis.beta, scenes).tolist())
+    return tuple(torque_floor(diagnosis.base, diagnosis.beta, prepared).tolist())
 
 
 def _relative_error(diagnosis: Diagnosis) -> float:
     """100·‖ε‖/‖y‖ on the fitted rows."""
     examination = diagnosis.examinations[-1]
-    torque = np.concatenate([scene.torque for scene in examination.scenes])
+    torque = np.concatenate([piece.torque for piece in examination.prepared])
     left = np.concatenate(
         [
-            scene.torque - scene.thin(diagnosis.base.columns(scene.measured) @ diagnosis.beta)
-            for scene in examination.scenes
+            piece.torque - piece.thin(diagnosis.base.columns(piece.measured) @ diagnosis.beta)
+            for piece in examination.prepared
         ]
     )
     used = examination.used

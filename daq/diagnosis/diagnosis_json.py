@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from typing import Any
@@ -10,10 +9,11 @@ from typing import Any
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import TellingApart, Unsettled
+from daq.text.numbers import json_number
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
 from ident.discrepancy.confirmation import Confirmation, Shown
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import FloatArray
 from trajectories.information.separation import Separation
 
@@ -55,10 +55,10 @@ def diagnosis_json(
         "unexplained": [
             {
                 "joint": one.joint + 1,
-                "error_percent": _number(100.0 * one.error),
-                "noise_percent": _number(100.0 * one.noise),
-                "unexplained_percent": _number(100.0 * one.share),
-                "at_least_percent": _number(100.0 * one.least),
+                "error_percent": json_number(100.0 * one.error),
+                "noise_percent": json_number(100.0 * one.noise),
+                "unexplained_percent": json_number(100.0 * one.share),
+                "at_least_percent": json_number(100.0 * one.least),
                 "noise_from": "repeats" if one.repeats else "neighbouring rows",
                 "nearest": None if nearest is None else _candidate(nearest),
             }
@@ -75,16 +75,16 @@ def diagnosis_json(
         "residual": [
             {
                 "joint": place.joint + 1,
-                "rms": _number(place.rms),
-                "shares": {quantity: _number(share) for quantity, share in place.shares},
+                "rms": json_number(place.rms),
+                "shares": {quantity: json_number(share) for quantity, share in place.shares},
             }
-            for place in diagnosis.habitats
+            for place in diagnosis.dependences
         ],
         "unrepeated": [
             {
                 "joint": item.joint + 1,
                 "kind": item.kind,
-                "p_value": _number(item.p_value),
+                "p_value": json_number(item.p_value),
                 "sentence": item.sentence,
             }
             for item in diagnosis.unrepeated
@@ -93,7 +93,7 @@ def diagnosis_json(
             {
                 "effect": spot.effect,
                 "joints": list(spot.joints),
-                "smallest": _number(spot.smallest),
+                "smallest": json_number(spot.smallest),
                 "sentence": spot.words(),
                 "settled_by": spot.settled_by,
             }
@@ -112,16 +112,16 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "parameters": [
             {
                 "name": parameter.name,
-                "value": _number(parameter.value),
-                "sigma": _number(parameter.sigma),
+                "value": json_number(parameter.value),
+                "sigma": json_number(parameter.sigma),
                 "unit": parameter.unit,
             }
             for parameter in finding.parameters
         ],
-        "p_value": _number(finding.p_value),
-        "score": _number(finding.score),
-        "threshold": _number(finding.threshold),
-        "held_out_gain": _number(finding.held_out_gain),
+        "p_value": json_number(finding.p_value),
+        "score": json_number(finding.score),
+        "threshold": json_number(finding.threshold),
+        "held_out_gain": json_number(finding.held_out_gain),
         "confirmed": finding.confirmation.passed,
         "confirmation": _confirmation(finding.confirmation),
         "indistinguishable_from": _names(finding.indistinguishable_from),
@@ -143,7 +143,7 @@ def _confirmation(confirmation: Confirmation) -> dict[str, Any]:
 
 
 def _shown(shown: Shown) -> dict[str, Any]:
-    return {"share": _number(shown.share), "sigma": _number(shown.sigma)}
+    return {"share": json_number(shown.share), "sigma": json_number(shown.sigma)}
 
 
 def _changes(before: ModelCheck, after: ModelCheck) -> dict[str, Any]:
@@ -164,14 +164,14 @@ def _changes(before: ModelCheck, after: ModelCheck) -> dict[str, Any]:
 def _gate(gate: Gate) -> dict[str, Any]:
     return {
         "passed": bool(gate.passed),
-        "p_value": None if gate.p_value is None else _number(gate.p_value),
+        "p_value": json_number(gate.p_value),
         "detail": gate.detail,
         "checks": [
             {
                 "of": check.column,
-                "size": _number(check.size),
-                "limit": _number(check.limit),
-                "p_value": None if check.p_value is None else _number(check.p_value),
+                "size": json_number(check.size),
+                "limit": json_number(check.limit),
+                "p_value": json_number(check.p_value),
                 "passed": check.passed,
             }
             for check in gate.columns
@@ -204,7 +204,7 @@ def trajectory_name(number: int) -> str:
 def _pair(before: Separation, after: Separation) -> dict[str, Any]:
     return {
         "between": [after.first, after.second],
-        "correlation": {"before": _number(before.correlation), "after": _number(after.correlation)},
+        "correlation": {"before": json_number(before.correlation), "after": json_number(after.correlation)},
     }
 
 
@@ -213,7 +213,7 @@ def _unsettled(pair: Unsettled) -> dict[str, Any]:
 
 
 def _list(values: FloatArray) -> list[float | None]:
-    return [_number(value) for value in values]
+    return [json_number(value) for value in values]
 
 
 def _names(candidates: Iterable[Candidate]) -> list[str]:
@@ -225,18 +225,14 @@ def _candidate(candidate: Candidate) -> dict[str, Any]:
     return {
         "effects": list(candidate.effects),
         "joints": [list(joints) for joints in candidate.joints],
-        "score": _number(candidate.score),
-        "explained": _number(candidate.explained),
+        "score": json_number(candidate.score),
+        "explained": json_number(candidate.explained),
     }
 
 
 def _gap(gap: Gap) -> dict[str, Any]:
     return {
-        "before": [_number(value) for value in gap.before],
-        "after": [_number(value) for value in gap.after],
-        "floor": [_number(value) for value in gap.floor],
+        "before": [json_number(value) for value in gap.before],
+        "after": [json_number(value) for value in gap.after],
+        "floor": [json_number(value) for value in gap.floor],
     }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""The page of one diagnosis: what is missing, where it lives, how sure that is, the gap before and after."""
+"""The page of one diagnosis: what is missing, what it depends on, how sure, the gap before and after."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.diagnosis_words import headline, recommendation, sentence_of, spaced
 from daq.diagnosis.finding_view import FindingView, finding_view
 from daq.diagnosis.gap_tables import gap_rows, gate_change
-from daq.diagnosis.joint_units import position_units, torque_units
 from daq.diagnosis.plots import loop_plots
 from daq.diagnosis.ranking_table import candidate_rows
 from daq.diagnosis.telling_apart import TellingApart
@@ -72,16 +71,16 @@ def render_diagnosis(content: DiagnosisContent) -> str:
             recommendation=recommendation(diagnosis),
             findings=_findings(content, joints),
             gate=gate_change(content.series.checks[0], content.series.checks[-1]),
-            torque=gap_rows(diagnosis.torque, joints, torque_units(robot)),
+            torque=gap_rows(diagnosis.torque, joints, [joint.torque_unit for joint in robot.joint]),
             position=None
             if diagnosis.position is None
-            else gap_rows(diagnosis.position, joints, position_units(robot)),
+            else gap_rows(diagnosis.position, joints, [joint.unit for joint in robot.joint]),
             loop_reason=diagnosis.loop_reason,
             loop=loop_plots(diagnosis, joints, robot),
-            quantities=[name for name, _ in diagnosis.habitats[0].shares],
-            habitats=[
+            quantities=[name for name, _ in diagnosis.dependences[0].shares],
+            dependences=[
                 (joints[place.joint], significant(place.rms), [_share(share) for _, share in place.shares])
-                for place in diagnosis.habitats
+                for place in diagnosis.dependences
             ],
             unrepeated=[item.sentence for item in diagnosis.unrepeated],
             unexplained=unexplained_rows(diagnosis, joints),

@@ -1,13 +1,12 @@
-"""What a person sees of a diagnosis on the terminal: findings, gap, verdict last."""
+"""What a person sees of a diagnosis on the terminal: the answer, a line per joint, what is odd."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.diagnosis_words import (
@@ -15,7 +14,6 @@ from daq.diagnosis.diagnosis_words import (
     gate_words,
     headline,
     recommendation,
-    sentence_of,
     share_words,
     spaced,
 )
@@ -23,9 +21,11 @@ from daq.diagnosis.ranking_table import candidate_rows
 from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.text.numbers import percent, probability, significant, with_sigma
+from daq.text.wrapped import Column, write, write_table
 from ident.discrepancy import Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
 
+_RANKED = 6
 _COLOURS = {
     "clean": "green",
     "named": "cyan",
@@ -41,8 +41,10 @@ def print_diagnosis(
     checks: Sequence[ModelCheck],
     apart: Sequence[TellingApart],
     blind: Sequence[BlindSpot] = (),
+    model: Path | None = None,
+    details: bool = False,
 ) -> None:
-    """Print findings and gaps, then what it all means.
+    """The answer first, then a line per joint, then what is odd.
 
     Args:
         console: where a person reads.
@@ -50,54 +52,92 @@ def print_diagnosis(
         checks: of the model before anything was found and after each finding.
         apart: what to do about each ambiguous finding.
         blind: what these recordings could not have shown.
+        model: the model file that was written; None where there is none.
+        details: print the parameters of each finding, the rankings and the gaps too.
     """
-    for number, finding in enumerate(diagnosis.findings, start=1):
-        console.print(_finding_table(number, finding))
-        console.print(sentence_of(confirmed_words(finding)), highlight=False, markup=False)
-        console.print(_ranking_table(finding))
-        console.print(_error_table(checks[number - 1], checks[number]))
-        _print_gate(console, checks[number - 1], checks[number])
-    if not diagnosis.findings:
-        console.print(_error_table(checks[0], checks[0]))
-        _print_gate(console, checks[0], checks[0])
-    _print_left(console, diagnosis)
-    console.print(_gap_table("Torque gap on the validation recordings, rms", diagnosis.torque))
-    if diagnosis.position is not None:
-        console.print(_gap_table("Position gap of the closed loop, rms", diagnosis.position))
-    elif diagnosis.loop_reason:
-        console.print(f"Closed loop not simulated: {diagnosis.loop_reason}", highlight=False, markup=False)
-    for item in diagnosis.unrepeated:
-        console.print(f"[yellow]does not repeat:[/] {item.sentence}", highlight=False)
-    word = f"[bold {_COLOURS[diagnosis.verdict]}]{spaced(diagnosis.verdict).upper()}[/]"
-    console.print(f"\n{word}   {headline(diagnosis)}", highlight=False)
-    console.print(recommendation(diagnosis), highlight=False, markup=False)
-    for ambiguous in apart:
-        _print_apart(console, ambiguous)
-    if blind:
-        console.print("Could be there unseen:")
-    for spot in blind:
-        console.print(f"  {spot.words()}", highlight=False, markup=False)
-
-
-def _print_left(console: Console, diagnosis: Diagnosis) -> None:
-    """What the model does not have and does not explain."""
-    for finding in diagnosis.rejected:
-        words = f"Left out of the model: {spaced(finding.words())}; {confirmed_words(finding)}"
-        console.print(words, highlight=False, markup=False)
-    if not diagnosis.findings:
-        console.print(_candidate_table(diagnosis))
-    console.print(_unexplained_table(diagnosis))
-    if remarks := unexplained_remarks(diagnosis):
-        console.print(remarks, highlight=False, markup=False)
-
-
-def _print_gate(console: Console, before: ModelCheck, after: ModelCheck) -> None:
-    text = f"Gate 1 (is the simulated arm the real one?): {gate_words(before, after)}"
-    console.print(text, highlight=False, markup=False)
     console.print()
+    write(console, f"{headline(diagnosis)}.", style=f"bold {_COLOURS[diagnosis.verdict]}")
+    write(console, recommendation(diagnosis))
+    if model is not None and diagnosis.verdict == "named":
+        gate = checks[-1].gate
+        trusted = gate is None or gate.passed
+        write(console, f"Use {model}." if trusted else f"Not to be trusted yet: gate 1 rejects {model}.")
+    _write_joints(console, diagnosis, checks)
+    _write_odd(console, diagnosis, checks)
+    for ambiguous in apart:
+        _write_apart(console, ambiguous)
+    if blind:
+        write(console, "Could be there unseen:")
+    for spot in blind:
+        write(console, f"  {spot.words()}", indent="    ")
+    if details:
+        _write_details(console, diagnosis, checks)
+    else:
+        write(console, "- Parameters of the findings, rankings and gaps: --parameters.", style="dim")
 
 
-def _print_apart(console: Console, item: TellingApart) -> None:
+def _write_joints(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
+    """What stays of each joint's torque on data that was not fitted, worst joint first."""
+    columns = [Column("joint", right=False), Column("before"), Column("after"), Column("noise")]
+    columns += [Column("unexplained"), Column("nearest candidate", right=False, wraps=True)]
+    joints = [str(number) for number in range(1, len(diagnosis.unexplained) + 1)]
+    rows = [
+        [
+            row.joint,
+            percent(float(checks[0].held_out[int(row.joint) - 1])),
+            percent(float(checks[-1].held_out[int(row.joint) - 1])),
+            row.noise,
+            row.unexplained,
+            row.nearest,
+        ]
+        for row in unexplained_rows(diagnosis, joints)
+    ]
+    write_table(console, "Torque error on data that was not fitted, % of torque", columns, rows)
+
+
+def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
+    """What the model does not have, does not explain, or was not tested for."""
+    odd = [
+        f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
+        f" ({probability(finding.p_value)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
+        f" {confirmed_words(finding)}."
+        for number, finding in enumerate(diagnosis.findings, start=1)
+    ]
+    odd += [
+        f"Left out of the model: {spaced(finding.words())}; {confirmed_words(finding)}."
+        for finding in diagnosis.rejected
+    ]
+    odd.append(f"Gate 1 (is the simulated arm the real one?): {gate_words(checks[0], checks[-1])}.")
+    if diagnosis.position is None and diagnosis.loop_reason:
+        odd.append(f"Closed loop not simulated: {diagnosis.loop_reason}.")
+    odd += [f"Does not repeat: {item.sentence}" for item in diagnosis.unrepeated]
+    odd += [remarks] if (remarks := unexplained_remarks(diagnosis)) else []
+    for sentence in odd:
+        write(console, f"- {sentence}", indent="  ")
+
+
+def _place(finding: Finding) -> str:
+    return "arm" if not finding.joints else "joint " + ", ".join(map(str, finding.joints))
+
+
+def _write_details(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
+    for number, finding in enumerate(diagnosis.findings, start=1):
+        console.print()
+        _write_finding(console, number, finding)
+        _write_ranking(console, finding)
+        _write_errors(console, checks[number - 1], checks[number])
+        if len(diagnosis.findings) > 1:
+            write(console, f"Gate 1: {gate_words(checks[number - 1], checks[number])}")
+    if not diagnosis.findings:
+        _write_errors(console, checks[0], checks[0])
+        columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("explains")]
+        write_table(console, "Ranking: none passes", columns, candidate_rows(diagnosis)[:_RANKED])
+    _write_gap(console, "Torque gap on the validation recordings, rms", diagnosis.torque)
+    if diagnosis.position is not None:
+        _write_gap(console, "Position gap of the closed loop, rms", diagnosis.position)
+
+
+def _write_apart(console: Console, item: TellingApart) -> None:
     if item.discrimination is not None:
         pairs = ", ".join(
             f"{first.correlation:.2f} → {last.correlation:.2f}"
@@ -105,26 +145,20 @@ def _print_apart(console: Console, item: TellingApart) -> None:
                 item.discrimination.separation_before, item.discrimination.separation_after, strict=True
             )
         )
-        words = f"Planned a motion that tells them apart: correlation of each pair {pairs}"
-        console.print(words, highlight=False, markup=False)
+        write(console, f"Planned a motion that tells them apart: correlation of each pair {pairs}")
     if item.not_planned:
-        words = f"No motion was planned that tells them apart: {item.not_planned}"
-        console.print(words, highlight=False, markup=False)
+        write(console, f"No motion was planned that tells them apart: {item.not_planned}")
     for pair in item.unsettled:
-        words = (
-            f"Motion alone does not tell {spaced(pair.first)} from {spaced(pair.second)}: {pair.settled_by}"
+        write(
+            console,
+            f"Motion alone does not tell {spaced(pair.first)} from {spaced(pair.second)}: {pair.settled_by}",
         )
-        console.print(words, highlight=False, markup=False)
 
 
-def _error_table(before: ModelCheck, after: ModelCheck) -> Table:
-    table = _table(
-        "Relative torque error, %, before → after",
-        "joint",
-        "identified, all rows",
-        "identified, moving",
-        "not fitted",
-    )
+def _write_errors(console: Console, before: ModelCheck, after: ModelCheck) -> None:
+    columns = [Column("joint", right=False), Column("identified, all rows", spare=1)]
+    columns += [Column("identified, moving"), Column("not fitted")]
+    rows = []
     for joint in range(before.moving.size):
         changes = [
             f"{significant(float(a[joint]))} → {significant(float(b[joint]))}"
@@ -134,73 +168,45 @@ def _error_table(before: ModelCheck, after: ModelCheck) -> Table:
                 (before.held_out, after.held_out),
             )
         ]
-        table.add_row(str(joint + 1), *changes)
-    return table
+        rows.append([str(joint + 1), *changes])
+    write_table(console, "Relative torque error, %, before → after", columns, rows)
 
 
-def _table(title: str, *headings: str) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
-    for position, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if position == 0 else "right", no_wrap=position > 0)
-    return table
+def _write_finding(console: Console, number: int, finding: Finding) -> None:
+    columns = [Column("parameter", right=False), Column("value"), Column("σ"), Column("unit", right=False)]
+    rows = [
+        [parameter.name, *with_sigma(parameter.value, parameter.sigma), parameter.unit]
+        for parameter in finding.parameters
+    ]
+    title = f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
+    write_table(console, title, columns, rows)
 
 
-def _finding_table(number: int, finding: Finding) -> Table:
-    place = "arm" if not finding.joints else "joint " + ", ".join(map(str, finding.joints))
-    title = (
-        f"Finding {number}: {spaced(finding.effect)} at {place}"
-        f" ({probability(finding.p_value)}, closes {percent(100 * finding.held_out_gain)} of the gap)"
-    )
-    table = _table(title, "parameter", "value", "σ", "unit")
-    for parameter in finding.parameters:
-        table.add_row(parameter.name, *with_sigma(parameter.value, parameter.sigma), parameter.unit)
-    return table
-
-
-def _ranking_table(finding: Finding) -> Table:
-    table = _table("Ranking", "candidate", "score", "explains", "")
-    alike = {candidate.words() for candidate in finding.indistinguishable_from}
-    for candidate in finding.ranking[:6]:
-        mark = "cannot be told apart" if candidate.words() in alike else ""
+def _write_ranking(console: Console, finding: Finding) -> None:
+    columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("explains")]
+    columns += [Column("", right=False)]
+    indistinguishable = {candidate.words() for candidate in finding.indistinguishable_from}
+    rows = []
+    for candidate in finding.ranking[:_RANKED]:
+        mark = "cannot be told apart" if candidate.words() in indistinguishable else ""
         if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
             mark = "named"
-        table.add_row(
-            spaced(candidate.words()), significant(candidate.score), share_words(candidate.explained), mark
-        )
-    return table
+        words, share = spaced(candidate.words()), share_words(candidate.explained)
+        rows.append([words, significant(candidate.score), share, mark])
+    write_table(console, "Ranking", columns, rows)
 
 
-def _candidate_table(diagnosis: Diagnosis) -> Table:
-    table = _table("Ranking: none passes", "candidate", "score", "explains")
-    for row in candidate_rows(diagnosis)[:6]:
-        table.add_row(*row)
-    return table
-
-
-def _unexplained_table(diagnosis: Diagnosis) -> Table:
-    table = _table(
-        "Torque on data that was not fitted, % of its rms, worst joint first",
-        "joint",
-        "error",
-        "noise",
-        "unexplained",
-        "nearest candidate",
-    )
-    joints = [str(number) for number in range(1, len(diagnosis.unexplained) + 1)]
-    for row in unexplained_rows(diagnosis, joints):
-        table.add_row(row.joint, row.error, row.noise, row.unexplained, row.nearest)
-    return table
-
-
-def _gap_table(title: str, gap: Gap) -> Table:
-    table = _table(title, "joint", "before", "after", "floor")
-    for joint, (before, after, floor) in enumerate(
-        zip(gap.before, gap.after, gap.floor, strict=True), start=1
-    ):
-        table.add_row(
+def _write_gap(console: Console, title: str, gap: Gap) -> None:
+    columns = [Column("joint", right=False), Column("before"), Column("after"), Column("floor")]
+    rows = [
+        [
             str(joint),
             significant(float(before)),
             significant(float(after)),
             significant(float(floor)) if np.isfinite(floor) else "not known",
+        ]
+        for joint, (before, after, floor) in enumerate(
+            zip(gap.before, gap.after, gap.floor, strict=True), start=1
         )
-    return table
+    ]
+    write_table(console, title, columns, rows)

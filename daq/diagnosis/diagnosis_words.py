@@ -6,7 +6,8 @@ from daq.diagnosis.settled_by import settled_by
 from daq.text.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, Gate
+from robots import Joint
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -65,9 +66,9 @@ def recommendation(diagnosis: Diagnosis) -> str:
             if not finding.confirmation.passed
         )
         return f"Not confirmed: {reasons}. Do not use the model that has it."
-    alike = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
-    if alike:
-        return " ".join(_cannot_tell(finding) for finding in alike)
+    undecided = [finding for finding in diagnosis.findings if finding.indistinguishable_from]
+    if undecided:
+        return " ".join(_cannot_tell(finding) for finding in undecided)
     return (
         "The new model file has the effect: armhil identify --model and diagnose --prior go on with it, and"
         " so do checks once it is the baseline."
@@ -108,14 +109,11 @@ def gate_words(before: ModelCheck, after: ModelCheck) -> str:
         return f"cannot be run: {before.reason or after.reason}"
     worst = worst_check(before.gate)
     then = next((check for check in after.gate.columns if check.column == worst.column), worst)
-    what = worst.column if worst.column.startswith(_LOOP) else f"regressor {worst.column}"
+    what = f"regressor {worst.column}" if worst.kind == "regressor" else worst.column
     return (
         f"{_passed(before.gate)} → {_passed(after.gate)}; what the simulation lacks of the {what} goes from"
         f" {percent(100 * worst.size)} to {percent(100 * then.size)} (margin {percent(100 * worst.limit)})"
     )
-
-
-_LOOP = ("torque", "following error")
 
 
 def worst_check(gate: Gate) -> ColumnCheck:
@@ -132,14 +130,13 @@ def _passed(gate: Gate) -> str:
     return "accepted" if gate.passed else "rejected"
 
 
-def unit_of_quantity(quantity: str, kind: str) -> str:
-    """SI unit of what a residual is drawn against."""
-    angle = "m" if kind == "prismatic" else "rad"
-    torque = "N" if kind == "prismatic" else "N·m"
+def unit_of_quantity(quantity: str, joint: Joint) -> str:
+    """SI unit of what a residual of a joint is drawn against."""
+    angle = joint.unit
     return {
         "position": angle,
         "speed": f"{angle}/s",
         "acceleration": f"{angle}/s²",
-        "torque": torque,
+        "torque": joint.torque_unit,
         "time": "s",
     }[quantity]

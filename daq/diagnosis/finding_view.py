@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from daq.diagnosis.diagnosis_json import trajectory_name
 from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
-from daq.diagnosis.joint_units import torque_units
-from daq.diagnosis.plots import Plot, portrait_plot
+from daq.diagnosis.plots import Plot, binned_residual_plot
 from daq.diagnosis.ranking_table import RankRow, ranking_rows
 from daq.diagnosis.telling_apart import TellingApart
 from daq.text.numbers import correlation, percent, probability, with_sigma
@@ -64,8 +63,8 @@ def finding_view(
         joints: headings.
     """
     before, after = series.checks[number - 1 : number + 1]
-    shown = {joint - 1 for joint in finding.joints} or {finding.portrait.joint}
-    pictures = [one for one in series.portraits[number - 1] if one.centre.size]
+    shown = {joint - 1 for joint in finding.joints} or {finding.binned_residual.joint}
+    pictures = [one for one in series.binned_residuals[number - 1] if one.centre.size]
     return FindingView(
         number=number,
         words=sentence_of(finding.words()),
@@ -75,12 +74,14 @@ def finding_view(
         closed=percent(100.0 * finding.held_out_gain),
         confirmed=confirmed_words(finding),
         parameters=tuple(_parameter_row(p) for p in finding.parameters),
-        here=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint in shown),
-        elsewhere=tuple(portrait_plot(one, joints, robot) for one in pictures if one.joint not in shown),
+        here=tuple(binned_residual_plot(one, joints, robot) for one in pictures if one.joint in shown),
+        elsewhere=tuple(
+            binned_residual_plot(one, joints, robot) for one in pictures if one.joint not in shown
+        ),
         ranking=ranking_rows(finding),
         errors=error_rows(before, after, joints),
         gate=gate_change(before, after),
-        gap=gap_rows(finding.gap, joints, torque_units(robot)),
+        gap=gap_rows(finding.gap, joints, [joint.torque_unit for joint in robot.joint]),
         apart=apart,
         pairs=_pairs(apart),
         file=trajectory_name(number),

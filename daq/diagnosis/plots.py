@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: where a residual lives, and how the simulated loop goes."""
+"""Pictures of a diagnosis: what a residual depends on, and how the simulated loop goes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.diagnosis.diagnosis_words import unit_of_quantity
-from daq.diagnosis.joint_units import position_units
 from daq.report.pictures import Tick, nice_ticks, scaled, tick_text, trace_path
 from daq.report.traces import pixels_per_trace
 from daq.text.numbers import significant
 from ident.discrepancy import Diagnosis
-from ident.discrepancy.portrait import Portrait
+from ident.discrepancy.binned_residual import BinnedResidual
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -30,15 +29,14 @@ class Plot:
     along_unit: str
 
 
-def portrait_plot(picture: Portrait, joints: list[str], robot: Robot) -> Plot:
+def binned_residual_plot(picture: BinnedResidual, joints: list[str], robot: Robot) -> Plot:
     """The mean residual of a joint against one quantity: without an effect, with it, what it adds."""
-    kind = robot.joint[picture.joint].kind
+    joint = robot.joint[picture.joint]
     series = (("m", picture.before), ("p", picture.added), ("d", picture.after))
-    unit = "N" if kind == "prismatic" else "N·m"
-    along_unit = unit_of_quantity(picture.quantity, kind)
+    along_unit = unit_of_quantity(picture.quantity, joint)
     return _plot(
         f"{joints[picture.joint]} against {picture.quantity}",
-        unit,
+        joint.torque_unit,
         along_unit,
         picture.centre,
         series,
@@ -56,7 +54,7 @@ def loop_plots(diagnosis: Diagnosis, joints: list[str], robot: Robot) -> list[Pl
     return [
         _plot(
             joint,
-            position_units(robot)[j],
+            robot.joint[j].unit,
             "s",
             loop.time,
             (("m", loop.before[:, j]), ("p", loop.after[:, j])),

@@ -25,14 +25,14 @@ class RankRow:
 
 def ranking_rows(finding: Finding) -> tuple[RankRow, ...]:
     """Candidates with bars from zero to the best score; those that cannot be told apart are marked."""
-    alike = {candidate.words() for candidate in finding.indistinguishable_from}
+    indistinguishable = {candidate.words() for candidate in finding.indistinguishable_from}
     shown = [c for c in finding.ranking if c.score > 0] or list(finding.ranking[:1])
     named = _named(finding, shown)
     best = max((c.score for c in shown), default=1.0) or 1.0
     rows = []
     for candidate in shown:
         words = candidate.words()
-        state = "named" if words == named else "alike" if words in alike else "other"
+        state = "named" if words == named else "indistinguishable" if words in indistinguishable else "other"
         if state == "other" and _contains(candidate, finding):
             state = "general"
         width = max(0.0, min(100.0, 100.0 * candidate.score / best))

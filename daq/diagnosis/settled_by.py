@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import combinations
 
 from daq.diagnosis.scored_families import scored_family
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.vocabulary import VOCABULARY
 
 
@@ -25,5 +25,5 @@ def settled_by(effects: Iterable[str]) -> str:
         if how:
             return how
     return next(
-        family.settled_by for family in (*reversed(VOCABULARY), *WITHOUT_A_NAME) if family.name in names
+        family.settled_by for family in (*reversed(VOCABULARY), *UNNAMED_FAMILIES) if family.name in names
     )

@@ -114,7 +114,7 @@ def tell_apart(
 
 def _recorded(diagnosis: Diagnosis) -> Motion | None:
     """The motion of the first fitted recording, by its references; None where there are none."""
-    recordings = [scene.recording for found in diagnosis.examinations[:1] for scene in found.scenes]
+    recordings = [piece.recording for found in diagnosis.examinations[:1] for piece in found.prepared]
     if not recordings or recordings[0].reference is None:
         return None
     time = recordings[0].time
@@ -161,7 +161,7 @@ def _planned(
     for pair in found.separation_after:
         if pair.correlation > TOLD_APART:
             first, second = by_words[pair.first], by_words[pair.second]
-            unsettled.append(_unsettled(first, second, _too_alike(pair)))
+            unsettled.append(_unsettled(first, second, _too_similar(pair)))
     return TellingApart(number, words, found, tuple(unsettled))
 
 
@@ -178,7 +178,7 @@ def _unsettled(first: _Explanation, second: _Explanation, why: str) -> Unsettled
     return Unsettled(first.words, second.words, why, settled_by((*first.names, *second.names)))
 
 
-def _too_alike(pair: Separation) -> str:
+def _too_similar(pair: Separation) -> str:
     return f"correlation {pair.correlation:.3f} even on the motion that tells them apart best"
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from daq.doctor.check import Check, worst
 from daq.doctor.environment import machine_checks
 from drivers import Budgets, BusError, Channel, DriveError, open_bus
+from drivers.bus.adapters import ADAPTERS
 from drivers.bus.budget import BusBudget, nominal_links
 from drivers.bus.bus_lock import BusLock
 from drivers.bus.multicast import RECEIVE_BUFFER
@@ -67,7 +68,7 @@ def bus_checks(channel: Channel) -> list[Check]:
             buffer = _receive_buffer(bus)
     except BusError as error:
         return [Check("bus", "failed", str(error), _bus_remedy(channel, str(error)))]
-    checks = [Check("bus", "ok", f"{channel} opens")]
+    checks = [Check("bus", "ok", f"{channel} opens"), *adapter_checks(channel)]
     try:
         BusLock(channel).release()
     except BusError as error:
@@ -81,6 +82,25 @@ def bus_checks(channel: Channel) -> list[Check]:
     else:
         checks.append(Check("receive buffer", "ok", f"{buffer} bytes"))
     return checks
+
+
+def adapter_checks(channel: Channel) -> list[Check]:
+    """What the interface does not tell; nothing where simulated drives are on it."""
+    if channel.only_simulated:
+        return []
+    known = ADAPTERS.get(channel.interface)
+    if known is None:
+        text = f"interface {channel.interface}: not known whether it tells bus-off, error-passive and times"
+        return [Check("adapter", "unknown", text)]
+    lacks = []
+    if not known.state:
+        lacks.append("bus-off and error-passive are not told: they show as answers that stay away")
+    if not known.stamps:
+        lacks.append("no time stamps: recorded frames carry the time at which this program fetched them")
+    if not lacks:
+        return [Check("adapter", "ok", f"{channel.interface} tells the controller's state and receive times")]
+    remedy = "use an adapter with a SocketCAN driver for a real arm"
+    return [Check("adapter", "warning", f"{channel.interface}: {'; '.join(lacks)}", remedy)]
 
 
 def _receive_buffer(bus: Any) -> int | None:
@@ -98,7 +118,8 @@ def _bus_remedy(channel: Channel, message: str) -> str:
     if "kernel has no CAN" in message:
         return "use a kernel with SocketCAN, or interface udp_multicast with simulated drives"
     if "driver of interface" in message:
-        return "install the maker's library"
+        extra = ADAPTERS[channel.interface].extra if channel.interface in ADAPTERS else ""
+        return f"pip install armhil[{extra}]" if extra else "install the maker's library"
     if "permission" in message:
         return "run as a user who may open the device"
     return "name another --interface or --channel"

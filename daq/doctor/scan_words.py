@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import Any
 
 from drivers import Channel
-from drivers.setup.scan import FoundDrive
+from drivers.setup.scan import FoundDrive, FoundPdo
 
 
 def describe_scan(channel: Channel, found: Sequence[FoundDrive]) -> str:
@@ -30,8 +30,32 @@ def _lines(drive: FoundDrive) -> list[str]:
         f"  state {drive.state}, profile {drive.profile.name}, modes {' '.join(drive.modes) or 'not told'}",
         f"  heartbeat {beats}, watches its master: {'yes' if drive.watches else 'no'}",
         f"  units: {drive.units}; limits: {limits}",
-        f"  torque: {torque}; {len(drive.rpdos)} RPDOs, {len(drive.tpdos)} TPDOs",
+        f"  torque: {torque}; temperature: {_warmth(drive)}",
+        *[f"  {_pdo_words('RPDO', pdo)}" for pdo in drive.rpdos],
+        *[f"  {_pdo_words('TPDO', pdo)}" for pdo in drive.tpdos],
     ]
+
+
+def _warmth(drive: FoundDrive) -> str:
+    return "not told" if drive.temperature is None else f"{drive.temperature:.4g} °C"
+
+
+def _pdo_words(kind: str, pdo: FoundPdo) -> str:
+    carried = " ".join(str(entry) for entry in pdo.objects) or "nothing"
+    state = f"0x{pdo.cob_id:03X}" if pdo.on else "off"
+    told = "not told" if pdo.type is None else str(pdo.type)
+    return f"{kind} {pdo.number}: {state}, type {told}, {carried} (room for {pdo.slots})"
+
+
+def _pdo_json(pdo: FoundPdo) -> dict[str, Any]:
+    return {
+        "number": pdo.number,
+        "cob_id": pdo.cob_id,
+        "on": pdo.on,
+        "type": pdo.type,
+        "slots": pdo.slots,
+        "objects": [str(entry) for entry in pdo.objects],
+    }
 
 
 def scan_json(channel: Channel, found: Sequence[FoundDrive], draft: str) -> dict[str, Any]:
@@ -53,8 +77,9 @@ def scan_json(channel: Channel, found: Sequence[FoundDrive], draft: str) -> dict
                 "watches": drive.watches,
                 "modes": list(drive.modes),
                 "torque": [f"{index:04X}:{subindex:02X}" for index, subindex in drive.torque],
-                "rpdos": len(drive.rpdos),
-                "tpdos": len(drive.tpdos),
+                "rpdos": [_pdo_json(pdo) for pdo in drive.rpdos],
+                "tpdos": [_pdo_json(pdo) for pdo in drive.tpdos],
+                "temperature": drive.temperature,
                 "settings": dict(drive.settings),
             }
             for drive in found

@@ -71,13 +71,23 @@ def export_capture(source: Path, kind: str, out: Path | None = None) -> Exported
             rows = _write_raw_frames(capture, kind, path)
         else:
             path.write_text(capture.urdf_text, encoding="utf-8")
-    except OSError as error:
-        raise CaptureError(f"{path}: cannot be written: {error.strerror or error}") from error
+    except BaseException as error:
+        # Neither was there before: see above.
+        path.unlink(missing_ok=True)
+        map_of(path).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise CaptureError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise
     return Exported(path, rows, map_path, capture.damage.sentences(capture.period))
 
 
+def map_of(path: Path) -> Path:
+    """The column map of a table: one for each format, so that several go into one folder."""
+    return path.with_name(path.name + MAP_SUFFIX)
+
+
 def _refuse_overwriting(path: Path) -> None:
-    for taken in (path, path.with_suffix(MAP_SUFFIX)):
+    for taken in (path, map_of(path)):
         if taken.exists():
             raise CaptureError(f"{taken}: exists already; choose another --out")
 
@@ -93,7 +103,7 @@ def _write_table(capture: Capture, kind: str, path: Path) -> tuple[int, Path]:
             write_parquet(path, file, table, capture.joints)
         else:
             write_mat(path, table)
-    map_path = path.with_suffix(MAP_SUFFIX)
+    map_path = map_of(path)
     comment = f"# Reads {path.name} back: armhil import {path.name} --robot ARM --columns {map_path.name}\n"
     map_path.write_text(comment + toml_text(import_map(capture, robot, name)), encoding="utf-8")
     return len(capture.samples), map_path

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from daq.recording.capture import Capture, CaptureError
 from robots import Robot
+from robots.extras import install_command
 
 Values = NDArray[Any]
 
@@ -116,7 +117,8 @@ def write_parquet(path: Path, file: BinaryIO, table: dict[str, Values], joints: 
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        raise CaptureError(f"{path}: Parquet needs pyarrow; install armhil[parquet]") from None
+        command = install_command("parquet")
+        raise CaptureError(f"{path}: Parquet needs pyarrow; install it with: {command}") from None
     columns = _flat(table, joints)
     parquet.write_table(pa.table({name: np.ascontiguousarray(v) for name, v in columns.items()}), file)
 

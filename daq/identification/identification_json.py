@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 from daq.files.found_model import entry_json
+from daq.text.numbers import json_number
 from ident.estimators import ESTIMATORS
 from ident.results import (
     Consistency,
     DroppedParameter,
     Essential,
     Estimate,
-    Gate,
     HeldOut,
     Identification,
     Parameter,
     Rank,
-    RevisedTest,
     Signals,
 )
+from ident.verdicts import Gate, RevisedTest
 
 
 def identification_json(
@@ -58,7 +57,7 @@ def identification_json(
         "held_out": [_held_out(entry) for entry in result.held_out],
         "consistency": None if result.consistency is None else _consistency(result.consistency),
         "essential": None if result.essential is None else _essential(result.essential),
-        "truth": None if truth is None else {name: _number(value) for name, value in truth.items()},
+        "truth": None if truth is None else {name: json_number(value) for name, value in truth.items()},
         "warnings": list(result.warnings),
     }
 
@@ -67,9 +66,9 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
     return {
         "parameters": [_parameter(parameter) for parameter in estimate.parameters],
         "covariance": estimate.covariance_kind,
-        "condition": _number(estimate.condition),
+        "condition": json_number(estimate.condition),
         "relative_error_percent": {
-            "total": _number(estimate.relative_error_percent),
+            "total": json_number(estimate.relative_error_percent),
             "per_joint": _numbers(estimate.relative_error_percent_per_joint),
         },
         "torque_rms": _numbers(estimate.torque_rms),
@@ -82,10 +81,11 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
 def _parameter(parameter: Parameter) -> dict[str, Any]:
     return {
         "name": parameter.name,
-        "value": _number(parameter.value),
-        "sigma": _number(parameter.sigma),
-        "percent_sigma": _number(parameter.percent_sigma),
-        "t_value": _number(parameter.t_value),
+        "value": json_number(parameter.value),
+        "sigma": json_number(parameter.sigma),
+        "percent_sigma": json_number(parameter.percent_sigma),
+        "t_value": json_number(parameter.t_value),
+        "half_width": json_number(parameter.half_width),
         "unit": parameter.unit,
     }
 
@@ -93,23 +93,23 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
 def _consistency(consistency: Consistency) -> dict[str, Any]:
     return {
         "nearest_to": consistency.nearest_to,
-        "distance": _number(consistency.distance),
-        "expected_distance": _number(consistency.expected_distance),
-        "p_value": _number(consistency.p_value),
-        "residual_change_percent": _number(consistency.residual_change_percent),
+        "distance": json_number(consistency.distance),
+        "expected_distance": json_number(consistency.expected_distance),
+        "p_value": json_number(consistency.p_value),
+        "residual_change_percent": json_number(consistency.residual_change_percent),
         "limits": list(consistency.limits),
         "links": [
             {
                 "name": link.name,
-                "mass": _number(link.mass),
+                "mass": json_number(link.mass),
                 "center": _numbers(link.center),
-                "margin": _number(link.margin),
+                "margin": json_number(link.margin),
                 "at_limit": bool(link.at_limit),
                 "impossible_before": bool(link.impossible_before),
             }
             for link in consistency.links
         ],
-        "standard": {name: _number(value) for name, value in consistency.standard.items()},
+        "standard": {name: json_number(value) for name, value in consistency.standard.items()},
     }
 
 
@@ -117,8 +117,8 @@ def _rank(rank: Rank) -> dict[str, Any]:
     return {
         "structural": rank.structural,
         "data": rank.data,
-        "smallest": _number(rank.smallest),
-        "noise_level": _number(rank.noise_level),
+        "smallest": json_number(rank.smallest),
+        "noise_level": json_number(rank.noise_level),
         "unseen": list(rank.unseen),
         "reasons": list(rank.reasons),
     }
@@ -126,15 +126,15 @@ def _rank(rank: Rank) -> dict[str, Any]:
 
 def _signals(signals: Signals) -> dict[str, Any]:
     return {
-        "cutoff_hz": _number(signals.cutoff_hz),
-        "proposed_cutoff_hz": _number(signals.proposed_cutoff_hz),
+        "cutoff_hz": json_number(signals.cutoff_hz),
+        "proposed_cutoff_hz": json_number(signals.proposed_cutoff_hz),
         "position_noise": _numbers(signals.position_noise),
         "quantum": _numbers(signals.quantum),
-        "friction_width": _number(signals.friction_width),
-        "proposed_friction_width": _number(signals.proposed_friction_width),
-        "lag": _number(signals.lag),
-        "estimated_lag": _number(signals.estimated_lag),
-        "lag_sigma": _number(signals.lag_sigma),
+        "friction_width": json_number(signals.friction_width),
+        "proposed_friction_width": json_number(signals.proposed_friction_width),
+        "lag": json_number(signals.lag),
+        "estimated_lag": json_number(signals.estimated_lag),
+        "lag_sigma": json_number(signals.lag_sigma),
     }
 
 
@@ -144,7 +144,7 @@ def _held_out(entry: HeldOut) -> dict[str, Any]:
         "method": entry.method,
         "rows": entry.rows,
         "relative_error_percent": {
-            "total": _number(entry.relative_error_percent),
+            "total": json_number(entry.relative_error_percent),
             "per_joint": _numbers(entry.relative_error_percent_per_joint),
         },
         "torque_rms": _numbers(entry.torque_rms),
@@ -163,10 +163,10 @@ def _essential(essential: Essential) -> dict[str, Any]:
 def _dropped(parameter: DroppedParameter) -> dict[str, Any]:
     return {
         "name": parameter.name,
-        "percent_sigma": _number(parameter.percent_sigma),
-        "statistic": _number(parameter.statistic),
+        "percent_sigma": json_number(parameter.percent_sigma),
+        "statistic": json_number(parameter.statistic),
         "df": _numbers(parameter.df),
-        "p_value": _number(parameter.p_value),
+        "p_value": json_number(parameter.p_value),
     }
 
 
@@ -184,17 +184,17 @@ def _gate(gate: Gate) -> dict[str, Any]:
         "name": gate.name,
         "null": gate.null,
         "passed": None if gate.passed is None else bool(gate.passed),
-        "statistic": _number(gate.statistic),
+        "statistic": json_number(gate.statistic),
         "distribution": gate.distribution,
         "df": None if gate.df is None else _numbers(gate.df),
-        "p_value": _number(gate.p_value),
+        "p_value": json_number(gate.p_value),
         "detail": gate.detail,
         "columns": [
             {
                 "column": check.column,
-                "size": _number(check.size),
-                "limit": _number(check.limit),
-                "p_value": _number(check.p_value),
+                "size": json_number(check.size),
+                "limit": json_number(check.limit),
+                "p_value": json_number(check.p_value),
                 "passed": bool(check.passed),
             }
             for check in gate.columns
@@ -202,9 +202,5 @@ def _gate(gate: Gate) -> dict[str, Any]:
     }
 
 
-def _number(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
 def _numbers(values: Iterable[float]) -> list[float | None]:
-    return [_number(value) for value in values]
+    return [json_number(value) for value in values]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from daq.files.found_model import read_found_model
+from daq.files.model_file import SUFFIX
 from daq.files.run_folder import make_run_folder
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
@@ -30,7 +31,7 @@ class IdentifyRequest:
 
     Attributes:
         paths: captures or logs.
-        robot: name or path; the first capture's own description where None.
+        robot: name or path, or the arm itself; the first capture's own description where None.
         columns: a column map for logs; the robot's where None.
         cutoff_hz: low-pass for the positions; ``"auto"`` takes the proposal, the settings' where None.
         rate_hz: rows per second after decimation; the settings' where None.
@@ -46,7 +47,7 @@ class IdentifyRequest:
     """
 
     paths: tuple[Path, ...]
-    robot: str | None = None
+    robot: str | Robot | None = None
     columns: Path | None = None
     cutoff_hz: float | Literal["auto"] | None = None
     rate_hz: float | None = None
@@ -67,6 +68,11 @@ class IdentifyResult:
     fitted: Fitted
     report: Path | None
     urdf: Path | None = None
+
+    @property
+    def model(self) -> Path | None:
+        """The model file beside the report."""
+        return None if self.report is None else self.report.parent / f"{self.fitted.result.robot}{SUFFIX}"
 
 
 def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:

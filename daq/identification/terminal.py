@@ -1,130 +1,99 @@
-"""What a person sees on the terminal: progress bars, tables, one clear line for an error."""
+"""What a person sees of an identification: the answer, a line per joint, what is odd; all of it if asked."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-from rich.table import Table
 
 from daq.files.found_model import found_words
-from daq.text.numbers import percent, probability, setting, significant, with_sigma
-from daq.text.progress import Update
-from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
-from ident import Estimate, Identification
+from daq.identification.answer import answer_of, per_joint
+from daq.text.numbers import NOTHING, percent, probability, setting, significant, with_sigma
+from daq.text.verdict_words import VerdictKind, words_of
+from daq.text.wrapped import Column, write, write_table
+from ident import Estimate, Fitted, Identification
 from ident.results import Consistency, Essential, HeldOut, Rank, Signals
 
-_COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "yellow", "bad": "red", "unknown": "yellow"}
-
-
-class TerminalSteps:
-    """Progress bars with time left on the given console; plain lines where it is no terminal."""
-
-    def __init__(self, console: Console) -> None:
-        self._console = console
-
-    @contextmanager
-    def step(self, title: str) -> Iterator[Update]:
-        """Show a bar until the block ends."""
-        if not self._console.is_terminal:
-            self._console.print(f"{title} …")
-            yield _nothing
-            return
-        columns = (
-            SpinnerColumn(),
-            TextColumn("{task.description:<28}"),
-            BarColumn(bar_width=30),
-            TextColumn("{task.percentage:>4.0f} %"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(compact=True),
-            TextColumn("{task.fields[word]}"),
-        )
-        with Progress(*columns, console=self._console) as progress:
-            task = progress.add_task(title, total=1.0, word="")
-            yield lambda share, word: progress.update(task, completed=share, word=word)
-            progress.update(task, completed=1.0, word="")
-
-
-def _nothing(share: float, word: str) -> None:
-    """A pipe needs no bar."""
+_COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "green", "bad": "red", "unknown": "yellow"}
 
 
 def print_identification(
-    console: Console, result: Identification, truth: Mapping[str, float] | None = None
+    console: Console,
+    fitted: Fitted,
+    truth: Mapping[str, float] | None = None,
+    model: Path | None = None,
+    parameters: bool = False,
 ) -> None:
-    """Parameters, gates and verdict, the verdict last, where the eye is."""
-    trusted = result.recommended
-    console.print(_parameter_table(trusted, truth))
+    """The answer first, then a line per joint, then what is odd.
+
+    Args:
+        console: where a person reads.
+        fitted: the identification.
+        truth: base parameters of a simulated arm by name, SI; None for a real one.
+        model: the model file that was written; None where there is none.
+        parameters: print the parameters and the gates too.
+    """
+    result = fitted.result
+    answer = answer_of(result, model, truth)
+    console.print()
+    write(console, answer.sentence, style=f"bold {_COLOURS[answer.kind]}")
+    headings, rows = per_joint(result, fitted.base.model.robot)
+    columns = [
+        Column(name, right=number > 0, spare=max(0, number - 2)) for number, name in enumerate(headings)
+    ]
+    write_table(console, "", columns, rows)
+    for sentence in answer.odd:
+        write(console, f"- {sentence}", indent="  ")
     if result.found:
-        console.print(f"Found effects in the model: {found_words(result.found)}.", highlight=False)
+        write(console, f"- Found effects in the model: {found_words(result.found)}.", indent="  ")
     if result.essential is not None:
-        console.print(_essential(result.essential), highlight=False)
+        write(console, f"- {_essential(result.essential)}", indent="  ")
     if result.consistency is not None:
-        console.print(_links_table(result.consistency))
-        console.print(f"Arm that can exist: {result.consistency.sentence}.", highlight=False)
+        write(console, f"- Arm that can exist: {result.consistency.sentence}.", indent="  ")
+    if parameters:
+        print_all(console, result, truth)
+    else:
+        write(
+            console, f"- --parameters shows all {len(result.recommended.parameters)} parameters.", style="dim"
+        )
+
+
+def print_all(console: Console, result: Identification, truth: Mapping[str, float] | None = None) -> None:
+    """Parameters, links, predictions, settings and gates."""
+    console.print()
+    _write_parameters(console, result.recommended, truth)
+    if result.consistency is not None:
+        _write_links(console, result.consistency)
     if result.held_out:
-        console.print(_held_out_table(result.held_out))
+        _write_held_out(console, result.held_out)
+    _write_gates(console, result)
     if result.signals is not None:
-        console.print(_signals(result.signals, result.rank), highlight=False)
-    console.print(_gate_table(result))
-    console.print(_verdict(result, trusted))
-    console.print(f"{result.test.recommendation} {asked_for(result)}".strip(), highlight=False)
-    for warning in result.warnings:
-        console.print(f"[yellow]warning:[/] {warning}", highlight=False)
+        write(console, _signals(result.signals, result.rank))
 
 
-def _verdict(result: Identification, trusted: Estimate) -> str:
-    error = percent(trusted.relative_error_percent)
-    worst = int(np.argmax(trusted.relative_error_percent_per_joint))
-    worst_error = percent(float(trusted.relative_error_percent_per_joint[worst]))
-    words = VERDICTS[result.test.verdict]
-    return (
-        f"\n[bold {_COLOURS[words.kind]}]{words.headline.upper()}[/]   relative torque error {error},"
-        f" largest on joint {worst + 1}: {worst_error}"
-    )
-
-
-def _parameter_table(estimate: Estimate, truth: Mapping[str, float] | None) -> Table:
-    method = words_of(estimate.method)
-    table = Table(title=f"Base parameters by {method}", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
-    for heading in ("parameter", "unit"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("value", "σ", "% σ", "t"):
-        table.add_column(heading, justify="right", no_wrap=True)
+def _write_parameters(console: Console, estimate: Estimate, truth: Mapping[str, float] | None) -> None:
+    columns = [Column("parameter", right=False), Column("unit", right=False)]
+    columns += [Column("value"), Column("σ"), Column("% σ", spare=1), Column("± 95 %")]
     if truth is not None:
-        for heading in ("truth", "off by"):
-            table.add_column(heading, justify="right", no_wrap=True)
+        columns += [Column("truth", spare=2), Column("off by")]
+    rows = []
     for parameter in estimate.parameters:
         true = None if truth is None else truth[parameter.name]
-        value, sigma, *rest = with_sigma(parameter.value, parameter.sigma, *([] if true is None else [true]))
+        value, sigma, half, *rest = with_sigma(
+            parameter.value, parameter.sigma, parameter.half_width, *([] if true is None else [true])
+        )
         cells = [parameter.name, parameter.unit, value, sigma, percent(parameter.percent_sigma)]
-        cells.append(significant(parameter.t_value))
+        cells.append(half if parameter.half_width is not None else NOTHING)
         if true is not None:
             away = (parameter.value - true) / parameter.sigma
             cells += [*rest, f"{away:+.1f} σ".replace("-", "−")]
-        table.add_row(*cells)
-    return table
+        rows.append(cells)
+    write_table(console, f"Base parameters by {words_of(estimate.method)}", columns, rows)
 
 
-def _gate_table(result: Identification) -> Table:
-    table = Table(
-        title="Revised Durbin-Wu-Hausman test", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1)
-    )
-    table.add_column("gate", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    table.add_column("statistic", no_wrap=True, justify="right")
-    table.add_column("detail")
+def _write_gates(console: Console, result: Identification) -> None:
     words = {
         ("instruments", True): "valid",
         ("instruments", False): "not valid",
@@ -133,51 +102,43 @@ def _gate_table(result: Identification) -> Table:
         ("exogeneity", True): "exogenous",
         ("exogeneity", False): "endogenous",
     }
+    write(console, "Revised Durbin-Wu-Hausman test", style="italic")
     for gate in result.test.gates:
         word = "not reached" if gate.passed is None else words[gate.name, gate.passed]
-        p = "" if gate.p_value is None else f"\n{probability(gate.p_value)}"
-        statistic = "" if gate.statistic is None else f"{significant(gate.statistic)}{p}"
-        table.add_row(gate.name, word, statistic, gate.detail)
-    return table
+        figures = [] if gate.statistic is None else [significant(gate.statistic)]
+        figures += [] if gate.p_value is None else [probability(gate.p_value)]
+        shown = f" ({', '.join(figures)})" if figures else ""
+        detail = f": {gate.detail}" if gate.detail else ""
+        write(console, f"  {gate.name}: {word}{shown}{detail}", indent="    ")
 
 
-def _held_out_table(held_out: tuple[HeldOut, ...]) -> Table:
-    table = Table(
-        title="Prediction of recordings that were not fitted to",
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1),
-    )
-    table.add_column("recording")
-    for heading in ("estimate", "relative error", "per joint", "rms per joint"):
-        table.add_column(heading, justify="right")
-    for entry in held_out:
-        table.add_row(
+def _write_held_out(console: Console, held_out: tuple[HeldOut, ...]) -> None:
+    columns = [Column("recording", right=False, wraps=True), Column("estimate", right=False)]
+    columns += [Column("error"), Column("rms per joint", wraps=True)]
+    rows = [
+        [
             entry.recording,
             words_of(entry.method),
             percent(entry.relative_error_percent),
-            "  ".join(percent(float(error)) for error in entry.relative_error_percent_per_joint),
             "  ".join(significant(float(rms)) for rms in entry.torque_rms),
-        )
-    return table
+        ]
+        for entry in held_out
+    ]
+    write_table(console, "Prediction of recordings that were not fitted to", columns, rows)
 
 
-def _links_table(consistency: Consistency) -> Table:
-    table = Table(
-        title="Links of the nearest arm that can exist", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1)
-    )
-    table.add_column("link", no_wrap=True)
-    for heading in ("mass, kg", "centre of mass, m", "margin"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("")
+def _write_links(console: Console, consistency: Consistency) -> None:
+    columns = [Column("link", right=False), Column("mass, kg"), Column("centre of mass, m")]
+    columns += [Column("margin"), Column("", right=False, wraps=True)]
+    rows = []
     for link in consistency.links:
         words = ["at the limit of what a body can be"] if link.at_limit else []
         words += ["no body before"] if link.impossible_before else []
         center = "  ".join(significant(float(x)) for x in link.center)
-        table.add_row(
-            link.name, significant(link.mass), center, significant(link.margin, 2), "; ".join(words)
+        rows.append(
+            [link.name, significant(link.mass), center, significant(link.margin, 2), "; ".join(words)]
         )
-    return table
+    write_table(console, "Links of the nearest arm that can exist", columns, rows)
 
 
 def _essential(essential: Essential) -> str:

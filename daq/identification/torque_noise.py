@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ident import IdentificationError, Recording, RegressorModel, base_parameters
 from ident.discrepancy import accepted_noise
 from ident.discrepancy.align import aligned
-from ident.discrepancy.scene import make_scene
+from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.settings import searching
 from ident.effects import Effect
 from robots import Robot
@@ -28,11 +28,11 @@ def torque_noise(
     """
     robot, parts = searching(robot, recordings[0]), tuple(effects)
     try:
-        scenes = [make_scene(robot, recording) for recording in recordings]
-        if any(scene.period is None for scene in scenes):
+        prepared = [prepared_recording(robot, recording) for recording in recordings]
+        if any(piece.period is None for piece in prepared):
             return ()
         # Between two samples noise is softer than on them, so the lag has to be the search's.
-        robot = aligned(RegressorModel(robot, parts), scenes)
+        robot = aligned(RegressorModel(robot, parts), prepared)
         found = accepted_noise(base_parameters(RegressorModel(robot, parts)), recordings)
     except IdentificationError:
         return ()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from daq.importing.joint_states import BAG_SUFFIXES, read_bag
 from daq.recording.errors import CaptureError
+from robots.extras import install_command
 
 # What SciPy raises on a damaged file, besides its own MatReadError.
 _MAT_ERRORS = (
@@ -68,7 +69,8 @@ def read_parquet(path: Path) -> Columns:
         from pyarrow import ArrowException, types
         from pyarrow.parquet import ParquetFile
     except ImportError:
-        raise CaptureError(f"{path}: Parquet needs pyarrow; install armhil[parquet]") from None
+        command = install_command("parquet")
+        raise CaptureError(f"{path}: Parquet needs pyarrow; install it with: {command}") from None
     columns: Columns = {}
     try:
         with ParquetFile(path) as file:

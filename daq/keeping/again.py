@@ -19,6 +19,7 @@ from daq.files.model_file import source_sha256
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.text.progress import Steps
 from ident.identification.found_effects import FoundModel
+from robots import Robot
 from robots.arrays import FloatArray
 
 IDENTIFY = "identify"
@@ -217,7 +218,7 @@ def sameness_of(
     *,
     same_words: bool,
 ) -> Sameness:
-    """How alike two results are.
+    """How far two results agree.
 
     Args:
         then, now: parameters.
@@ -251,6 +252,8 @@ def _remarks(earlier: Model, result: IdentifyResult) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def absolute(robot: str | None) -> str | None:
+def absolute(robot: str | Robot | None) -> str | None:
     """The path of a file, or a name that is none, such as that of an arm that ships."""
+    if isinstance(robot, Robot):
+        return str(robot.folder.absolute())
     return robot if robot is None or not Path(robot).exists() else str(Path(robot).absolute())

@@ -28,6 +28,7 @@ from daq.recording.trajectory_file import (
 )
 from daq.text.progress import Steps
 from ident import BaseParameters, RegressorModel, base_parameters
+from ident.effects.family import StandardParameter
 from robots import Robot
 from trajectories import (
     Conditions,
@@ -120,7 +121,7 @@ class PlanResult:
     judgement: Judgement
     verdict: Verdict
     remarks: tuple[str, ...]
-    payload: dict[str, float]
+    payload: dict[StandardParameter, float]
     stopped: bool
     files: dict[str, Path]
 
@@ -264,7 +265,7 @@ def _judged(
     detail = Detail(
         trajectory.detail.evaluations, judgement.uses, judgement.nearest, judgement.tool, prediction
     )
-    payload = {}
+    payload: dict[StandardParameter, float] = {}
     if PAYLOAD in request.parameters and prediction is not None:
         payload = payload_sigma(base, prediction)
     return PlanResult(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
+from daq.text.numbers import json_number
 from trajectories import Prediction, Use
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
         "samples": len(trajectory.time),
         "repeat": None if repeat is None else dict(vars(repeat)),
         "criterion": result.objective.criterion,
-        "score": _finite(trajectory.score),
-        "condition": _finite(detail.condition),
-        "log_det": _finite(detail.log_det),
-        "trace": _finite(detail.trace),
+        "score": json_number(trajectory.score),
+        "condition": json_number(detail.condition),
+        "log_det": json_number(detail.log_det),
+        "trace": json_number(detail.trace),
         "evaluations": detail.evaluations,
         "stopped": result.stopped,
         "limits": [entry for use in judgement.uses for entry in _use(use, names)],
@@ -59,18 +59,14 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
         "parameters": [] if detail.prediction is None else _parameters(detail.prediction),
         "payload": [
             {
-                "name": name,
-                "sigma": _finite(sigma),
-                "unit": "kg" if name.startswith("M") and name[1:].isdigit() else "kg·m",
+                "name": parameter.name,
+                "sigma": json_number(sigma),
+                "unit": parameter.unit,
             }
-            for name, sigma in result.payload.items()
+            for parameter, sigma in result.payload.items()
         ],
         "files": {kind: str(path) for kind, path in result.files.items()},
     }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _use(use: Use, names: list[str]) -> list[dict[str, Any]]:
@@ -78,7 +74,7 @@ def _use(use: Use, names: list[str]) -> list[dict[str, Any]]:
         {
             "constraint": use.constraint,
             "joint": name,
-            "percent": _finite(100.0 * float(use.share[k])),
+            "percent": json_number(100.0 * float(use.share[k])),
             "value": float(use.value[k]),
             "limit": float(use.limit[k]),
             "time": float(use.time[k]),
@@ -109,8 +105,8 @@ def _parameters(prediction: Prediction) -> list[dict[str, Any]]:
             "name": name,
             "unit": unit,
             "value": float(value),
-            "sigma": _finite(sigma),
-            "percent_sigma": _finite(percent),
+            "sigma": json_number(sigma),
+            "percent_sigma": json_number(percent),
         }
         for name, unit, value, sigma, percent in zip(*columns, strict=True)
     ]

@@ -100,7 +100,7 @@ def render_plan(result: PlanResult) -> str:
             uses=_uses(result),
             parameters=[] if prediction is None else _parameters(prediction),
             scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
-            payload=[(name, significant(sigma)) for name, sigma in result.payload.items()],
+            payload=[(parameter.name, significant(sigma)) for parameter, sigma in result.payload.items()],
             prediction=None if prediction is None else _prediction_words(prediction),
             made=_made(result),
         )
@@ -169,12 +169,12 @@ def _figures(result: PlanResult) -> list[JointFigure]:
     starts = [] if repeat is None else [repeat.start + k * repeat.period for k in range(repeat.count)]
     figures = []
     for j, joint in enumerate(robot.joint):
-        unit, load = ("m", "N") if joint.kind == "prismatic" else ("rad", "N·m")
+        unit = joint.unit
         bounds = (
             (f"position, {unit}", state.position, limits.lower[j], limits.upper[j]),
             (f"velocity, {unit}/s", state.velocity, -limits.velocity[j], limits.velocity[j]),
             (f"acceleration, {unit}/s²", state.acceleration, -limits.acceleration[j], limits.acceleration[j]),
-            (f"expected torque, {load}", torque, -limits.torque[j], limits.torque[j]),
+            (f"expected torque, {joint.torque_unit}", torque, -limits.torque[j], limits.torque[j]),
         )
         numbers = tuple((use.constraint, percent(100 * float(use.share[j]))) for use in result.judgement.uses)
         heading = joint_heading(j, joint.name)

@@ -31,8 +31,8 @@ def print_plan(console: Console, result: PlanResult) -> None:
             f"errors expected: {prediction.noise}",
             highlight=False,
         )
-    for name, sigma in result.payload.items():
-        console.print(f"payload {name}: σ {significant(sigma)}", highlight=False)
+    for parameter, sigma in result.payload.items():
+        console.print(f"payload {parameter.name}: σ {significant(sigma)}", highlight=False)
     console.print(_limit_table(result))
     console.print(_verdict(result), highlight=False)
     for problem in result.judgement.problems:

@@ -17,11 +17,11 @@ from robots.errors import UserError, one_line
 
 
 @contextmanager
-def described(source: str | None, first: Path) -> Iterator[tuple[Robot, Capture | None]]:
+def described(source: str | Robot | None, first: Path) -> Iterator[tuple[Robot, Capture | None]]:
     """The arm that was asked for, or the one that the first capture describes, with that capture.
 
     Args:
-        source: name or path of the arm; None to take the capture's own description.
+        source: name or path of the arm, or the arm; None to take the capture's own description.
         first: the first capture or log.
 
     Raises:
@@ -29,7 +29,7 @@ def described(source: str | None, first: Path) -> Iterator[tuple[Robot, Capture 
         RobotFileError: no such arm, or its description is wrong.
     """
     if source is not None:
-        yield robots.load(source), None
+        yield source if isinstance(source, Robot) else robots.load(source), None
         return
     if first.suffix.lower() != CAPTURE_SUFFIX:
         raise CaptureError(f"{first}: is no capture, so it does not say of which arm it is; give --robot")

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import logging
 import socket
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -30,7 +29,7 @@ from daq.recording.frame_decoding import MulticastDecoder, decode_socketcan
 from daq.recording.frames import Frames
 from daq.recording.steady_clock import SteadyClock
 from drivers.bus.access import open_bus
-from drivers.bus.multicast import LocalMulticastBus
+from drivers.bus.multicast import LocalMulticastBus, enlarge_receive_buffer
 from drivers.bus.ports import dropped_frames
 from drivers.errors import BusError
 from drivers.frames.channel import Channel
@@ -42,9 +41,6 @@ FETCH_SECONDS = 0.04
 RECEIVE_BUFFER = 16 << 20
 """Bytes. A frame is booked with about 1 kB, so this holds more than half a second of 20 000 a second: where
 the machine is busy, this process waits and not the cyclic one."""
-_SO_RCVBUFFORCE = 33
-"""A Linux number that Python's socket module does not carry."""
-
 OnFrames = Callable[[Frames], None]
 
 
@@ -156,21 +152,10 @@ def _source(bus: can.BusABC) -> _Source:
     return _MessageSource(bus)
 
 
-def _enlarge(sock: socket.socket) -> None:
-    """Make room in the kernel, as far as it is permitted."""
-    if sys.platform == "linux":
-        try:
-            sock.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, RECEIVE_BUFFER)
-            return
-        except PermissionError:
-            log.debug("SO_RCVBUFFORCE is not permitted; the system's limit applies")
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
-
-
 class _SocketSource:
     def __init__(self, sock: socket.socket, decode: Callable[..., Frames]) -> None:
         self._socket = sock
-        _enlarge(sock)
+        enlarge_receive_buffer(sock, RECEIVE_BUFFER)
         self._reader = DatagramReader(sock)
         self._decode = decode
         self._base = dropped_frames(sock)

@@ -10,11 +10,10 @@ from markupsafe import Markup
 
 from daq.report.gates import POORLY_SEEN_PERCENT
 from daq.report.pictures import forest_row
-from daq.text.numbers import percent, significant, with_sigma
+from daq.text.numbers import NOTHING, percent, significant, with_sigma
 from ident.estimators import ESTIMATORS
 from ident.results import Estimate, Identification, Parameter
 
-_JOINT_NUMBER = re.compile(r"\d+")
 _FAR_SIGMAS = 3.0
 
 
@@ -26,10 +25,11 @@ class ParameterRow:
     value: str
     sigma: str
     percent_sigma: str
-    t_value: str
+    half: str
     remark: str
     iv_value: str
     iv_sigma: str
+    iv_half: str
     truth: str
     error: str
     far: bool
@@ -58,15 +58,6 @@ class TruthSummary:
     farthest: str
 
 
-def joint_of(name: str, joints: int) -> int | None:
-    """The joint that a base parameter belongs to, from the number in its name (``ZZ1R`` → 0)."""
-    number = _JOINT_NUMBER.search(name)
-    if number is None:
-        return 0 if joints == 1 else None
-    joint = int(number.group()) - 1
-    return joint if 0 <= joint < joints else None
-
-
 def parameter_groups(
     identification: Identification, truth: dict[str, float] | None, joint_names: tuple[str, ...]
 ) -> tuple[ParameterGroup, ...]:
@@ -76,7 +67,7 @@ def parameter_groups(
     third = _by_name(other.parameters if other else ())
     gathered: dict[int, list[ParameterRow]] = {}
     for parameter in identification.least_squares.parameters:
-        joint = joint_of(parameter.name, len(joint_names))
+        joint = parameter.leading.joint
         known = truth.get(parameter.name) if truth is not None else None
         row = _row(parameter, iv.get(parameter.name), third.get(parameter.name), known)
         gathered.setdefault(len(joint_names) if joint is None else joint, []).append(row)
@@ -154,8 +145,10 @@ def _sigmas_text(error: float | None) -> str:
 def _row(
     parameter: Parameter, iv: Parameter | None, third: Parameter | None, truth: float | None
 ) -> ParameterRow:
-    value, sigma, truth_text = with_sigma(parameter.value, parameter.sigma, truth)
-    iv_value, iv_sigma = with_sigma(iv.value, iv.sigma) if iv is not None else ("", "")
+    value, sigma, half, truth_text = with_sigma(parameter.value, parameter.sigma, parameter.half_width, truth)
+    iv_value, iv_sigma, iv_half = ("", "", "")
+    if iv is not None:
+        iv_value, iv_sigma, iv_half = with_sigma(iv.value, iv.sigma, iv.half_width)
     error, iv_error = _in_sigmas(parameter, truth), _in_sigmas(iv, truth)
     return ParameterRow(
         name=parameter.name,
@@ -164,10 +157,11 @@ def _row(
         value=value,
         sigma=sigma,
         percent_sigma=percent(parameter.percent_sigma),
-        t_value=significant(parameter.t_value, 3),
+        half=half if parameter.half_width is not None else NOTHING,
         remark=_remark(parameter),
         iv_value=iv_value,
         iv_sigma=iv_sigma,
+        iv_half=iv_half,
         truth=truth_text,
         error=_sigmas_text(error),
         far=error is not None and abs(error) > _FAR_SIGMAS,

@@ -74,7 +74,6 @@ def signals_view(
     signals = identification.signals
     if signals is None:
         return None
-    revolute = [joint.kind == "revolute" for joint in robot.joint]
     rows = [
         SettingRow(
             "Cut-off of the positions",
@@ -97,10 +96,10 @@ def signals_view(
             joint_heading(j, name),
             significant(float(noise), 2),
             significant(float(quantum), 3) if np.isfinite(quantum) else NOTHING,
-            "rad" if is_revolute else "m",
+            joint.unit,
         )
-        for j, (name, noise, quantum, is_revolute) in enumerate(
-            zip(joint_names, signals.position_noise, signals.quantum, revolute, strict=True)
+        for j, (name, noise, quantum, joint) in enumerate(
+            zip(joint_names, signals.position_noise, signals.quantum, robot.joint, strict=True)
         )
     )
     return SignalsView(tuple(rows), joints)

@@ -12,6 +12,7 @@ from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.requests import ClientDisconnect
 
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
@@ -25,13 +26,21 @@ from daq.report.pictures import icon
 from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, Guesses, is_read_token
+from daq.service.reference import routes_of
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
 from daq.text.numbers import percent, significant, with_sigma
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
-_STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
+_STATIC = {
+    "service.css": "text/css",
+    "report.css": "text/css",
+    "service.js": "text/javascript",
+    "plots.js": "text/javascript",
+}
+_OF_REPORTS = ("report.css", "plots.js")
+_MONITORING = {"alerts.yml": "text/yaml", "prometheus.yml": "text/yaml", "grafana.json": "application/json"}
 _DAY = 86400
 
 Page = Callable[..., HTMLResponse]
@@ -55,7 +64,7 @@ class ArmCard:
 
 
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
-    """All pages and the three files that they need."""
+    """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
 
@@ -79,6 +88,10 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
         fleet, problem = _fleet(service)
         cards = [_card(catalogue, arm) for arm in arms.every(catalogue)]
         return page("arms", cards=cards, fleet=fleet, fleet_problem=problem)
+
+    @router.get("/docs")
+    def docs(request: Request) -> HTMLResponse:
+        return page("docs", routes=routes_of(request.app.openapi(), str(request.base_url)))
 
     @router.get("/runs")
     def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
@@ -151,7 +164,10 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
 
     @router.post("/login")
     async def enter(request: Request) -> Response:
-        form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        try:
+            form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        except ClientDisconnect:  # gone or cut before it had said all
+            return Response(status_code=400)
         after = _inside(form.get("after", ["/"])[0])
         given = form.get("token", [""])[0]
         host = request.client.host if request.client is not None else ""
@@ -177,10 +193,18 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
     def static(name: str) -> Response:
         if name not in _STATIC:
             return Response(status_code=404)
-        place = files("daq").joinpath("templates", *(() if name == "report.css" else ("service",)), name)
+        place = files("daq").joinpath("templates", *(() if name in _OF_REPORTS else ("service",)), name)
         return Response(
             place.read_bytes(), media_type=_STATIC[name], headers={"Cache-Control": "max-age=300"}
         )
+
+    @router.get("/monitoring/{name}")
+    def monitoring(name: str) -> Response:
+        """Files for Prometheus and Grafana, to be fetched by whoever sets them up."""
+        if name not in _MONITORING:
+            return Response(status_code=404)
+        place = files("daq").joinpath("templates", "monitoring", name)
+        return Response(place.read_bytes(), media_type=_MONITORING[name])
 
 
 def _inside(path: str) -> str:

@@ -30,7 +30,7 @@ from daq.session.cell import Cell
 from daq.session.session_error import NotMoved, SessionError
 from daq.text.progress import Steps
 from drivers import ArmSession, BusError, BusOccupied, Channel
-from drivers.simulated import SimulatedArm
+from drivers.simulated import SimulatedArm, is_compiled
 from drivers.simulated.group import serial_number
 from robots import Robot
 from robots.arrays import FloatArray
@@ -171,7 +171,9 @@ def _start_drives(order: ArmOrder, steps: Steps, stack: ExitStack) -> tuple[Simu
         )
     other = order.any_group and order.channel.interface == "udp_multicast"
     channels = [order.channel.beside(number) for number in range(GROUPS)] if other else [order.channel]
-    with steps.step("Start simulated drives"):
+    with steps.step("Start simulated drives") as update:
+        if not is_compiled():
+            update(0.0, "compiled once, a minute")
         for channel in channels:
             try:
                 drives = SimulatedArm(

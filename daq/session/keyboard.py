@@ -53,8 +53,23 @@ def pressed(key: str, conduct: Conduct) -> bool:
 
 def help_line(state: SessionState) -> str:
     """What may be pressed in a state, in words."""
+    return "  ".join(_shown(state))
+
+
+def help_lines(state: SessionState, width: int) -> list[str]:
+    """The same in lines of at most ``width`` that break between keys only."""
+    lines: list[str] = []
+    for entry in _shown(state):
+        if lines and len(lines[-1]) + 2 + len(entry) <= width:
+            lines[-1] += f"  {entry}"
+        else:
+            lines.append(entry)
+    return lines
+
+
+def _shown(state: SessionState) -> list[str]:
     allowed = wishes(state)
-    return "  ".join(f"{key} {_WORDS[wish]}" for key, wish in KEYS.items() if wish in allowed)
+    return [f"{key} {_WORDS[wish]}" for key, wish in KEYS.items() if wish in allowed]
 
 
 @contextmanager

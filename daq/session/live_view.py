@@ -9,9 +9,10 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from daq.session.keyboard import DOING, help_line
+from daq.session.keyboard import DOING, help_lines
 from daq.session.live_figures import Figures, LiveFigures
 from daq.session.states import Conduct, SessionState
+from daq.text.wrapped import write
 from drivers import Samples, StreamResult
 from robots import Robot
 from trajectories import Trajectory
@@ -20,6 +21,8 @@ REFRESH = 5.0
 """Pictures a second: an eye reads numbers no faster, and each costs a few milliseconds of a core."""
 
 _BAR, _SHORT_BAR = 16, 8
+_FRAME = 4
+"""Columns that the frame around the picture takes."""
 _NARROW = 96
 """Columns of a terminal below which the table is set closer."""
 _COLOURS = {
@@ -68,12 +71,10 @@ class LiveView:
             self._live = None
         if result is not None:
             missed = f", {result.missed_cycles} missed" if result.missed_cycles else ""
-            self._console.print(
+            write(
+                self._console,
                 f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}{missed};"
                 f" {result.ending}",
-                highlight=False,
-                markup=False,
-                soft_wrap=True,
             )
 
     def picture(self) -> RenderableType:
@@ -85,9 +86,9 @@ class LiveView:
         ]
         if state in DOING:
             parts.append(Text(DOING[state], style=_COLOURS[state]))
-        keys = help_line(state)
+        keys = help_lines(state, self._console.width - _FRAME)
         if keys:
-            parts.append(Text(keys, style="dim"))
+            parts.append(Text("\n".join(keys), style="dim"))
         return Panel(Group(*parts), title=self._title, border_style=_COLOURS[state])
 
     def _heading(self, figures: Figures, state: SessionState) -> RenderableType:

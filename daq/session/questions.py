@@ -16,6 +16,7 @@ import tty
 from typing import TextIO
 
 from daq.session.session_error import NotMoved
+from daq.text.wrapped import width_of, wrapped
 
 QUIET = 0.2
 """For so long nothing may be typed before a prompt, s: a key that is held down repeats sooner."""
@@ -40,13 +41,13 @@ def answered(question: str, otherwise: str, *, err: bool = False) -> bool:
     keyboard, screen = terminal(), _screen(err)
     if keyboard is None or screen is None:
         raise NotMoved(otherwise)
-    text, _, prompt = question.rpartition("\n")
+    text, _, prompt = "\n".join(wrapped(f"{question} [y/N]:", width_of(screen))).rpartition("\n")
     if text:
         screen.write(f"{text}\n")
     while True:
         screen.flush()
         _forget_what_was_typed(keyboard)
-        screen.write(f"{prompt} [y/N]: ")
+        screen.write(f"{prompt} ")
         screen.flush()
         line = os.read(keyboard, 4096)  # one line: the terminal hands out no more at a time
         if not line.endswith(b"\n"):  # the end of the input

@@ -79,10 +79,14 @@ class Recording:
             ) as kept,
             self.conducting() as conduct,
         ):
-            order = StreamOrder(title, trajectory, path, run)
+            order = StreamOrder(title, trajectory, path, run, arrive=stage in _ARRIVING)
             result = stream_recorded(self.arm.session, order, self.watcher, conduct)
             kept.streamed(result, path)
         return kept, result
+
+
+_ARRIVING = frozenset({"jog", "approach", "return"})
+"""Stages that are slow moves to a place."""
 
 
 def _simulated_facts(order: ArmOrder) -> dict[str, str | int]:

@@ -59,7 +59,7 @@ class Spooling:
             log.warning("%s: nobody can look on: %s", self._path, error)
             return
         joints = self._robot.joint
-        units = [("rad", "N·m") if joint.kind == "revolute" else ("m", "N") for joint in joints]
+        units = [(joint.unit, joint.torque_unit) for joint in joints]
         self._write(
             {
                 "kind": "begin",
@@ -67,6 +67,7 @@ class Spooling:
                 "joints": [joint.name for joint in joints],
                 "units": units,
                 "cycles": self._total,
+                "duration": round(self._total * self._robot.bus.cycle_time, 4),
             }
         )
 

@@ -29,12 +29,14 @@ class StreamOrder:
         trajectory: begins where the arm stands.
         path: of the new capture.
         run: what is recorded of the run besides, such as kind, seed and note.
+        arrive: whether it is a slow move to a place, which ends only when the arm has arrived there.
     """
 
     title: str
     trajectory: Trajectory
     path: Path
     run: Facts
+    arrive: bool = False
 
 
 def stream_recorded(
@@ -76,7 +78,11 @@ def stream_recorded(
             recorder.write_temperatures(drive_temperatures(session, recorder.clock))
             conduct.begin()
             result = session.stream(
-                trajectory.position, keep, control=conduct.control, period_ends=period_ends(trajectory)
+                trajectory.position,
+                keep,
+                control=conduct.control,
+                period_ends=period_ends(trajectory),
+                arrive=order.arrive,
             )
             ring.ended(result)
             recorder.write_temperatures(drive_temperatures(session, recorder.clock))

@@ -1,4 +1,4 @@
-"""Numbers as the report prints them: significant digits follow the uncertainty, signs are typographic."""
+"""Numbers as the report prints them (digits by the uncertainty, typographic signs) and as JSON has them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _MOST_DECIMALS = 6
 NOTHING = "–"
 """What stands where there is no number."""
+
+
+def json_number(value: float | None) -> float | None:
+    """A number that JSON has; null for NaN, the infinities and what is not there."""
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _exponent(value: float) -> int:
@@ -47,7 +52,7 @@ def significant(value: float | None, digits: int = 3, signed: bool = False) -> s
 
 
 def with_sigma(value: float, sigma: float, *others: float | None) -> tuple[str, ...]:
-    """Value, standard deviation and further numbers of the same kind, rounded alike.
+    """Value, standard deviation and further numbers of the same kind, rounded to the same digit.
 
     The standard deviation keeps two significant digits and sets the decimals of the rest; where it is
     zero or not finite, each number keeps four significant digits of its own.

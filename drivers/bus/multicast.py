@@ -36,15 +36,15 @@ _IP_MULTICAST_ALL = 49
 _SO_RCVBUFFORCE = 33
 
 
-def enlarge_receive_buffer(sock: socket.socket) -> None:
-    """Ask for a large receive buffer: an overflow drops frames without a word."""
+def enlarge_receive_buffer(sock: socket.socket, size: int = RECEIVE_BUFFER) -> None:
+    """Ask for a receive buffer of so many bytes: an overflow drops frames without notice."""
     if sys.platform == "linux":
         try:
-            sock.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, RECEIVE_BUFFER)
+            sock.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, size)
             return
         except PermissionError:
             log.debug("SO_RCVBUFFORCE is not permitted; the system's limit applies")
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
 
 
 def _drop_source_port(sock: socket.socket, port: int) -> None:

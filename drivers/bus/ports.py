@@ -19,14 +19,15 @@ import msgpack
 from can.interfaces.socketcan import SocketcanBus
 from can.interfaces.udp_multicast.utils import pack_message
 
+from drivers.bus.adapters import pcan_report
 from drivers.bus.batch import DatagramBatch
 from drivers.bus.error_frames import BUS_OFF, CONTROLLER, ERROR_FLAG
 from drivers.bus.multicast import LocalMulticastBus
 
 Frame = tuple[int, bytes]
-"""COB-ID and payload; an id with ERROR_FLAG is a report of the controller."""
+"""COB-ID and payload; an id with ERROR_FLAG is the controller's report, with REMOTE_FLAG a remote frame."""
 
-_EXTENDED, _REMOTE = 0x8000_0000, 0x4000_0000
+_EXTENDED, REMOTE_FLAG = 0x8000_0000, 0x4000_0000
 _CAN_FRAME = struct.Struct("=IB3x8s")
 _HEADER = 8
 _MOST_FRAMES = 4096
@@ -127,7 +128,7 @@ class _MulticastPort:
                     continue
                 if (frame := _decoded(datagram)) is None:
                     continue
-                if accepted is None or frame[0] in accepted or frame[0] & ERROR_FLAG:
+                if accepted is None or frame[0] & ~REMOTE_FLAG in accepted or frame[0] & ERROR_FLAG:
                     frames.append(frame)
                     if len(frame[1]) == 8 and not frame[0] & ERROR_FLAG and datagram.endswith(_TAIL):
                         known[head] = frame[0]
@@ -167,8 +168,10 @@ def _decoded(datagram: bytes) -> Frame | None:
         cob_id, data = fields["arbitration_id"], fields["data"]
         if fields["is_error_frame"]:
             return cob_id | ERROR_FLAG, bytes(data)
-        if fields["is_extended_id"] or fields["is_remote_frame"] or fields["is_fd"]:
+        if fields["is_extended_id"] or fields["is_fd"]:
             return None
+        if fields["is_remote_frame"]:
+            return cob_id | REMOTE_FLAG, b""
     except (ValueError, TypeError, KeyError, msgpack.UnpackException):
         return None
     return (cob_id, bytes(data)) if isinstance(cob_id, int) else None
@@ -204,8 +207,8 @@ class _SocketCanPort:
                 if len(raw) != size:
                     continue
                 can_id, length, data = unpack(raw)
-                if not can_id & (_EXTENDED | _REMOTE) or can_id & ERROR_FLAG:
-                    frames.append((can_id, data[:length]))
+                if not can_id & _EXTENDED or can_id & ERROR_FLAG:
+                    frames.append((can_id, b"" if can_id & REMOTE_FLAG else data[:length]))
         except BlockingIOError:
             pass
         except OSError as error:
@@ -230,6 +233,7 @@ class _MessagePort:
         self._messages: dict[tuple[int, int], can.Message] = {}
         self._waited: can.Message | None = None
         self._drains = 0
+        self._pcan = type(bus).__module__.startswith("can.interfaces.pcan")
 
     def send(self, cob_id: int, data: bytes) -> bool:
         message = self._messages.get((cob_id, len(data)))
@@ -255,10 +259,14 @@ class _MessagePort:
         if message is None:
             message = self._bus.recv(timeout=0)
         while message is not None and len(frames) < _MOST_FRAMES:
-            if message.is_error_frame:
+            if message.is_error_frame and self._pcan:
+                frames.append(pcan_report(bytes(message.data)))
+            elif message.is_error_frame:
                 frames.append((message.arbitration_id | ERROR_FLAG, bytes(message.data)))
-            elif not (message.is_extended_id or message.is_remote_frame or message.is_fd):
-                frames.append((message.arbitration_id, bytes(message.data)))
+            # Adapters such as gs_usb hand back what was sent: no second master.
+            elif message.is_rx and not (message.is_extended_id or message.is_fd):
+                flag = REMOTE_FLAG if message.is_remote_frame else 0
+                frames.append((message.arbitration_id | flag, bytes(message.data)))
             message = self._bus.recv(timeout=0)
         self._drains += 1
         if self._drains % self.STATE_EVERY == 0:

@@ -143,7 +143,7 @@ class Exchange:
         """Take TPDOs until each drive has answered or the time (s on the clock) is over.
 
         To be woken for every frame costs more than the frames. So it sleeps first for as long as the
-        answers took lately, and only then waits for those that are still missing.
+        the last answers took, and only then waits for those that are still missing.
 
         Returns:
             Whether all answered.

@@ -77,8 +77,8 @@ class Loop:
             self._follower.come_to_rest()
 
     def _home(self, homing: HomingJob) -> None:
-        home(self.cycle, homing)
-        if self.cycle.watch.halting:
+        keeps_to_it = home(self.cycle, homing)
+        if self.cycle.watch.halting or not keeps_to_it:
             quick_stop(self.cycle, record=False)
         else:
             self._follower.come_to_rest()

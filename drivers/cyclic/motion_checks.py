@@ -9,6 +9,10 @@ from drivers.frames.job import Job
 
 TORQUE_TOLERANCE = 0.05
 """Share of a torque limit that readings may be above it: they are noisy and quantised."""
+_MOVED_SHARE = 0.1
+"""A drive that moves by less of its way than this ignores its set-points rather than lagging."""
+_IGNORED = ": the drive may not take set-points (1006, a maker's mode object, its brake)"
+"""Of slow moves to a place."""
 _STILL_SHARE = 64
 """A set-point has moved on when it has moved by this part of the following error window."""
 
@@ -29,6 +33,8 @@ class MotionChecks:
         self._torque_cycles = job.budgets.torque_cycles
         self._torque_limits = job.torque_limits
         self._homing = job.homing.axis if job.homing is not None else None
+        self._maybe_ignored = _IGNORED if job.arrival is not None else ""
+        self._start: list[tuple[int, int] | None] = [None] * n
         self._reading: list[int | None] = [None] * n
         self._set_point_then = [0] * n
         self._still = [0] * n
@@ -55,8 +61,15 @@ class MotionChecks:
 
     def _follow(self, axis: int, set_point: int, position: int) -> str | None:
         error = abs(set_point - position)
+        start = self._start[axis] = self._start[axis] or (set_point, position)
         if error > self._window[axis]:
-            return f"following error of {self._drives[axis]} is {error} counts; allowed: {self._window[axis]}"
+            words = (
+                f"following error of {self._drives[axis]} is {error} counts; allowed: {self._window[axis]}"
+            )
+            sent, moved = set_point - start[0], position - start[1]
+            if self._maybe_ignored:
+                words += f"; its set-point has moved {sent} counts, it has moved {moved}"
+            return words + (self._maybe_ignored if abs(moved) < _MOVED_SHARE * abs(sent) else "")
         if position != self._reading[axis]:
             self._reading[axis], self._set_point_then[axis], self._still[axis] = position, set_point, 0
             return None
@@ -66,7 +79,7 @@ class MotionChecks:
             self.blind.add(axis)
             return (
                 f"the position of {self._drives[axis]} reads the same {position} counts for "
-                f"{self._still[axis]} SYNCs while its set-point moved {moved} counts"
+                f"{self._still[axis]} SYNCs while its set-point moved {moved} counts{self._maybe_ignored}"
             )
         return None
 

@@ -23,8 +23,8 @@ from drivers.frames.samples import Outcome
 
 _STATE_BITS = 0x6F
 _ENABLED_BITS = 0x27
-_CALM_MASK = _STATE_BITS | FOLLOWS_BIT | FOLLOWING_ERROR_BIT | INTERNAL_LIMIT_BIT
-_CALM = _ENABLED_BITS | FOLLOWS_BIT
+_FOLLOWING_MASK = _STATE_BITS | FOLLOWS_BIT | FOLLOWING_ERROR_BIT | INTERNAL_LIMIT_BIT
+_FOLLOWING = _ENABLED_BITS | FOLLOWS_BIT
 """A statusword of an axis that does what it should: nothing else has to be looked at."""
 _PATIENCE = 3
 """SYNCs in which a statusword bit may contradict before it is believed."""
@@ -137,7 +137,12 @@ class Watch:
         enabled = self.enabled
         self.any_lost = False
         for axis, word in enumerate(seen.statusword):
-            if enabled and seen.complete[axis] and word & _CALM_MASK == _CALM and self._alive(axis, now):
+            if (
+                enabled
+                and seen.complete[axis]
+                and word & _FOLLOWING_MASK == _FOLLOWING
+                and self._alive(axis, now)
+            ):
                 self._unanswered[axis] = self._astray[axis] = 0
                 self._follows[axis] = True
                 continue

@@ -99,11 +99,17 @@ class HomingJob:
         axis: whose drive is in homing mode.
         travel: counts that it may move until home is found.
         seconds: that this may take.
+        speed: counts per second that it was told to search at.
+        home: counts that it has to read at its home (607C); not compared where None.
+        near: counts that it may stand from there, and that it may run ahead of its speed.
     """
 
     axis: int
     travel: int
     seconds: float
+    speed: float = np.inf
+    home: int | None = None
+    near: int = 0
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,19 @@ from drivers.bus.budget import BusBudget
 from drivers.cyclic.stream import OnSamples, run_stream
 from drivers.errors import BusError, DriveError
 from drivers.frames.channel import Channel
-from drivers.frames.job import Budgets, HomingJob, Job
+from drivers.frames.job import Budgets, Job
 from drivers.frames.requests import StreamControl
 from drivers.frames.samples import ENDED_BY_ITSELF, StreamResult
 from drivers.frames.units import Units
 from drivers.session.envelope import check_drive_limits, check_envelope, check_start, checked_period_ends
-from drivers.session.following_windows import check_following_windows, narrowed
-from drivers.session.jog import JOG_SHARE, ignore_samples, jog_path, jog_window
+from drivers.session.following_windows import (
+    check_following_windows,
+    homing_job,
+    homing_speed,
+    narrowed,
+    output_speed,
+)
+from drivers.session.jog import JOG_SHARE, ignore_samples, jog_path
 from drivers.session.memory import Memory
 from drivers.session.stream_job import START_TOLERANCE, stream_job
 from drivers.setup.attestation import attest, refuse_unattested
@@ -151,6 +157,7 @@ class ArmSession:
         *,
         control: StreamControl | None = None,
         period_ends: Sequence[int] = (),
+        arrive: bool = False,
     ) -> StreamResult:
         """Enable all axes, follow a reference, disable; in a process of its own.
 
@@ -162,6 +169,8 @@ class ArmSession:
             control: for the other ways to end or pause it; see :class:`drivers.StreamControl`.
             period_ends: rows (1 to N − 1) at which a period is over and the next begins: where a pause or
                 a stop takes effect.
+            arrive: of a slow motion to a place: each joint has to follow within a tenth of its way, at most
+                1°, beyond what its speed explains, and to arrive there; else it ends with the reason.
 
         Raises:
             DriveError: the reference is outside the limits or begins elsewhere; a drive is in fault or has
@@ -169,7 +178,7 @@ class ArmSession:
                 attested.
             BusError: the bus cannot be opened, or is inside this process only.
         """
-        return self._stream(reference, on_samples, control or StreamControl(stop), period_ends)
+        return self._stream(reference, on_samples, control or StreamControl(stop), period_ends, arrive)
 
     def _stream(
         self,
@@ -177,21 +186,20 @@ class ArmSession:
         on_samples: OnSamples,
         control: StreamControl,
         period_ends: Sequence[int],
-        window: float | None = None,
+        arrive: bool,
     ) -> StreamResult:
-        """With ``window`` (rad or m) each joint has to stay so near to its reference, and to arrive there."""
         targets = np.asarray(reference, dtype=np.float64)
         check_envelope(self.robot, targets, self.robot.bus.cycle_time)
         self._refuse_stream()
         refuse_unattested(self.robot, self._attested, self.position_doubt)
         check_drive_limits(self.robot, self.units.counts(targets), self.drives)
-        check_following_windows(self.robot, targets, self.drives)
+        check_following_windows(self.robot, output_speed(self.robot, targets), self.drives)
         check_start(self.robot, self.actual_position(), targets[0], self._start_tolerance)
         self._connection.refuse_faults()
         self._connection.refuse_restarted()
         job = self._job(targets, checked_period_ends(period_ends, len(targets)))
-        if window is not None:
-            job = narrowed(job, self.robot, targets, window)
+        if arrive:
+            job = narrowed(job, self.robot, targets)
         return self._run(job, on_samples, control)
 
     def _refuse_stream(self) -> None:
@@ -236,7 +244,7 @@ class ArmSession:
         if not self._allow_jog:
             raise DriveError("jogging is not allowed in this session; open it with allow_jog=True")
         path = jog_path(self.robot, self.actual_position(), joint, distance, share)
-        return self._stream(path, on_samples, control or StreamControl(), (), jog_window(distance))
+        return self._stream(path, on_samples, control or StreamControl(), (), arrive=True)
 
     def home(self, homing: Homing, control: StreamControl | None = None) -> StreamResult:
         """Have one drive search its home, by itself and slowly; the others hold. For commissioning.
@@ -256,18 +264,18 @@ class ArmSession:
             raise DriveError("homing is not allowed in this session; open it with allow_jog=True")
         axis = homing.axis(self.robot)
         self._refuse_stream()
+        check_following_windows(self.robot, homing_speed(self.robot, homing), self.drives)
         self._connection.refuse_restarted()
         self._attested = False
-        prepare_homing(self._connection.drives[axis], self.robot, homing, self.drives[axis].settings)
+        report = self.drives[axis]
+        prepare_homing(self._connection.drives[axis], self.robot, homing, report.settings, report.profile)
         try:
             self._connection.refuse_faults()
             here = self.actual_position()[None, :]
-            travel = round(homing.travel * abs(float(self.robot.counts_per_output_unit[axis])))
-            job = replace(self._job(here, ()), homing=HomingJob(axis, travel, homing.seconds))
-            result = self._run(job, ignore_samples, control or StreamControl())
+            job = replace(self._job(here, ()), homing=homing_job(self.robot, homing))
+            return self._run(job, ignore_samples, control or StreamControl())
         finally:
-            end_homing(self._connection.drives[axis], self.drives[axis].mode)
-        return result
+            end_homing(self._connection.drives[axis], report.mode, report.profile)
 
     def attest_position(self, posture: ArrayLike, tolerance: float = START_TOLERANCE) -> None:
         """Somebody who looks at the arm says where it stands; the drives' positions must say the same.

@@ -8,53 +8,43 @@ from dataclasses import replace
 import numpy as np
 
 from drivers.errors import DriveError
-from drivers.frames.job import Job
+from drivers.frames.job import HomingJob, Job
 from drivers.setup.drive import DriveReport
+from drivers.setup.homing import Homing
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.windows import demanded_following_error
 
+SMALLEST_WINDOW, LARGEST_WINDOW = np.deg2rad(0.2), np.deg2rad(1.0)
+"""rad (or m): friction keeps a loop away from its target by tenths of a degree for a while."""
 _OFF = 0xFFFF_FFFF
 _REPORTING_CYCLES = 3
 """SYNC periods from a target to the reading that shows it: interpolation takes up to two, the report one."""
 
 
-def demanded_following_error(robot: Robot, targets: FloatArray) -> FloatArray:
-    """The error with which the described loops follow, at the fastest instant of a motion.
+def arrival_windows(targets: FloatArray) -> FloatArray:
+    """How far each joint may stay behind in a slow motion, and end from where it was sent, (n,) rad or m.
 
-    e = (1 − feed_forward) · |q̇| / position_gain of a cascade; times velocity_gain of a PD or PID loop.
+    A tenth of its way, to 1°.
 
     Args:
-        robot: with controller and cycle time.
         targets: N × n joint positions, rad or m.
-
-    Returns:
-        (n,) rad or m at the drive outputs.
     """
-    controller = robot.controller
-    share = np.maximum(0.0, 1.0 - np.array(controller.velocity_feed_forward))
-    error = share * _output_speed(robot, targets) / np.array(controller.position_gain)
-    if controller.type != "cascade_p_pi":
-        error = error * np.array(controller.velocity_gain)
-    return np.asarray(error)
+    return np.asarray(np.clip(0.1 * np.ptp(targets, axis=0), SMALLEST_WINDOW, LARGEST_WINDOW))
 
 
-def reporting_lag(robot: Robot, targets: FloatArray) -> FloatArray:
-    """How far the outputs move, (n,), until the master reads what it has sent."""
-    return np.asarray(_REPORTING_CYCLES * robot.bus.cycle_time * _output_speed(robot, targets))
-
-
-def check_following_windows(robot: Robot, targets: FloatArray, reports: Sequence[DriveReport]) -> None:
+def check_following_windows(robot: Robot, speed: FloatArray, reports: Sequence[DriveReport]) -> None:
     """Refuse a motion that a drive would end by itself, because its window is too tight for it.
 
     Args:
         robot: the description.
-        targets: N × n joint positions, rad or m.
+        speed: (n,) largest of the drive outputs, rad/s or m/s.
         reports: what the drives' windows are.
 
     Raises:
         DriveError: drive, window and what the motion demands.
     """
-    demanded = demanded_following_error(robot, targets) * np.abs(robot.counts_per_output_unit)
+    demanded = demanded_following_error(robot, speed) * np.abs(robot.counts_per_output_unit)
     for axis, report in enumerate(reports):
         window = report.settings.get("6065")
         if window is None or window == _OFF or demanded[axis] <= window:
@@ -66,23 +56,54 @@ def check_following_windows(robot: Robot, targets: FloatArray, reports: Sequence
         )
 
 
-def narrowed(job: Job, robot: Robot, targets: FloatArray, window: float) -> Job:
+def narrowed(job: Job, robot: Robot, targets: FloatArray) -> Job:
     """A job of a slow motion: a following error that its speed explains, and a window to arrive in.
 
     Args:
         job: as for any motion.
         robot: the description.
         targets: N × n joint positions, rad or m.
-        window: rad or m, of each joint.
     """
-    at_outputs = np.abs(robot.transmission_matrix).sum(axis=1) * window
-    explained = demanded_following_error(robot, targets) + reporting_lag(robot, targets)
-    counts = np.ceil((explained + at_outputs) * np.abs(robot.counts_per_output_unit)).astype(np.int64)
+    window, speed = arrival_windows(targets), output_speed(robot, targets)
+    # Until the master reads what it has sent, the outputs move on.
+    lag = _REPORTING_CYCLES * robot.bus.cycle_time * speed
+    explained = demanded_following_error(robot, speed) + lag
+    counts = np.ceil(
+        (explained + np.abs(robot.transmission_matrix) @ window) * np.abs(robot.counts_per_output_unit)
+    ).astype(np.int64)
     following_error = np.minimum(job.following_error, np.maximum(counts, 2))
-    return replace(job, following_error=following_error, arrival=np.full(robot.n, window))
+    return replace(job, following_error=following_error, arrival=window)
 
 
-def _output_speed(robot: Robot, targets: FloatArray) -> FloatArray:
+def homing_job(robot: Robot, homing: Homing) -> HomingJob:
+    """The bounds of a search: its way, its time, its speed, and what the drive has to read at its home.
+
+    It may stand from there by the way that it takes to brake (v² / 2a), and by the smallest window.
+
+    Raises:
+        DriveError: a value is not allowed.
+    """
+    axis = homing.axis(robot)
+    speed, acceleration = homing.pace(robot)
+    size = abs(float(robot.counts_per_output_unit[axis]))
+    return HomingJob(
+        axis,
+        travel=round(homing.travel * size),
+        seconds=homing.seconds,
+        speed=speed * size,
+        home=homing.offset(robot),
+        near=round((SMALLEST_WINDOW + speed**2 / (2 * acceleration)) * size) + 1,
+    )
+
+
+def homing_speed(robot: Robot, homing: Homing) -> FloatArray:
+    """Speeds of the drive outputs in a search, (n,) rad/s or m/s."""
+    speed = np.zeros(robot.n)
+    speed[homing.axis(robot)] = homing.pace(robot)[0]
+    return speed
+
+
+def output_speed(robot: Robot, targets: FloatArray) -> FloatArray:
     """Largest speed of each drive output in a motion, (n,)."""
     if len(targets) < 2:
         return np.zeros(robot.n)

@@ -14,15 +14,6 @@ JOG_SHARE = 0.1
 """Largest share of a joint's velocity and acceleration limits."""
 
 
-SMALLEST_WINDOW, LARGEST_WINDOW = np.deg2rad(0.2), np.deg2rad(1.0)
-"""rad (or m): friction keeps a loop away from its target by tenths of a degree for a while."""
-
-
-def jog_window(distance: float) -> float:
-    """How far a joint may stay behind in a jog, and end from where it was sent: a tenth of the way, to 1°."""
-    return float(np.clip(0.1 * abs(distance), SMALLEST_WINDOW, LARGEST_WINDOW))
-
-
 def ignore_samples(samples: Samples) -> None:
     """For motions whose samples nobody wants."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drivers.setup.findings import Finding
 
+_SIGNED = frozenset({2, 3, 4, 0x10, 0x15})
 _BITS = {
     1: 1,
     2: 8,
@@ -37,6 +38,7 @@ class ObjectEntry:
         default: value after a reset; None where there is none, or it is no number.
         value: of a DCF; None in an EDS.
         mappable: whether a PDO may carry it.
+        low, high: least and largest value; None where the file sets none.
     """
 
     index: int
@@ -47,11 +49,19 @@ class ObjectEntry:
     default: int | None
     value: int | None
     mappable: bool
+    low: int | None = None
+    high: int | None = None
 
     @property
     def bits(self) -> int | None:
         """Length of an integer; None for anything else."""
         return _BITS.get(self.data_type or 0)
+
+    def as_value(self, number: int | None) -> int | None:
+        """A number of the file with the sign that the data type gives it: 0xFF of an INTEGER8 is −1."""
+        if number is None or self.bits is None or self.data_type not in _SIGNED:
+            return number
+        return number - (1 << self.bits) if number >= 1 << (self.bits - 1) else number
 
 
 @dataclass(frozen=True)

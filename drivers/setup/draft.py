@@ -34,9 +34,18 @@ def _table(drive: FoundDrive) -> str:
         f"{_OPEN} control_signal.per_count",
         f"control_signal = {{ index = 0x{index:04X}, subindex = {subindex}, per_count = 0.001 }}",
         f"identity = {{ {identity} }}",
+        *_temperature(drive),
         f'profile = "{drive.profile.name}"',
     ]
     return "\n".join(lines) + "\n"
+
+
+def _temperature(drive: FoundDrive) -> list[str]:
+    if drive.temperature is None or drive.profile.temperature is None:
+        return []
+    index, subindex, per_count = drive.profile.temperature
+    where = f"index = 0x{index:04X}, subindex = {subindex}, per_count = {per_count:g}"
+    return [f"temperature = {{ {where} }}"]
 
 
 def _units(drive: FoundDrive) -> list[str]:

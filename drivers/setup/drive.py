@@ -13,7 +13,13 @@ from drivers.frames.layout import DriveLink, MappedObject
 from drivers.setup.device_needs import compare_identity
 from drivers.setup.eds import read_device_file
 from drivers.setup.findings import Finding
-from drivers.setup.guarding import has_consumer, set_abort_option, set_deadline
+from drivers.setup.guarding import (
+    no_consumer,
+    set_abort_option,
+    set_deadline,
+    set_heartbeat,
+    watch_findings,
+)
 from drivers.setup.limits import compare_limits
 from drivers.setup.mapping import PdoPlan, map_pdos
 from drivers.setup.mode import choose_mode, set_mode, set_period, start_up
@@ -22,7 +28,6 @@ from drivers.setup.sdo import SdoAccess
 from drivers.setup.synchronisation import sync_findings
 from robots.description import Drive, Robot
 
-HEARTBEAT_MILLISECONDS = 100
 READY_TIMEOUT = 3.0
 """s that a drive may take for its self-test."""
 
@@ -113,7 +118,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     profile = choose_profile(drive.profile, identity[0], identity[1], sdo.drive)
     start_up(sdo, profile, robot.bus.cycle_time, findings)
     modes = sdo.read_optional(objects.SUPPORTED_MODES)
-    control_signal = _mapped(sdo, drive.control_signal.index, drive.control_signal.subindex)
+    control_signal = _control_signal(sdo, drive, profile)
     wanted = drive.velocity
     velocity = None if wanted is None else _mapped(sdo, wanted.index, wanted.subindex)
     mode = choose_mode(sdo, modes, findings)
@@ -122,13 +127,13 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     findings += plan.findings
     set_mode(sdo, mode, shown=not profile.mode_shown_when_enabled)
     set_period(sdo, robot.bus.cycle_time, profile, findings)
-    heartbeat = _set_heartbeat(sdo, findings)
+    heartbeat = set_heartbeat(sdo, findings)
     findings += set_abort_option(sdo)
     deadline = set_deadline(sdo, watch_seconds)
-    watches = has_consumer(sdo)
+    unwatched = no_consumer(sdo, robot.bus.master_node_id, watch_seconds)
     findings += file_findings(robot, axis, identity)
     settings = read_settings(sdo)
-    findings += watch_findings(watches, deadline)
+    findings += watch_findings(unwatched, deadline)
     findings += sync_findings(sdo)
     findings += _standing_error(settings)
     findings += compare_limits(robot, axis, settings)
@@ -145,7 +150,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
         control_signal_bits=control_signal.bits,
         velocity_bits=0 if velocity is None else velocity.bits,
         heartbeat=heartbeat,
-        watches=watches,
+        watches=unwatched is None,
         deadline=deadline,
         statusword=sdo.read_int(objects.STATUSWORD),
         settings=settings,
@@ -202,24 +207,6 @@ def refuse(reports: tuple[DriveReport, ...], names: tuple[str, ...]) -> None:
         raise DriveError(forbidding[0] + more)
 
 
-def watch_findings(watches: bool, deadline: bool) -> list[Finding]:
-    """How the drive notices a lost master; one that cannot is refused."""
-    if watches:
-        return []
-    if deadline:
-        return [
-            Finding("warning", "1016", "absent: the drive notices a lost master by its RPDO deadline only")
-        ]
-    return [
-        Finding(
-            "refusal",
-            "1016",
-            "no heartbeat consumer and no RPDO deadline (1400:05): the drive would go on without a master "
-            "(node guarding, 100C, is not spoken here)",
-        )
-    ]
-
-
 def _standing_error(settings: dict[str, int | None]) -> list[Finding]:
     code = settings.get("603F")
     if not code or not settings.get("1001"):
@@ -265,17 +252,26 @@ def _identity(sdo: SdoAccess, drive: Drive, findings: list[Finding]) -> tuple[in
     return found
 
 
+def _control_signal(sdo: SdoAccess, drive: Drive, profile: Profile) -> MappedObject:
+    """The object that carries the torque.
+
+    Raises:
+        DriveError: the drive does not have it; with those that it has.
+    """
+    signal = drive.control_signal
+    try:
+        return _mapped(sdo, signal.index, signal.subindex)
+    except DriveError as error:
+        there = [key for key in profile.torque if sdo.read_optional(*key) is not None]
+        raise DriveError(f"{error}; {other_signal_words(there)}") from error
+
+
+def other_signal_words(there: list[tuple[int, int]]) -> str:
+    """What to write where the described control signal is absent, from the objects that a drive has."""
+    which = " or ".join(f"index = 0x{index:04X}, subindex = {subindex}" for index, subindex in there)
+    return f"write control_signal with {which or 'another object of the drive'} into robot.toml"
+
+
 def _mapped(sdo: SdoAccess, index: int, subindex: int) -> MappedObject:
     """An object with the width that the drive itself gives it."""
     return MappedObject(index, subindex, 8 * len(sdo.read(index, subindex)))
-
-
-def _set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
-    """Seconds between the drive's heartbeats, 0 where it has none."""
-    if sdo.read_optional(objects.HEARTBEAT_PRODUCER) is None:
-        findings.append(
-            Finding("warning", "1017", "heartbeat producer absent: only missing TPDOs show a dead drive")
-        )
-        return 0.0
-    sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
-    return HEARTBEAT_MILLISECONDS / 1000

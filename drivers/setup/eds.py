@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from drivers.errors import DriveError
@@ -101,7 +102,7 @@ def _add_object(
 
 
 def _entry(index: int, subindex: int, fields: Mapping[str, str], node_id: int) -> ObjectEntry:
-    return ObjectEntry(
+    entry = ObjectEntry(
         index=index,
         subindex=subindex,
         name=fields.get("parametername", ""),
@@ -111,6 +112,8 @@ def _entry(index: int, subindex: int, fields: Mapping[str, str], node_id: int) -
         value=number_of(fields.get("parametervalue"), node_id),
         mappable=bool(number_of(fields.get("pdomapping"), node_id)),
     )
+    low, high = (entry.as_value(number_of(fields.get(key), node_id)) for key in ("lowlimit", "highlimit"))
+    return replace(entry, low=low, high=high) if low is None or high is None or low < high else entry
 
 
 def _compare_lists(

@@ -8,10 +8,12 @@ from drivers.cia402 import objects
 from drivers.errors import DriveError
 from drivers.frames.layout import PDO_BITS
 from drivers.setup.device_file import DeviceFile, ObjectEntry
+from drivers.setup.findings import Finding
 from drivers.setup.sdo import SdoAccess, abort_words
 
 _NO_OBJECT, _NO_SUBINDEX = 0x0602_0000, 0x0609_0011
 _READ_ONLY, _WRITE_ONLY = 0x0601_0002, 0x0601_0001
+_TOO_HIGH, _TOO_LOW = 0x0609_0031, 0x0609_0032
 _NOT_MAPPABLE, _TOO_LONG, _WRONG_LENGTH = 0x0604_0041, 0x0604_0042, 0x0607_0010
 _SWITCH_ON_DISABLED = 0x0040
 _COMMUNICATION = range(0x1000, 0x2000)
@@ -75,6 +77,11 @@ class FileDrive(SdoAccess):
             raise self._aborted(doing, index, subindex, _READ_ONLY)
         if entry.bits is not None and entry.bits != 8 * size:
             raise self._aborted(doing, index, subindex, _WRONG_LENGTH)
+        if not consumer_limit(index, entry):
+            if entry.high is not None and value > entry.high:
+                raise self._aborted(doing, index, subindex, _TOO_HIGH)
+            if entry.low is not None and value < entry.low:
+                raise self._aborted(doing, index, subindex, _TOO_LOW)
         if index in _RECEIVED or index in _SENT:
             self._check_mapping(doing, index, subindex, value)
         self._values[index, subindex] = value
@@ -107,6 +114,26 @@ class FileDrive(SdoAccess):
         error = DriveError(f"{self.drive}: {doing} {index:04X}:{subindex:02X}: {abort_words(code)}")
         error.__cause__ = SdoAbortedError(code)
         return error
+
+
+def consumer_limit(index: int, entry: ObjectEntry) -> bool:
+    """Whether an entry of 1016h has a limit below the node id, which stands in its bits 16 to 22.
+
+    Such a file contradicts CiA 301, 7.5.2.14, and says nothing of the drive.
+    """
+    return index == objects.HEARTBEAT_CONSUMER and entry.high is not None and 0 <= entry.high < 1 << 16
+
+
+def consumer_limit_findings(file: DeviceFile) -> list[Finding]:
+    """What to know of a file whose 1016h has no room for a node id."""
+    entry = file.objects.get((objects.HEARTBEAT_CONSUMER, 1))
+    if entry is None or not consumer_limit(objects.HEARTBEAT_CONSUMER, entry):
+        return []
+    text = (
+        f"the file's HighLimit {entry.high} has no room for a node id (bits 16 to 22): a mistake of the "
+        "file, or the drive cannot watch its master; the opening tells which"
+    )
+    return [Finding("warning", "1016", text)]
 
 
 _SET_HERE = frozenset({objects.INTERPOLATION_SUBMODE, objects.INTERPOLATION_PERIOD, objects.ABORT_OPTION})

@@ -9,10 +9,16 @@ from drivers.cia402 import objects
 from drivers.errors import DriveError
 from drivers.frames.layout import MappedObject
 from drivers.setup.device_file import DeviceFile
-from drivers.setup.drive import read_settings, watch_findings
-from drivers.setup.file_drive import FileDrive
+from drivers.setup.drive import other_signal_words, read_settings
+from drivers.setup.file_drive import FileDrive, consumer_limit_findings
 from drivers.setup.findings import Finding
-from drivers.setup.guarding import has_consumer, set_abort_option, set_deadline
+from drivers.setup.guarding import (
+    no_consumer,
+    set_abort_option,
+    set_deadline,
+    set_heartbeat,
+    watch_findings,
+)
 from drivers.setup.limits import compare_limits
 from drivers.setup.mapping import map_pdos
 from drivers.setup.mode import choose_mode, set_mode, set_period, start_up
@@ -57,8 +63,11 @@ class _Rehearsal:
         self._pdos(mode, profile)
         self._try("mode", lambda: set_mode(sdo, mode, shown=False))
         self._try("60C2", lambda: set_period(sdo, cycle_time, profile, found))
+        self._try("1017", lambda: set_heartbeat(sdo, found))
         self._try("6007", lambda: found.extend(set_abort_option(sdo)))
-        found += watch_findings(has_consumer(sdo), set_deadline(sdo, _WATCH_SECONDS))
+        found += consumer_limit_findings(self._file)
+        unwatched = no_consumer(sdo, self._robot.bus.master_node_id, _WATCH_SECONDS)
+        found += watch_findings(unwatched, set_deadline(sdo, _WATCH_SECONDS))
         found += sync_findings(sdo)
         found += compare_limits(self._robot, self._axis, read_settings(sdo))
         return found
@@ -94,10 +103,7 @@ class _Rehearsal:
 
     def _no_signal(self, index: int, profile: Profile) -> None:
         there = [key for key in profile.torque if self._file.has(*key)]
-        which = "another object of the drive"
-        if there:
-            which = " or ".join(f"index = 0x{key[0]:04X}, subindex = {key[1]}" for key in there)
-        text = f"absent: the control signal has no object; write control_signal with {which} into robot.toml"
+        text = f"absent: the control signal has no object; {other_signal_words(there)}"
         self._findings.append(Finding("refusal", f"{index:04X}", text))
 
     def _try(self, subject: str, step: Callable[[], T]) -> T | None:

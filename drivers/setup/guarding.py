@@ -16,9 +16,10 @@ from drivers.cia402.states import Command, State, state_of
 from drivers.errors import DriveError
 from drivers.frames.layout import heartbeat_cob_id
 from drivers.setup.findings import Finding
-from drivers.setup.sdo import SdoAccess, SdoNetwork
+from drivers.setup.sdo import SdoAccess, SdoNetwork, aborted
 
 HEARTBEAT_LOST = 0x8130
+HEARTBEAT_MILLISECONDS = 100
 _SUPPOSED_STATE = 5
 _BEATS = 3
 _BEAT_SECONDS = 0.02
@@ -62,9 +63,63 @@ def set_deadline(sdo: SdoAccess, seconds: float) -> bool:
     return True
 
 
-def has_consumer(sdo: SdoAccess) -> bool:
-    """Whether the drive can watch a heartbeat at all."""
-    return sdo.read_optional(objects.HEARTBEAT_CONSUMER, 1) is not None
+def set_heartbeat(sdo: SdoAccess, findings: list[Finding]) -> float:
+    """1017h: s between the drive's heartbeats, its own where it cannot be written; 0 where it has none."""
+    own = sdo.read_optional(objects.HEARTBEAT_PRODUCER)
+    if own is not None:
+        try:
+            sdo.write_checked(objects.HEARTBEAT_PRODUCER, 0, HEARTBEAT_MILLISECONDS, 2)
+        except DriveError as error:
+            if aborted(error) is None:
+                raise
+            if own:
+                text = f"cannot be written: its own {own} ms between heartbeats are used"
+                findings.append(Finding("info", "1017", text))
+                return own / 1000
+        else:
+            return HEARTBEAT_MILLISECONDS / 1000
+    text = "heartbeat producer absent: only missing TPDOs show a dead drive"
+    findings.append(Finding("warning", "1017", text))
+    return 0.0
+
+
+def no_consumer(sdo: SdoAccess, master: int, seconds: float) -> str | None:
+    """Why the drive cannot watch the master's heartbeat; None where it can. It watches nobody after this.
+
+    Args:
+        sdo: the drive.
+        master: node id in the heartbeat.
+        seconds: consumer time.
+    """
+    if sdo.read_optional(objects.HEARTBEAT_CONSUMER, 1) is None:
+        return "absent"
+    try:
+        sdo.write_checked(objects.HEARTBEAT_CONSUMER, 1, consumer_word(master, seconds), 4)
+        sdo.write(objects.HEARTBEAT_CONSUMER, 1, 0, 4)
+    except DriveError as error:
+        if aborted(error) is None:
+            raise
+        return str(error).removeprefix(f"{sdo.drive}: ")
+    return None
+
+
+def watch_findings(unwatched: str | None, deadline: bool) -> list[Finding]:
+    """How the drive notices a lost master; one that cannot is refused.
+
+    Args:
+        unwatched: why it cannot watch the master's heartbeat.
+        deadline: whether it has an RPDO deadline.
+    """
+    if unwatched is None:
+        return []
+    if deadline:
+        text = f"{unwatched}: the drive notices a lost master by its RPDO deadline only"
+        return [Finding("warning", "1016", text)]
+    text = (
+        f"no heartbeat consumer ({unwatched}) and no RPDO deadline (1400:05): the drive would go on without "
+        "a master; it needs a firmware with one of them (node guarding, 100C, is not spoken here)"
+    )
+    return [Finding("refusal", "1016", text)]
 
 
 def arm(drives: Sequence[SdoAccess], master: int, seconds: float) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from drivers.cia402 import objects
 from drivers.errors import DriveError
 from drivers.setup.mode import set_mode
+from drivers.setup.profiles import Profile
 from drivers.setup.sdo import SdoAccess
 from drivers.setup.told_units import Settings
 from drivers.setup.units_check import unknown_velocity_unit, velocity_scale
@@ -83,8 +84,21 @@ class Homing:
             raise DriveError(f"homing: position is {self.position:g}; allowed: a finite number")
         return names.index(self.joint)
 
+    def pace(self, robot: Robot) -> tuple[float, float]:
+        """Speed and acceleration of the search at the drive's output, rad or m per s and s²."""
+        axis, across = self.axis(robot), np.abs(robot.transmission_matrix)
+        limits = robot.velocity_limits, robot.acceleration_limits
+        speed, acceleration = (self.share * float((across @ limit)[axis]) for limit in limits)
+        return speed, acceleration
 
-def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Settings) -> None:
+    def offset(self, robot: Robot) -> int:
+        """What the drive reads at its home (607Ch), counts."""
+        return round(self.position * float(robot.counts_per_output_unit[self.axis(robot)]))
+
+
+def prepare_homing(
+    sdo: SdoAccess, robot: Robot, homing: Homing, settings: Settings, profile: Profile
+) -> None:
     """Method, speeds, acceleration and home offset, each read back; then homing mode. Torque stays off.
 
     Args:
@@ -92,6 +106,7 @@ def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Setti
         robot: the description.
         homing: the search.
         settings: read from the drive at set-up: what units its velocities have.
+        profile: which kind of drive it is.
 
     Raises:
         DriveError: the drive has no homing mode, an unknown unit of velocity, refuses a value or changes it.
@@ -106,22 +121,20 @@ def prepare_homing(sdo: SdoAccess, robot: Robot, homing: Homing, settings: Setti
             "speed of its homing cannot be given; set 60A9 to 0x00B44700 (rev/min)"
         )
     size = abs(float(robot.counts_per_output_unit[axis])) / velocity_scale(robot, axis, settings)
-    across = np.abs(robot.transmission_matrix)
-    speed = homing.share * float((across @ robot.velocity_limits)[axis]) * size
-    acceleration = homing.share * float((across @ robot.acceleration_limits)[axis]) * size
-    offset = round(homing.position * float(robot.counts_per_output_unit[axis]))
+    speed, acceleration = (pace * size for pace in homing.pace(robot))
     sdo.write_checked(objects.HOMING_METHOD, 0, homing.method, 1)
     for subindex in (1, 2):
         sdo.write_checked(objects.HOMING_SPEEDS, subindex, max(1, round(speed)), 4)
     sdo.write_checked(objects.HOMING_ACCELERATION, 0, max(1, round(acceleration)), 4)
+    offset = -homing.offset(robot) if profile.home_offset_negated else homing.offset(robot)
     sdo.write_checked(objects.HOME_OFFSET, 0, offset, 4)
-    set_mode(sdo, objects.HOMING)
+    set_mode(sdo, objects.HOMING, shown=not profile.mode_shown_when_enabled)
 
 
-def end_homing(sdo: SdoAccess, mode: int) -> None:
+def end_homing(sdo: SdoAccess, mode: int, profile: Profile) -> None:
     """Back to the mode of set-points.
 
     Raises:
         DriveError: the drive does not show it.
     """
-    set_mode(sdo, mode)
+    set_mode(sdo, mode, shown=not profile.mode_shown_when_enabled)

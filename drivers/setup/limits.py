@@ -11,6 +11,7 @@ from drivers.setup.findings import Finding
 from drivers.setup.told_units import Settings
 from drivers.setup.units_check import compare_units, velocity_scale
 from robots.description import Robot
+from robots.windows import demanded_following_error
 
 NEAR = 0.01
 """Relative difference below which two limits are the same."""
@@ -109,11 +110,26 @@ def _following(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
         found.append(
             Finding("warning", "6065", f"window of {window} counts; the master stops at {own:.0f} already")
         )
+    found += _too_tight(robot, axis, window)
     if timeout is not None and timeout > LONGEST_FOLLOWING_TIME:
         found.append(
             Finding("warning", "6066", f"the drive waits {timeout} ms before it minds a following error")
         )
     return found
+
+
+def _too_tight(robot: Robot, axis: int, window: int) -> list[Finding]:
+    """A window that the loop leaves below the speed limit: the drive would end such motions by itself."""
+    fastest = np.abs(robot.transmission_matrix) @ robot.velocity_limits
+    size = abs(float(robot.counts_per_output_unit[axis]))
+    demanded = float(demanded_following_error(robot, fastest)[axis]) * size
+    if demanded <= window:
+        return []
+    text = (
+        f"window of {window} counts; the loop as described lags {demanded:.0f} at the speed limit: motions "
+        f"above {100 * window / demanded:.0f} % of it are refused; widen 6065 in the drive"
+    )
+    return [Finding("warning", "6065", text)]
 
 
 def _speed(robot: Robot, axis: int, settings: Settings) -> list[Finding]:

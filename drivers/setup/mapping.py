@@ -106,7 +106,7 @@ def _silence(sdo: SdoAccess, first: int, numbers: list[int]) -> list[MappedPdo]:
         except DriveError as error:
             if aborted(error) is None:
                 raise
-            stay.append(MappedPdo(word & 0x7FF, _mapped(sdo, _mapping_of(first) + number)))
+            stay.append(MappedPdo(word & 0x7FF, mapped_objects(sdo, _mapping_of(first) + number)))
     return stay
 
 
@@ -114,7 +114,7 @@ def _mapping_of(first: int) -> int:
     return objects.RPDO_MAPPING if first == objects.RPDO_COMMUNICATION else objects.TPDO_MAPPING
 
 
-def _mapped(sdo: SdoAccess, mapping: int) -> tuple[MappedObject, ...]:
+def mapped_objects(sdo: SdoAccess, mapping: int) -> tuple[MappedObject, ...]:
     """What a PDO carries now."""
     words = [sdo.read_int(mapping, k + 1) for k in range(sdo.read_optional(mapping) or 0)]
     return tuple(MappedObject(word >> 16, word >> 8 & 0xFF, word & 0xFF) for word in words)
@@ -137,7 +137,7 @@ def _map_rpdo(
         cob_id = _free(sdo, communication, usual, findings)
         left = _fill(sdo, mapping, list(wanted))
         if left is None or left:
-            as_it_is = _mapped(sdo, mapping)
+            as_it_is = mapped_objects(sdo, mapping)
             standing.append(f"{mapping:04X}: {' '.join(map(str, as_it_is)) or 'nothing'}")
             if as_it_is != wanted:
                 continue
@@ -164,7 +164,7 @@ def _map_tpdos(
         communication, mapping = objects.TPDO_COMMUNICATION + number, objects.TPDO_MAPPING + number
         cob_id = _free(sdo, communication, _usual_tpdo(sdo, node, number), findings)
         rest = _fill(sdo, mapping, left)
-        carried = _mapped(sdo, mapping)
+        carried = mapped_objects(sdo, mapping)
         if rest is None:  # it cannot be mapped anew
             rest = [entry for entry in left if entry not in carried]
             if len(rest) == len(left):

@@ -13,9 +13,9 @@ from drivers.cia402 import objects
 from drivers.cia402.states import state_of
 from drivers.errors import BusError
 from drivers.frames.channel import Channel
-from drivers.frames.layout import master_cob_ids, sdo_answer_cob_id, sdo_request_cob_id
+from drivers.frames.layout import MappedObject, master_cob_ids, sdo_answer_cob_id, sdo_request_cob_id
 from drivers.setup.drive import read_settings
-from drivers.setup.mapping import pdo_numbers
+from drivers.setup.mapping import DISABLED, mapped_objects, pdo_numbers
 from drivers.setup.profiles import Profile, choose_profile
 from drivers.setup.sdo import SdoAccess, SdoNetwork
 from drivers.setup.told_units import FactorGroup, Settings
@@ -25,9 +25,31 @@ ANSWER_SECONDS = 0.5
 _SPACING = 0.001
 """s between two requests: 127 of them must not fill a bus."""
 _DEVICE_NAME = 0x1008
+MOST_SLOTS = 8
 _DRIVE_PROFILE = 402
 _MODES = {0: "pp", 2: "pv", 3: "tq", 5: "hm", 6: "ip", 7: "csp", 8: "csv", 9: "cst"}
 _LIMITS = ("6065", "6066", "6072", "6073", "6076", "607D:01", "607D:02", "607F", "6080")
+
+
+@dataclass(frozen=True)
+class FoundPdo:
+    """One PDO as the node has it now.
+
+    Attributes:
+        number: from 1.
+        cob_id: where it is sent or heard.
+        on: whether it exists (bit 31 of its COB-ID entry).
+        type: transmission type; None where the node does not say.
+        slots: entries that its mapping has room for.
+        objects: what is mapped.
+    """
+
+    number: int
+    cob_id: int
+    on: bool
+    type: int | None
+    slots: int
+    objects: tuple[MappedObject, ...]
 
 
 @dataclass(frozen=True)
@@ -45,7 +67,8 @@ class FoundDrive:
         watches: whether it has 1016 or 1400:05.
         modes: that it supports (6502), by their short names.
         torque: objects that may carry the control signal, as index and subindex.
-        rpdos, tpdos: numbers of its PDOs, from 1.
+        rpdos, tpdos: its PDOs as they are; whether they can be mapped otherwise, only writing would show.
+        temperature: °C, where this kind of drive is known to tell; else None.
         settings: units and limits as read.
     """
 
@@ -59,8 +82,9 @@ class FoundDrive:
     watches: bool
     modes: tuple[str, ...]
     torque: tuple[tuple[int, int], ...]
-    rpdos: tuple[int, ...]
-    tpdos: tuple[int, ...]
+    rpdos: tuple[FoundPdo, ...]
+    tpdos: tuple[FoundPdo, ...]
+    temperature: float | None
     settings: Settings
 
     @property
@@ -144,10 +168,38 @@ def _read(node: int, sdo: SdoAccess) -> FoundDrive:
         watches=consumer is not None or deadline is not None,
         modes=tuple(name for bit, name in _MODES.items() if modes >> bit & 1),
         torque=tuple(key for key in profile.torque if sdo.read_optional(*key) is not None),
-        rpdos=tuple(number + 1 for number in pdo_numbers(sdo, objects.RPDO_COMMUNICATION)),
-        tpdos=tuple(number + 1 for number in pdo_numbers(sdo, objects.TPDO_COMMUNICATION)),
+        rpdos=_pdos(sdo, objects.RPDO_COMMUNICATION, objects.RPDO_MAPPING),
+        tpdos=_pdos(sdo, objects.TPDO_COMMUNICATION, objects.TPDO_MAPPING),
+        temperature=_temperature(sdo, profile),
         settings=read_settings(sdo),
     )
+
+
+def _pdos(sdo: SdoAccess, communication: int, mapping: int) -> tuple[FoundPdo, ...]:
+    return tuple(_pdo(sdo, number, communication, mapping) for number in pdo_numbers(sdo, communication))
+
+
+def _pdo(sdo: SdoAccess, number: int, communication: int, mapping: int) -> FoundPdo:
+    word = sdo.read_int(communication + number, 1)
+    slots = 0
+    while slots < MOST_SLOTS and sdo.read_optional(mapping + number, slots + 1) is not None:
+        slots += 1
+    return FoundPdo(
+        number=number + 1,
+        cob_id=word & 0x7FF,
+        on=not word & DISABLED,
+        type=sdo.read_optional(communication + number, 2),
+        slots=slots,
+        objects=mapped_objects(sdo, mapping + number),
+    )
+
+
+def _temperature(sdo: SdoAccess, profile: Profile) -> float | None:
+    if profile.temperature is None:
+        return None
+    index, subindex, per_count = profile.temperature
+    value = sdo.read_optional(index, subindex, signed=True)
+    return None if value is None else value * per_count
 
 
 def _name(sdo: SdoAccess) -> str:

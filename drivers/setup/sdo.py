@@ -18,8 +18,18 @@ RESPONSE_TIMEOUT = 1.0
 BOOT_UP = 0
 """What a heartbeat carries as NMT state once, after a start (CiA 301, 7.2.8.3.3)."""
 
-_ABSENT = (0x0602_0000, 0x0609_0011, 0x0800_0000, 0x0601_0000, 0x0601_0001, 0x0604_0043)
-"""Abort codes of a read: object or subindex does not exist; and with what else drives say so."""
+_ABSENT = (
+    0x0602_0000,
+    0x0609_0011,
+    0x0800_0000,
+    0x0601_0000,
+    0x0601_0001,
+    0x0604_0043,
+    0x060A_0023,
+    0x0800_0024,
+)
+"""Abort codes of a read: object or subindex does not exist; and with what else drives say so. The last two
+are for an object that has no value: the library canopen, as a drive, answers so."""
 _WIDTHS = {
     (0x1000, 0): 4,
     (0x1001, 0): 1,
@@ -60,8 +70,10 @@ _ABORTS = {
     0x0609_0030: "value not allowed",
     0x0609_0031: "value too high",
     0x0609_0032: "value too low",
+    0x060A_0023: "the object has no value",
     0x0800_0020: "the value cannot be stored",
     0x0800_0022: "not possible in the present device state",
+    0x0800_0024: "the object has no value",
 }
 
 

@@ -15,6 +15,8 @@ _IDENTIFIER = 0x3FFF_FFFF
 def sync_findings(sdo: SdoAccess) -> list[Finding]:
     """A drive that makes SYNC by itself, or that waits for another one than the master's, is refused.
 
+    That 1006h is 0 means nothing to most drives; some ignore their set-points then.
+
     Raises:
         DriveError: no answer.
     """
@@ -26,4 +28,7 @@ def sync_findings(sdo: SdoAccess) -> list[Finding]:
     if word & _IDENTIFIER != SYNC_COB_ID:
         text = f"the drive waits for SYNC 0x{word & _IDENTIFIER:03X}, the master sends 0x{SYNC_COB_ID:03X}"
         return [Finding("refusal", "1005", text)]
+    if sdo.read_optional(objects.SYNC_PERIOD) == 0:
+        text = "0: where set-points turn out to be ignored, a profile with sync_period writes the SYNC period"
+        return [Finding("info", "1006", text)]
     return []

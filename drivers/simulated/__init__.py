@@ -4,6 +4,7 @@ from drivers.simulated.arm import SimulatedArm
 from drivers.simulated.drawing import DrawnScenario, draw_scenario
 from drivers.simulated.faults import DeadAt, EmergencyAt, Faults, LostFrames
 from drivers.simulated.offline import SimulatedRun, simulate_offline
+from drivers.simulated.physics.entry_points import is_compiled
 from drivers.simulated.scenario import Scenario, ScenarioError, load_scenario
 from drivers.simulated.seal import open_seal, sealed_content, write_seal
 from drivers.simulated.truth import PlantTruth, draw_truth, nominal_truth
@@ -21,6 +22,7 @@ __all__ = [
     "SimulatedRun",
     "draw_scenario",
     "draw_truth",
+    "is_compiled",
     "load_scenario",
     "nominal_truth",
     "open_seal",

@@ -7,7 +7,7 @@ from drivers.simulated.homing import HOMING_MODE, Homing
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import StateMachine
-from drivers.simulated.stop_ramp import stop_ramp
+from drivers.simulated.stop import stop_ramp
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 _HALT, _MODE_BIT = 0x100, 0x10

@@ -10,21 +10,18 @@ from collections.abc import Callable
 
 from drivers.simulated.axis_command import AxisCommand
 from drivers.simulated.bench import is_multiple
+from drivers.simulated.communication import Communication
+from drivers.simulated.delivery import Delivery
 from drivers.simulated.device import Device, PositionScale
 from drivers.simulated.emergency import Emergency, record_error
-from drivers.simulated.heartbeats import Heartbeats
+from drivers.simulated.heartbeats import Nmt
 from drivers.simulated.homing import Homing
 from drivers.simulated.modes import Modes
-from drivers.simulated.nmt import Nmt
-from drivers.simulated.object_dictionary import Entry, ObjectDictionary
-from drivers.simulated.parameters import control_signal_bits, set_parameters
 from drivers.simulated.process_data import ProcessData
 from drivers.simulated.readings import Encoder, FollowingErrorWatch
-from drivers.simulated.sdo_server import SdoServer
 from drivers.simulated.set_points import AxisMode
 from drivers.simulated.state_machine import State, StateMachine, StopOptions, statusword
-from drivers.simulated.stop_end import STANDSTILL_SPEED, StopEnd
-from drivers.simulated.stop_ramp import stop_options
+from drivers.simulated.stop import STANDSTILL_SPEED, StopEnd, stop_options
 from drivers.simulated.thermal import MotorTemperature
 from robots import Robot
 
@@ -49,10 +46,10 @@ class Drive:
         device: Device | None = None,
     ) -> None:
         self.node_id = robot.drive[axis].node_id
-        self._robot, self._axis, self._serial = robot, axis, serial
+        self._robot, self._axis = robot, axis
         self._send = send
         signal = robot.drive[axis].control_signal
-        self._control_key = (signal.index, signal.subindex)
+        self._control_key = signal.index, signal.subindex
         self._device = device or Device.described(robot, axis)
         self._scale = PositionScale(self._device)
         revolute = robot.joint[axis].kind == "revolute"
@@ -61,83 +58,81 @@ class Drive:
         saturation = robot.controller.saturation[axis] / signal.per_count
         self._current_share = 1.0 / saturation
         self.temperature = MotorTemperature()
-        self.changed_values: dict[tuple[int, int], int] = {}
-        """Objects that this device has otherwise than the EDS says, after every reset."""
+        self.delivery = Delivery(robot, axis, serial, self._device, self._encoder.velocity_units)
         self._start()
 
     def _start(self) -> None:
         self.nmt = Nmt.INITIALISING
         brake = self._robot.drive[self._axis].brake
         self.machine = StateMachine(brake_opens_slowly=brake.release > 0)
-        self.dictionary = dictionary = ObjectDictionary(self.node_id)
-        if not dictionary.has(*self._control_key):
-            width = "h" if control_signal_bits(self._robot, self._axis) == 16 else "i"
-            dictionary.add(Entry(*self._control_key, width, "ro", 0, None, None, mappable=True))
-        for key in self._encoder.velocity_units:
-            if not dictionary.has(*key):
-                dictionary.add(Entry(*key, "i", "ro", 0, None, None, mappable=True))
-        set_parameters(dictionary, self._robot, self._axis, self._serial, self._device)
         quirks = self._device.quirks
-        quirks.apply(dictionary, self.node_id)
+        self.dictionary = dictionary = self.delivery.dictionary()
+        self.delivery.attach(dictionary, self._has_torque)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
-        for key, value in self.changed_values.items():
-            dictionary.set(*key, value)
         self._modes = Modes(dictionary, self._has_torque, quirks.mode_shown_late)
-        self.process_data = ProcessData(dictionary, self._has_torque, quirks)
-        self._sdo = SdoServer(dictionary, sized=not quirks.unsized)
-        self._heartbeats = Heartbeats(dictionary)
-        self.homing = Homing(dictionary, self._device.increments, self._scale)
+        self._start_communication()
+        self.homing = Homing(dictionary, self._device.increments, self._scale, quirks)
         self._asked = AxisCommand(dictionary, self.machine, self.homing, self._device)
         self._following = FollowingErrorWatch(dictionary)
         self._stop_end = StopEnd(self.machine, brake)
         self.sync_period = self.period
+
+    def _start_communication(self) -> None:
+        self.talk = Communication(self.dictionary, self.node_id, self._has_torque, self._device.quirks)
 
     # -- network management ---------------------------------------------------------------------
 
     def boot(self, now: float) -> None:
         """Boot-up message, then pre-operational."""
         self._start()
+        self._announce(now)
+
+    def _announce(self, now: float) -> None:
         self._send(0x700 + self.node_id, bytes([Nmt.INITIALISING]))
         self.nmt = Nmt.PRE_OPERATIONAL
-        self._heartbeats.boot(now)
+        self.talk.heartbeats.boot(now)
 
     def command_nmt(self, command: int, now: float) -> None:
         """Obeys an NMT command that is addressed to this node."""
-        if command in (0x81, 0x82):
+        if command == 0x81:
             self.boot(now)
+        elif command == 0x82:
+            self._reset_communication(now)
         elif command in (0x01, 0x02, 0x80):
             target = {0x01: Nmt.OPERATIONAL, 0x02: Nmt.STOPPED, 0x80: Nmt.PRE_OPERATIONAL}[command]
             if target is not Nmt.OPERATIONAL and self._has_torque():
                 self._abort_connection(Emergency.COMMUNICATION)
             self.nmt = target
-            self._sdo.reset()
+            self.talk.change_state()
+
+    def _reset_communication(self, now: float) -> None:
+        """Objects 1000h to 1FFFh as after a reset, but for the errors; the rest goes on (7.3.2.2.1)."""
+        if self._has_torque():
+            self._abort_connection(Emergency.COMMUNICATION)
+        self.delivery.reset_communication(self.dictionary)
+        self._start_communication()
+        self._announce(now)
 
     def next_event(self) -> float:
         """When :meth:`tick` has something to do next, s."""
-        return self._heartbeats.next_event()
+        return self.talk.next_event(self.nmt)
 
     def tick(self, now: float, heard_all: bool) -> None:
-        """Heartbeats: sends the own one, and misses the master's where all frames so far have been heard."""
-        if self._heartbeats.own_is_due(now):
-            self._send(0x700 + self.node_id, bytes([self.nmt]))
-        if heard_all and self._heartbeats.master_is_missed(now):
+        """Sends what is due, and misses the master where all frames so far have been heard."""
+        for frame in self.talk.due(self.nmt, now):
+            self._send(*frame)
+        if heard_all and self.talk.misses_master(now):
             self._abort_connection(Emergency.HEARTBEAT)
             if self.nmt is Nmt.OPERATIONAL and self.dictionary.integer(0x1029, 1) != 1:
                 behaviour = self.dictionary.integer(0x1029, 1)
                 self.nmt = Nmt.STOPPED if behaviour == 2 else Nmt.PRE_OPERATIONAL
 
-    def hear_heartbeat(self, node: int, now: float) -> None:
-        """A heartbeat of another node."""
-        self._heartbeats.hear(node, now)
-
-    def answer_sdo(self, request: bytes) -> None:
-        """An SDO request; none is answered in STOPPED."""
-        if self.nmt is Nmt.STOPPED:
-            return
-        for response in self._sdo.answer(request):
-            self._send(0x580 + self.node_id, response)
-
     # -- process data ----------------------------------------------------------------------------
+
+    @property
+    def process_data(self) -> ProcessData:
+        """Its PDOs."""
+        return self.talk.process_data
 
     def receive_rpdo(self, data: bytes) -> None:
         """An RPDO: kept for the next SYNC where it is synchronous, else taken at once."""
@@ -192,12 +187,14 @@ class Drive:
 
     def refresh_statusword(self) -> None:
         """Brings 6041 up to date."""
+        # Bit 13 means what the mode makes of it, and nothing outside Operation enabled.
+        error = self.homing.failed if self._asked.homes else self._following.exceeded
         word = statusword(
             self.machine.state,
             remote=self.nmt is Nmt.OPERATIONAL,
             following=self.homing.attained if self._asked.homes else self.mode is AxisMode.TRACKING,
             limited=self._asked.limited,
-            error=self.homing.failed if self._asked.homes else self._following.exceeded,
+            error=error and self.machine.state is State.OPERATION_ENABLED,
             warning=self.temperature.warns,
             reached=not self.homing.active if self._asked.homes else self._asked.halted and self._stands,
         )

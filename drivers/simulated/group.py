@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from drivers.bus.error_frames import BUS_OFF, ERROR_FLAG
-from drivers.bus.ports import Frame
+from drivers.bus.ports import REMOTE_FLAG, Frame
 from drivers.simulated.bench import Bench, Snapshot, is_multiple
 from drivers.simulated.device import Device, described_devices, increments_per_output_unit
 from drivers.simulated.drive import Drive
@@ -74,7 +74,7 @@ class DriveGroup:
         self._by_node = {drive.node_id: drive for drive in self.drives}
         for wrong in faults.identities:
             if wrong.node in self._by_node:
-                self._by_node[wrong.node].changed_values[0x1018, 2] = wrong.product
+                self._by_node[wrong.node].delivery.changed_values[0x1018, 2] = wrong.product
         self._send = send
         self._send_together = send_together
         self._late: list[tuple[int, bytes]] = []
@@ -99,17 +99,30 @@ class DriveGroup:
             self.run_period(on_sync=True)
         elif cob_id == NMT:
             self._command_nmt(data, now)
+        else:
+            self._hand_on(cob_id, data, now)
+
+    def _hand_on(self, cob_id: int, data: bytes, now: float) -> None:
+        """A frame that concerns single drives."""
+        if cob_id & REMOTE_FLAG:
+            self._answer_remote(cob_id & ~REMOTE_FLAG, now)
         elif HEARTBEAT < cob_id <= HEARTBEAT + 127:
             for drive in self._alive():
-                drive.hear_heartbeat(cob_id - HEARTBEAT, now)
+                drive.talk.heartbeats.hear(cob_id - HEARTBEAT, now)
         elif RSDO < cob_id <= RSDO + 127:
             node = self._by_node.get(cob_id - RSDO)
             if node is not None and node.node_id not in self._dead:
-                node.answer_sdo(data)
+                for frame in node.talk.answer_sdo(data, node.nmt):
+                    self._put(*frame)
         else:
             for drive in self._alive():
                 if drive.process_data.rpdo.cob_id == cob_id:
                     drive.receive_rpdo(data)
+
+    def _answer_remote(self, cob_id: int, now: float) -> None:
+        for drive in self._alive():
+            for frame in drive.talk.answer_remote(cob_id, drive.nmt, now):
+                self._put(*frame)
 
     def next_event(self, now: float) -> float:
         """When :meth:`tick` has something to do next, s."""

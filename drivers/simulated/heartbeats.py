@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 from drivers.simulated.object_dictionary import ObjectDictionary
+
+
+class Nmt(IntEnum):
+    """NMT states as heartbeats carry them."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
 
 
 class Heartbeats:

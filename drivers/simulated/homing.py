@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from drivers.simulated.device import PositionScale
 from drivers.simulated.object_dictionary import ObjectDictionary
+from drivers.simulated.quirks import STANDARD, Quirks
 
 HOMING_MODE = 6
 INDEX_BELOW, INDEX_ABOVE = 33, 34
@@ -21,10 +22,17 @@ class Homing:
         dictionary: has method (6098h), speeds (6099h), acceleration (609Ah) and home offset (607Ch).
         index_every: counts between two index pulses of the encoder: one motor revolution.
         scale: from increments of the encoder to the units of the objects.
+        quirks: what this kind of drive does otherwise.
     """
 
-    def __init__(self, dictionary: ObjectDictionary, index_every: int, scale: PositionScale) -> None:
-        self._dictionary, self._scale = dictionary, scale
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        index_every: int,
+        scale: PositionScale,
+        quirks: Quirks = STANDARD,
+    ) -> None:
+        self._dictionary, self._scale, self._quirks = dictionary, scale, quirks
         self._index_every = index_every
         self.active = False
         """Whether the drive moves the axis, or brings it to rest, by itself."""
@@ -63,6 +71,8 @@ class Homing:
         can_move = self._dictionary.integer(0x6099, 2) > 0 and self._dictionary.integer(0x609A) > 0
         self.failed = not (can_move if moves else method in HERE)
         self.active = self._searching = not self.failed
+        if self._quirks.homed_untruly:
+            self.attained, self.active, self._searching = True, False, False
         self._place, self._speed, self._before = float(set_point), 0.0, None
 
     def watch(self, position: int) -> int | None:
@@ -75,7 +85,8 @@ class Homing:
             return None
         self._searching, self.attained = False, True
         self.active = self._direction != 0
-        return home - self._scale.increments(self._dictionary.integer(0x607C))
+        offset = self._scale.increments(self._dictionary.integer(0x607C))
+        return home + offset if self._quirks.negated_home else home - offset
 
     def _home(self, before: int | None, position: int) -> int | None:
         if self._direction == 0:
@@ -91,9 +102,11 @@ class Homing:
 
     def target(self, period: float) -> int:
         """Set-point for the coming SYNC period (s), counts: up to the search's speed, then down to rest."""
-        change = self._scale.speed(self._dictionary.integer(0x609A)) * period
+        told = self._dictionary.integer(0x609A) * self._quirks.homing_speed_factor
+        change = self._scale.speed(told) * period
         if self._searching:
-            fastest = self._scale.speed(self._dictionary.integer(0x6099, 2))
+            told = self._dictionary.integer(0x6099, 2) * self._quirks.homing_speed_factor
+            fastest = self._scale.speed(told)
             self._speed = min(self._speed + change, fastest)
         else:
             self._speed = max(self._speed - change, 0.0)

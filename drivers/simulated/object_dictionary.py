@@ -42,6 +42,7 @@ NO_SUBINDEX = 0x06090011
 VALUE_RANGE = 0x06090030
 VALUE_TOO_HIGH = 0x06090031
 VALUE_TOO_LOW = 0x06090032
+NOT_STORED = 0x08000020
 DEVICE_STATE = 0x08000022
 NO_DATA = 0x08000024
 
@@ -64,6 +65,11 @@ class Entry:
     low: int | None
     high: int | None
     mappable: bool
+
+    @property
+    def writable(self) -> bool:
+        """Whether a client may write it."""
+        return self.access not in ("ro", "const")
 
     @property
     def bits(self) -> int:
@@ -142,6 +148,10 @@ class ObjectDictionary:
     def has(self, index: int, subindex: int) -> bool:
         """Whether there is such a sub-object."""
         return (index, subindex) in self._entries
+
+    def take(self, other: ObjectDictionary, indices: range) -> None:
+        """Takes the values of some objects from another dictionary."""
+        self.values.update({key: value for key, value in other.values.items() if key[0] in indices})
 
     def integer(self, index: int, subindex: int = 0) -> int:
         """The value of an integer object, for the drive itself."""

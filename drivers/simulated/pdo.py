@@ -28,7 +28,11 @@ _RESTRICTED = (
     range(0x6E0, 0x800),
 )
 """COB-IDs that no configurable object may have (CiA 301, 7.3.5)."""
-_SYNCHRONOUS = range(1, 241)
+_SYNCHRONOUS = range(241)
+_REMOTE_ONLY, _EVENT_DRIVEN = range(252, 254), range(254, 256)
+_NO_REMOTE_FRAMES = 1 << 30
+_DUMMIES = {2: 8, 3: 16, 4: 32, 5: 8, 6: 16, 7: 32}
+"""Bits of data types that an RPDO may map to nothing (CiA 301, 7.5.1.3; DummyUsage of the EDS)."""
 
 
 class Pdo:
@@ -67,6 +71,7 @@ class Pdo:
         dictionary.listeners[mapping] = self._changed
         self.cob_id = 0
         self.valid = False
+        self.remote_allowed = False
         self.transmission_type = 1
         self._layout = struct.Struct("<")
         self._keys: tuple[Key, ...] = ()
@@ -76,6 +81,17 @@ class Pdo:
     def synchronous(self) -> bool:
         """Whether the PDO belongs to the SYNC."""
         return self.transmission_type in _SYNCHRONOUS
+
+    @property
+    def event_driven(self) -> bool:
+        """Whether the PDO goes out when something has changed, or its event timer is over."""
+        return self.valid and self.transmission_type in _EVENT_DRIVEN
+
+    def milliseconds(self, subindex: int) -> float:
+        """An inhibit time (3, units of 0.1 ms) or an event timer (5), s; 0 where there is none."""
+        if not self._dictionary.has(self._communication, subindex):
+            return 0.0
+        return self._dictionary.integer(self._communication, subindex) * (1e-4 if subindex == 3 else 1e-3)
 
     def pack(self) -> bytes:
         """The mapped objects as a frame carries them."""
@@ -97,12 +113,17 @@ class Pdo:
         dictionary = self._dictionary
         word = dictionary.integer(self._communication, 1)
         self.cob_id, self.valid = word & 0x7FF, not word & _INVALID
+        self.remote_allowed = not word & _NO_REMOTE_FRAMES
         self.transmission_type = dictionary.integer(self._communication, 2)
         words = [
             dictionary.integer(self._mapping, k + 1) for k in range(dictionary.integer(self._mapping, 0))
         ]
-        self._keys = tuple((word >> 16, word >> 8 & 0xFF) for word in words)
-        formats = [dictionary.entry(*key).format for key in self._keys]
+        keys = [(word >> 16, word >> 8 & 0xFF) for word in words]
+        formats = [
+            f"{_DUMMIES[index] // 8}x" if index in _DUMMIES else dictionary.entry(index, subindex).format
+            for index, subindex in keys
+        ]
+        self._keys = tuple(key for key in keys if key[0] not in _DUMMIES)
         self._layout = struct.Struct("<" + "".join(formats))
 
     def _guard_communication(self, subindex: int, value: int | bytes) -> None:
@@ -117,10 +138,13 @@ class Pdo:
             if self.valid and not value & _INVALID and value & 0x7FF != self.cob_id:
                 raise SdoAbort(DEVICE_STATE)
         elif subindex == 2:
-            immediate = self._received and value in (254, 255)
+            remote = not self._received and value in _REMOTE_ONLY
             types = self._quirks.rpdo_types if self._received else ()
-            if (types and value not in types) or (value not in _SYNCHRONOUS and not immediate):
+            known = value in _SYNCHRONOUS or value in _EVENT_DRIVEN or remote
+            if (types and value not in types) or not known:
                 raise SdoAbort(VALUE_RANGE)
+        elif subindex == 3 and self.valid:
+            raise SdoAbort(DEVICE_STATE)  # the inhibit time of a PDO that exists (CiA 301, 7.5.2.37)
 
     def _guard_mapping(self, subindex: int, value: int | bytes) -> None:
         assert isinstance(value, int)
@@ -139,6 +163,8 @@ class Pdo:
             raise SdoAbort(MAPPING_TOO_LONG)
 
     def _check_mapped(self, word: int) -> None:
+        if self._received and _DUMMIES.get(word >> 16) == word & 0xFFFF:
+            return
         entry = self._dictionary.entry(word >> 16, word >> 8 & 0xFF)
         if not entry.mappable or entry.bits == 0 or entry.bits != word & 0xFF:
             raise SdoAbort(NOT_MAPPABLE)

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from drivers.bus.ports import Frame
+from drivers.simulated.event_pdos import EventPdos
 from drivers.simulated.object_dictionary import ObjectDictionary
 from drivers.simulated.pdo import Pdo
 from drivers.simulated.quirks import STANDARD, Quirks
+
+LAST_CYCLIC_TYPE = 240
+"""Transmission types from 1 to this say at each how manieth SYNC a TPDO goes out."""
 
 
 class ProcessData:
@@ -29,6 +33,8 @@ class ProcessData:
             for number in range(quirks.tpdos)
         )
         self.tpdo, self.second_tpdo = self.tpdos[:2]
+        self.events = EventPdos(self.tpdos)
+        """TPDOs that do not go out at every so-manieth SYNC."""
         self._waiting: bytes | None = None
         self._age = 0.0
         self._syncs = 0
@@ -90,8 +96,13 @@ class ProcessData:
 
     def frames(self) -> list[Frame]:
         """The TPDOs that belong to the latest SYNC: COB-ID and payload."""
-        return [
-            (pdo.cob_id, pdo.pack())
-            for pdo in self.tpdos
-            if pdo.valid and self._syncs % pdo.transmission_type == 0
-        ]
+        frames = []
+        for pdo in self.tpdos:
+            every = pdo.transmission_type
+            if not pdo.valid:
+                continue
+            if not 0 < every <= LAST_CYCLIC_TYPE:
+                frames += self.events.at_sync(pdo)
+            elif self._syncs % every == 0:
+                frames.append((pdo.cob_id, pdo.pack()))
+        return frames

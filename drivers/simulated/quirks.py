@@ -32,6 +32,9 @@ class Quirks:
         needs_sync_period: ignores set-points while 1006 is 0.
         unlock: a maker's object, and the value that it must hold before set-points count.
         warning: EMCY code that it sends when it is enabled, without a fault; 0 for none.
+        negated_home: reads −607C at its home, as CiA 402 may be read, too.
+        homing_speed_factor: how many times faster it searches than 6099 says, in another unit of its own.
+        homed_untruly: says that home is attained without having searched.
     """
 
     absent: tuple[int, ...] = ()
@@ -47,6 +50,9 @@ class Quirks:
     needs_sync_period: bool = False
     unlock: tuple[int, int] | None = None
     warning: int = 0
+    negated_home: bool = False
+    homing_speed_factor: int = 1
+    homed_untruly: bool = False
 
     def apply(self, dictionary: ObjectDictionary, node: int) -> None:
         """Make a dictionary, filled in already, that of such a drive."""
@@ -63,8 +69,6 @@ class Quirks:
             dictionary.set(0x1400, 2, self.rpdo_types[0])
         if self.modes is not None:
             dictionary.set(0x6502, 0, self.modes)
-        if self.needs_sync_period:
-            dictionary.add(Entry(_SYNC_PERIOD, 0, "I", "rw", 0, None, None, mappable=False))
         if self.unlock is not None:
             dictionary.add(Entry(self.unlock[0], 0, "H", "rw", 0, None, None, mappable=False))
 
@@ -118,8 +122,11 @@ KINDS: dict[str, Quirks] = {
     "needs_sync_period": Quirks(needs_sync_period=True),
     "locked": Quirks(unlock=(0x2F00, 1)),
     "warns_when_enabled": Quirks(warning=0xFF01),
+    "negated_home": Quirks(negated_home=True),
+    "fast_homing": Quirks(homing_speed_factor=30),
+    "homed_untruly": Quirks(homed_untruly=True),
     "maxon_epos4": Quirks(absent=(0x608F, 0x6091, 0x6092, 0x6074, 0x6078, 0x60C1)),
-    "elmo_gold": Quirks(needs_sync_period=True, warning=0xFF01, tpdos=4),
+    "elmo_gold": Quirks(needs_sync_period=True, tpdos=4),
     "technosoft": Quirks(absent=(0x60C2, 0x608F, 0x6091, 0x6092, 0x6007), tpdo_slots=1, tpdos=4),
     "schunk_lwa4d": Quirks(modes=1 << 6, absent=(0x6007, 0x605A, 0x608F, 0x6091, 0x6092, 0x6076), tpdos=4),
 }

@@ -24,17 +24,6 @@ from robots.toml_lines import Path as KeyPath
 from robots.toml_lines import TomlLines, key_text
 
 MAX_BYTES = 1_000_000
-OUTSIDE_VOCABULARY = (
-    "vibration",
-    "slosh",
-    "torque_bursts",
-    "dither",
-    "brake_drag",
-    "thermal_gain_drift",
-    "missed_samples",
-    "torque_crosstalk",
-)
-"""Effects that no model of the arm has a name for."""
 
 
 class ScenarioError(DriveError):
@@ -167,6 +156,18 @@ class Scenario(BaseModel):
 
 
 EMPTY = Scenario()
+
+
+def tables() -> dict[str, type[Entry]]:
+    """The entry class of each table of the file, in the order of the file's reference page."""
+    at = {
+        name: table_at(Scenario, (name, 0)) or table_at(Scenario, (name,)) for name in Scenario.model_fields
+    }
+    return {name: entry for name, entry in at.items() if entry is not None and issubclass(entry, Entry)}
+
+
+OUTSIDE_VOCABULARY = tuple(name for name, entry in tables().items() if entry.outside_vocabulary)
+"""Effects that no model of the arm has a name for."""
 
 
 def load_scenario(path: str | Path) -> Scenario:

@@ -15,6 +15,7 @@ import numpy as np
 from drivers.simulated.device import described_increments
 from robots import Robot, rigid_body_model
 from robots.arrays import FloatArray
+from robots.pseudo_inertia import link_of_pseudo_inertia, pseudo_inertia
 from robots.standard import cad_parameters, link_parameter_names
 
 LINK_SPREAD = 0.10
@@ -142,25 +143,6 @@ def draw_truth(robot: Robot, seed: int = 0) -> PlantTruth:
     )
 
 
-def pseudo_inertia(link: FloatArray) -> FloatArray:
-    """Pseudo-inertia [[Σ, h], [hᵀ, m]] (4 × 4) of (m, h, Ixx, Ixy, Iyy, Ixz, Iyz, Izz); Σ = ½ tr(I)·1 − I."""
-    mass, first, (xx, xy, yy, xz, yz, zz) = link[0], link[1:4], link[4:]
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    pseudo = np.empty((4, 4))
-    pseudo[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    pseudo[:3, 3] = pseudo[3, :3] = first
-    pseudo[3, 3] = mass
-    return pseudo
-
-
-def link_from_pseudo_inertia(pseudo: FloatArray) -> FloatArray:
-    """The inverse of :func:`pseudo_inertia`, shape (10,)."""
-    sigma = pseudo[:3, :3]
-    inertia = np.trace(sigma) * np.eye(3) - sigma
-    tail = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    return np.concatenate(([pseudo[3, 3]], pseudo[:3, 3], tail))
-
-
 def _draw_link(link: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Another body of nearly the same mass, shape and place: P → G P Gᵀ."""
     mass_ratio, stretch, shift = (
@@ -173,7 +155,7 @@ def _draw_link(link: FloatArray, rng: np.random.Generator) -> FloatArray:
     change = np.eye(4)
     change[:3, :3] += 0.5 * LINK_SPREAD * stretch
     change[:3, 3] = 0.5 * LINK_SPREAD * radius * shift
-    return link_from_pseudo_inertia(mass_ratio * change @ pseudo @ change.T)
+    return link_of_pseudo_inertia(mass_ratio * change @ pseudo @ change.T)
 
 
 def _encoder_noise(robot: Robot) -> tuple[float, ...]:

@@ -13,7 +13,6 @@ import numpy as np
 from ident.closed_loop.control_law import ControlLaw, fed_forward
 from ident.closed_loop.direct_dynamics import DirectDynamics
 from ident.closed_loop.integral_rule import as_it_integrates
-from ident.closed_loop.start import start_velocity
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.errors import IdentificationError, SimulationDivergedError
 from ident.parameters.chain import chain_frames
@@ -219,3 +218,32 @@ def check_stable(velocity: FloatArray, limit: FloatArray, time: float) -> None:
             f"the simulated loop is unstable: joint {joint} runs away at {time:.3f} s;"
             " controller and model do not belong together"
         )
+
+
+_WINDOW = 0.016
+"""s, at least, from which the velocity is taken: short against any motion, long against noise."""
+
+_FEWEST = 9
+"""Samples, at least."""
+
+_STANDING = 0.01
+"""Share of the velocity limits; an arm of which no joint is faster starts at rest."""
+
+
+def start_velocity(recording: Recording, limits: FloatArray) -> FloatArray:
+    """Joint velocities (n,) at the first sample: of the cubic through the first ones, or zero at rest.
+
+    A recording starts in motion where it is a piece after a gap, or was begun while the arm moved.
+
+    Args:
+        recording: whose measured positions count.
+        limits: (n,) velocity limits.
+    """
+    samples = max(_FEWEST, int(np.ceil(_WINDOW / recording.sample_time)) + 1)
+    if recording.time.shape[0] < samples:
+        return np.zeros(recording.joints)
+    time = recording.time[:samples] - recording.time[0]
+    powers = (time[:, np.newaxis] / time[-1]) ** np.arange(4)
+    fitted = np.linalg.lstsq(powers, recording.position[:samples], rcond=None)[0]
+    velocity = np.asarray(fitted[1] / time[-1])
+    return velocity if (np.abs(velocity) > _STANDING * limits).any() else np.zeros(recording.joints)

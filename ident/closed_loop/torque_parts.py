@@ -90,14 +90,15 @@ class ModelStructure:
 
     def __init__(self, model: RegressorModel) -> None:
         self.robot = model.robot
-        self._effects = tuple(_sharpened(effect, model.robot) for effect in model.effects)
-        links = [effect for effect in self._effects if isinstance(effect, RigidBody)]
+        effects = tuple(_sharpened(effect, model.robot) for effect in model.effects)
+        self._effects = RegressorModel(model.robot, effects).columns_of_effects
+        links = [effect for effect in effects if isinstance(effect, RigidBody)]
         if not links:
             raise IdentificationError("the model has no rigid bodies; the simulation needs them")
         self.rigid_body: pinocchio.Model = links[0].model
         self._structures = tuple(
             None if isinstance(effect, RigidBody | HasSimulatedParts) else _structure(effect, model.robot)
-            for effect in self._effects
+            for effect in effects
         )
 
     def parts(self, standard: FloatArray) -> TorqueParts:
@@ -108,11 +109,8 @@ class ModelStructure:
         terms: list[tuple[SpeedTerm, float]] = []
         others: list[tuple[Effect, FloatArray]] = []
         extras: list[SimulatedParts] = []
-        start = 0
-        for effect, structure in zip(self._effects, self._structures, strict=True):
-            end = start + len(effect.parameter_names)
-            values = np.asarray(standard[start:end], dtype=np.float64)
-            start = end
+        for (effect, own), structure in zip(self._effects, self._structures, strict=True):
+            values = np.asarray(standard[own], dtype=np.float64)
             if isinstance(effect, RigidBody):
                 links += values.reshape(n, 10)
             elif structure is None:
@@ -172,7 +170,7 @@ def _sharpened(effect: Effect, robot: Robot) -> Effect:
 def _structure(effect: Effect, robot: Robot) -> _Structure:
     n = robot.n
     terms = effect.speed_terms() if isinstance(effect, HasSpeedTerms) else ()
-    parameters = len(effect.parameter_names)
+    parameters = len(effect.parameters)
 
     def columns(state: State) -> FloatArray:
         return effect.columns(state) - speed_columns(terms, state, parameters)

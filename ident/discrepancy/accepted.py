@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.discrepancy.component import Component
 from ident.discrepancy.decision import Choice
-from ident.discrepancy.found import alternatives
+from ident.discrepancy.library import Trial
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Candidate
 from ident.discrepancy.scoring import Score
 from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import confused_with
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
@@ -91,7 +93,7 @@ class Accepted:
 
     @property
     def indistinguishable_from(self) -> tuple[Candidate, ...]:
-        return alternatives(self.chosen, self.choice.alike, self.position, self.choice.excess)
+        return alternatives(self.chosen, self.choice.indistinguishable, self.position, self.choice.excess)
 
     @property
     def unsure(self) -> str:
@@ -124,3 +126,62 @@ class Accepted:
                 if abs(value - limit) <= _INTERVAL * sigma:
                     return f"{shape.name} is {value:.2g} ± {sigma:.2g}, which may as well be {limit:g}"
         return ""
+
+
+def alternatives(
+    chosen: Score, rivals: Sequence[Score], position: int, excess: float
+) -> tuple[Candidate, ...]:
+    """What one effect of the chosen ones cannot be told from.
+
+    An effect that stands in a rival set, too, is not in doubt there: only what the two sets differ in is.
+
+    Args:
+        chosen: the effects that were chosen together.
+        rivals: sets that the data cannot tell from them, best first.
+        position: of the effect among the chosen ones.
+        excess: residual sum of squares beyond noise.
+    """
+    own, kept = chosen.trials[position].key, {trial.key for trial in chosen.trials}
+    found: dict[str, Candidate] = {}
+    for rival in rivals:
+        if own in {trial.key for trial in rival.trials}:
+            continue
+        others = tuple(trial for trial in rival.trials if trial.key not in kept)
+        candidate = candidate_of(rival, excess, others)
+        found.setdefault(candidate.words(), candidate)
+    return tuple(found.values())
+
+
+def candidate_of(score: Score, excess: float, shown: Sequence[Trial] | None = None) -> Candidate:
+    """An entry of a ranking, from 1; of the trials that are shown, where not all are."""
+    trials = score.trials if shown is None else shown
+    return Candidate(
+        tuple(trial.family.name for trial in trials),
+        tuple(tuple(joint + 1 for joint in trial.place.joints) for trial in trials),
+        score.value,
+        score.gain / excess if excess > 0 else 0.0,
+        tuple(trial.effect for trial in trials),
+    )
+
+
+def confusable_with_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:
+    """Names and joints (from 0) that are known to pass for what was found there.
+
+    Where friction falls with speed, the friction that lets go at a reversal is a part of that: another name
+    for the same, on the drive that has it, is no further effect.
+    """
+    return {
+        (name, finding.placed.place.joints) for finding in findings for name in confused_with(finding.effect)
+    }
+
+
+def joints_not_told(findings: Sequence[Accepted]) -> set[int]:
+    """Joints (from 0) of findings that have more than one name: what one leaves may be the other's part."""
+    joints = {
+        joint
+        for finding in findings
+        for rival in finding.indistinguishable_from
+        for places in (finding.joints, *rival.joints)
+        for joint in places
+    }
+    return {joint - 1 for joint in joints}

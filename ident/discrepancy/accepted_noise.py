@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.discrepancy.examination import examine
-from ident.discrepancy.scene import make_scene
+from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.unrepeated import noise_level
 from ident.parameters.base import BaseParameters
 from ident.recording import Recording
@@ -24,6 +24,6 @@ def accepted_noise(base: BaseParameters, recordings: Sequence[Recording]) -> Flo
     Raises:
         IdentificationError: recordings that do not fit the arm.
     """
-    scenes = [make_scene(base.model.robot, recording) for recording in recordings]
-    found = examine(base, scenes)
+    prepared = [prepared_recording(base.model.robot, recording) for recording in recordings]
+    found = examine(base, prepared)
     return np.asarray(noise_level(found)) if found.repeats else None

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.discrepancy.examination import examine
-from ident.discrepancy.scene import Scene, make_scene
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recording
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
 from robots.description import Robot
@@ -30,7 +30,7 @@ def lag_is_known(robot: Robot) -> bool:
     return settings.control_signal_lag != 0.0 or settings.control_signal_reading == "sampled"
 
 
-def aligned(model: RegressorModel, scenes: Sequence[Scene]) -> Robot:
+def aligned(model: RegressorModel, prepared: Sequence[PreparedRecording]) -> Robot:
     """The arm with the lag between control signal and position that the recordings show.
 
     Only where nobody has said what it is: a description that gives ``control_signal_lag`` is believed, so
@@ -38,19 +38,19 @@ def aligned(model: RegressorModel, scenes: Sequence[Scene]) -> Robot:
 
     Args:
         model: of the arm, with the settings of the search.
-        scenes: the recordings.
+        prepared: the recordings.
     """
     robot = model.robot
     settings = robot.identification
     if lag_is_known(robot):
         return robot
-    sample = scenes[0].recording.sample_time
+    sample = prepared[0].recording.sample_time
     base, lag = base_parameters(model), 0.0
-    current = tuple(scenes)
+    current = tuple(prepared)
     for _ in range(_STEPS):
         examination = examine(base, current)
-        rates = [np.gradient(scene.full_torque, sample, axis=0) for scene in current]
-        columns = [scene.thin(r)[:, :, np.newaxis] for scene, r in zip(current, rates, strict=True)]
+        rates = [np.gradient(piece.full_torque, sample, axis=0) for piece in current]
+        columns = [piece.thin(r)[:, :, np.newaxis] for piece, r in zip(current, rates, strict=True)]
         rate = examination.partial_out(examination.whiten(columns))[:, 0]
         step = float(rate @ examination.residual) / float(rate @ rate)
         lag += step
@@ -61,7 +61,7 @@ def aligned(model: RegressorModel, scenes: Sequence[Scene]) -> Robot:
         robot = robot.model_copy(
             update={"identification": settings.model_copy(update={"control_signal_lag": lag})}
         )
-        current = tuple(make_scene(robot, scene.recording, scene.started) for scene in current)
+        current = tuple(prepared_recording(robot, piece.recording, piece.started) for piece in current)
         if abs(step) < _STILL * sample:
             break
     _log.info("torque and position aligned by %.3g s", lag)

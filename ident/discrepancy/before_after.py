@@ -15,14 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.closed_loop import SimulatedRun, simulate
-from ident.discrepancy.examination import Examination, examine
-from ident.discrepancy.extension import extended_prior
+from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
+from ident.discrepancy.examination import Examination, examine, shown_values
 from ident.discrepancy.gap import torque_residual
-from ident.discrepancy.portrait import Portrait, portraits
-from ident.discrepancy.prior import Prior
+from ident.discrepancy.prepared_recording import (
+    PreparedRecording,
+    edges_trimmed,
+    prepared_recording,
+    prepared_recordings,
+)
+from ident.discrepancy.prior import Prior, extended_prior
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.scene import Scene, edges_trimmed, make_scene, make_scenes
-from ident.discrepancy.shown import shown_values
 from ident.errors import IdentificationError
 from ident.estimators import stack, weighted_least_squares
 from ident.exogeneity import GateSettings, SimulationAgreement, TestedRows, simulation_agreement
@@ -31,7 +34,7 @@ from ident.parameters.base import BaseParameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
 from ident.recording import Recording
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 
@@ -64,12 +67,12 @@ class Series:
 
     Attributes:
         checks: of the model before anything was found and after each finding: one more than findings.
-        portraits: per finding, every joint's residual on the validation recordings without it and with it,
-            over speed, position, torque and time.
+        binned_residuals: per finding, every joint's residual on the validation recordings without it and
+            with it, over speed, position, torque and time.
     """
 
     checks: tuple[ModelCheck, ...]
-    portraits: tuple[tuple[Portrait, ...], ...]
+    binned_residuals: tuple[tuple[BinnedResidual, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -99,8 +102,10 @@ def before_and_after(
         IdentificationError: a recording is too short for its settings.
     """
     robot = diagnosis.base.model.robot
-    plain = make_scenes(robot.model_copy(update={"identification": settings}), recordings, as_identified=True)
-    moving, held_out = make_scenes(robot, recordings), make_scenes(robot, validation)
+    plain = prepared_recordings(
+        robot.model_copy(update={"identification": settings}), recordings, as_identified=True
+    )
+    moving, held_out = prepared_recordings(robot, recordings), prepared_recordings(robot, validation)
     series = stages(diagnosis)
     checks = []
     for stage in series:
@@ -114,17 +119,19 @@ def before_and_after(
                 reason,
             )
         )
-    pictures = tuple(_portraits(one, other, held_out) for one, other in itertools.pairwise(series))
+    pictures = tuple(_binned_residuals(one, other, held_out) for one, other in itertools.pairwise(series))
     return Series(tuple(checks), pictures)
 
 
-def _portraits(before: Stage, after: Stage, scenes: Sequence[Scene]) -> tuple[Portrait, ...]:
+def _binned_residuals(
+    before: Stage, after: Stage, prepared: Sequence[PreparedRecording]
+) -> tuple[BinnedResidual, ...]:
     first, last = (
-        [scene.thin(torque_residual(stage.base, stage.beta, scene)) for scene in scenes]
+        [piece.thin(torque_residual(stage.base, stage.beta, piece)) for piece in prepared]
         for stage in (before, after)
     )
-    torques = [scene.torque - residual for scene, residual in zip(scenes, first, strict=True)]
-    return portraits(scenes, first, last, torques)
+    torques = [piece.torque - residual for piece, residual in zip(prepared, first, strict=True)]
+    return binned_residuals(prepared, first, last, torques)
 
 
 def relative_error(rows: Rows, beta: FloatArray) -> FloatArray:
@@ -141,7 +148,7 @@ def stages(diagnosis: Diagnosis) -> list[Stage]:
     for count in range(1, len(diagnosis.findings)):
         base = _with_first_findings(diagnosis, len(first.base.model.effects) + count)
         prior = extended_prior(first.prior, base.independent.size - first.base.independent.size)
-        found.append(_examined(examine(base, first.scenes, prior, first.whitening)))
+        found.append(_examined(examine(base, first.prepared, prior, first.whitening)))
     return [*found, _examined(last)] if diagnosis.findings else found
 
 
@@ -157,19 +164,19 @@ def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:
     return BaseParameters(model, kept, last.relation[: kept.size, : len(model.names)])
 
 
-def _rows(scenes: Sequence[Scene], base: BaseParameters) -> Rows:
+def _rows(prepared: Sequence[PreparedRecording], base: BaseParameters) -> Rows:
     return Rows(
-        np.concatenate([scene.time for scene in scenes]),
-        np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes]),
-        np.concatenate([scene.torque for scene in scenes]),
-        np.concatenate([scene.thin(base.columns(scene.measured)) for scene in scenes]),
-        np.concatenate([scene.moving for scene in scenes]),
+        np.concatenate([piece.time for piece in prepared]),
+        np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared]),
+        np.concatenate([piece.torque for piece in prepared]),
+        np.concatenate([piece.thin(base.columns(piece.measured)) for piece in prepared]),
+        np.concatenate([piece.moving for piece in prepared]),
     )
 
 
-def _identified(stage: Stage, scenes: Sequence[Scene], standstill: bool = False) -> FloatArray:
+def _identified(stage: Stage, prepared: Sequence[PreparedRecording], standstill: bool = False) -> FloatArray:
     """(n,) relative errors of an identification of these rows; against a prior, of what the gap shows."""
-    rows = _rows(scenes, stage.base)
+    rows = _rows(prepared, stage.base)
     if standstill:
         rows = replace(rows, used=np.ones_like(rows.used))
     if stage.prior is not None:
@@ -191,20 +198,22 @@ def _independent(rows: Rows) -> BoolArray:
     return np.asarray(np.abs(np.diag(np.linalg.qr(unit, mode="r"))) > _DEPENDENT)
 
 
-def _gate(stage: Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
+def _gate(stage: Stage, prepared: Sequence[PreparedRecording]) -> tuple[Gate | None, str]:
     """Gate 1 of one model on recordings, or the reason why there is none."""
     base, robot = stage.base, stage.base.model.robot
-    if any(scene.recording.reference is None for scene in scenes):
+    if any(piece.recording.reference is None for piece in prepared):
         return None, "no position reference was recorded, so the loop cannot be simulated"
     standard = base.standard_from(stage.beta, base.model.prior())
     try:
-        runs = [simulate(base.model, standard, scene.recording) for scene in scenes]
+        runs = [simulate(base.model, standard, piece.recording) for piece in prepared]
     except IdentificationError as error:
         return None, str(error)
-    rows = _rows(scenes, base)
+    rows = _rows(prepared, base)
     kept = _independent(rows)
-    twins = [_simulated_scene(robot, scene, run) for scene, run in zip(scenes, runs, strict=True)]
-    simulated = np.concatenate([twin.thin(base.columns(twin.measured)) for twin in twins])
+    simulated_pieces = [
+        _simulated_piece(robot, piece, run) for piece, run in zip(prepared, runs, strict=True)
+    ]
+    simulated = np.concatenate([one.thin(base.columns(one.measured)) for one in simulated_pieces])
     tested = TestedRows(
         rows.torque, rows.regressor[:, :, kept], simulated[:, :, kept], rows.segment, rows.used
     )
@@ -215,7 +224,7 @@ def _gate(stage: Stage, scenes: Sequence[Scene]) -> tuple[Gate | None, str]:
         tested.whitened(tested.errors()),
         names,
         _margins(robot),
-        _agreement(robot, scenes, runs),
+        _agreement(robot, prepared, runs),
         None if stage.prior is None else ~np.isfinite(np.diag(stage.prior.covariance))[kept],
     )
     return gate, ""
@@ -225,7 +234,7 @@ def gate_of(
     base: BaseParameters, beta: FloatArray, prior: Prior | None, recordings: Sequence[Recording]
 ) -> tuple[Gate | None, str]:
     """Gate 1 of a model with base parameters (b,) on recordings, or the reason why there is none."""
-    return _gate(Stage(base, beta, prior), make_scenes(base.model.robot, recordings))
+    return _gate(Stage(base, beta, prior), prepared_recordings(base.model.robot, recordings))
 
 
 def _margins(robot: Robot) -> GateSettings:
@@ -237,13 +246,15 @@ def _margins(robot: Robot) -> GateSettings:
     )
 
 
-def _agreement(robot: Robot, scenes: Sequence[Scene], runs: Sequence[SimulatedRun]) -> SimulationAgreement:
-    """Torque and following error, on the rows of the scenes."""
-    recordings = [scene.recording for scene in scenes]
+def _agreement(
+    robot: Robot, prepared: Sequence[PreparedRecording], runs: Sequence[SimulatedRun]
+) -> SimulationAgreement:
+    """Torque and following error, on their rows."""
+    recordings = [piece.recording for piece in prepared]
     trimmed = edges_trimmed(robot.identification, recordings[0].sample_time)
     return simulation_agreement(robot.model_copy(update={"identification": trimmed}), recordings, runs)
 
 
-def _simulated_scene(robot: Robot, scene: Scene, run: SimulatedRun) -> Scene:
-    recording = replace(scene.recording, position=run.position, control_signal=run.control_signal)
-    return make_scene(robot, recording, scene.started)
+def _simulated_piece(robot: Robot, piece: PreparedRecording, run: SimulatedRun) -> PreparedRecording:
+    recording = replace(piece.recording, position=run.position, control_signal=run.control_signal)
+    return prepared_recording(robot, recording, piece.started)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.deviations import BLOCK, block_labels
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray, IntArray
 
@@ -93,39 +93,42 @@ def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray) -> Show
 
 
 def shown_in_torque(
-    scenes: Sequence[Scene],
+    prepared: Sequence[PreparedRecording],
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     whitening: Whitening,
 ) -> Shown:
-    """The same of decimated torque residuals per scene, rows × joints, where the joints move.
+    """The same of decimated torque residuals per piece, rows × joints, where the joints move.
 
     Args:
-        scenes: recordings that were not fitted.
+        prepared: recordings that were not fitted.
         before, after: without and with the finding.
         whitening: of the noise, as it was fitted with.
     """
-    segment = np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes])
-    used = np.concatenate([scene.moving for scene in scenes])
+    segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
+    used = np.concatenate([piece.moving for piece in prepared])
     both = np.stack([np.concatenate(list(before)), np.concatenate(list(after))], axis=2)
     white = whitening.apply(both, segment, used)
-    return shown_share(white[:, 0], white[:, 1], block_labels(scenes, segment, used, whitening))
+    return shown_share(white[:, 0], white[:, 1], block_labels(prepared, segment, used, whitening))
 
 
 def shown_in_positions(
-    scenes: Sequence[Scene], before: Sequence[FloatArray], after: Sequence[FloatArray], unit: FloatArray
+    prepared: Sequence[PreparedRecording],
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    unit: FloatArray,
 ) -> Shown:
-    """The same of position errors of the simulated loop per scene, samples × joints.
+    """The same of position errors of the simulated loop per piece, samples × joints.
 
     Args:
-        scenes: recordings that were not fitted.
+        prepared: recordings that were not fitted.
         before, after: measured less simulated, without and with the finding.
         unit: (n,) what an error of each joint is measured by.
     """
     whole, other = np.concatenate(list(before)) / unit, np.concatenate(list(after)) / unit
     labels, first = [], 0
-    for scene in scenes:
-        block = (scene.recording.time - scene.recording.time[0]) // BLOCK
+    for piece in prepared:
+        block = (piece.recording.time - piece.recording.time[0]) // BLOCK
         labels.append(first + block.astype(np.int64))
         first = int(np.max(labels[-1])) + 1
     blocks = np.repeat(np.concatenate(labels), whole.shape[1])

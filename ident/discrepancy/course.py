@@ -11,11 +11,11 @@ import numpy as np
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.component import Component
 from ident.discrepancy.decision import Choice
-from ident.discrepancy.extension import extended, extended_prior
+from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.prior import extended, extended_prior
 from ident.discrepancy.refine import added_values, refine, refit
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
-from ident.discrepancy.scene import Scene
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.step import Step
 from ident.discrepancy.validation import LoopRun, Validation
@@ -28,7 +28,7 @@ class Course:
     """Where a search is.
 
     Attributes:
-        scenes: recordings to fit.
+        prepared: recordings to fit.
         first: the model before anything was found.
         step: with all that was found.
         moving: with what the moving arm shows.
@@ -36,7 +36,7 @@ class Course:
         findings: in the order they were made.
     """
 
-    scenes: tuple[Scene, ...]
+    prepared: tuple[PreparedRecording, ...]
     first: Step
     step: Step
     moving: Step
@@ -44,8 +44,8 @@ class Course:
     findings: list[Accepted] = field(default_factory=list)
 
     @classmethod
-    def begun(cls, scenes: tuple[Scene, ...], first: Step) -> Course:
-        return cls(scenes, first, first, first)
+    def begun(cls, prepared: tuple[PreparedRecording, ...], first: Step) -> Course:
+        return cls(prepared, first, first, first)
 
     def add(self, chosen: Score, choice: Choice) -> None:
         """Fit what was chosen, with all that was found before it, and go on with a model that has it."""
@@ -76,7 +76,7 @@ class Course:
     def _extended(self, before: Step, refined: Refined) -> Step:
         return Step.of(
             extended(before.base, refined.effects, refined.seen),
-            self.scenes,
+            self.prepared,
             extended_prior(before.prior, int(sum(seen.sum() for seen in refined.seen))),
             before,
             start=np.concatenate([before.examination.beta, *added_values(refined)]),
@@ -98,7 +98,7 @@ class Course:
         seen = [one.seen for one in others]
         prior = extended_prior(self.first.prior, int(sum(one.sum() for one in seen)))
         base = extended(self.first.base, [one.placed for one in others], seen)
-        return Step.of(base, self.scenes, prior, self.first, simulated=False)
+        return Step.of(base, self.prepared, prior, self.first, simulated=False)
 
     def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.

@@ -13,12 +13,12 @@ from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.scoring import Score, best_per_place, noise_maxima, pairs, singles
 from ident.discrepancy.settings import SearchSettings
 from ident.discrepancy.shape_search import best_shapes
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.vocabulary import confused_with
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
-_FORMS = frozenset(family.name for family in WITHOUT_A_NAME)
+_UNNAMED = frozenset(family.name for family in UNNAMED_FAMILIES)
 
 _LEADERS = 15
 """Single effects that are tried as one half of a pair."""
@@ -37,7 +37,7 @@ _ALL_SHAPES = 5
 
 _GUMBEL_MEAN = 0.5772156649015329
 
-_EVEN = 12.0
+_LEAST_TIE = 12.0
 """Scores within this are even whatever the data: likelihoods within e⁶ of each other."""
 
 
@@ -47,7 +47,7 @@ class Choice:
 
     Attributes:
         chosen: the effect, or the pair, that explains most; None where nothing passes.
-        alike: other single candidates or pairs that this data cannot tell from it, best first.
+        indistinguishable: other single candidates or pairs that this data cannot tell from it, best first.
         ranking: best score of each family and place, best first.
         threshold: what a score has to exceed.
         excess: residual sum of squares beyond noise before the choice.
@@ -57,7 +57,7 @@ class Choice:
     """
 
     chosen: Score | None
-    alike: tuple[Score, ...]
+    indistinguishable: tuple[Score, ...]
     ranking: tuple[Score, ...]
     threshold: float
     excess: float
@@ -92,20 +92,22 @@ def choose(
     needed = _needed(best, by_noise, threshold)
     if not passing:
         return Choice(None, (), tuple(ranking), needed, excess, excess, calibration.p_value(best.value))
-    even = _Even(examination, library, settings)
-    best = _simplest(best, ranking, even)
+    tie = _TieTolerance(examination, library, settings)
+    best = _simplest(best, ranking, tie)
     chosen, rivals = best, ranking
     left = excess - best.gain
     if left > threshold:
         pair = _best_pair(library, ranking, rows)
         if pair and pair[0].value - best.value > max(
-            threshold, settings.alike * left, _share_of_second(pair[0], settings) * best.gain
+            threshold, settings.indistinguishable * left, _share_of_second(pair[0], settings) * best.gain
         ):
             chosen, rivals = pair[0], pair
-    alike = _alike(chosen, [rival for rival in rivals if rival.value >= by_noise], even)
-    unexplained = even.unexplained(chosen)
+    indistinguishable = _indistinguishable(
+        chosen, [rival for rival in rivals if rival.value >= by_noise], tie
+    )
+    unexplained = tie.unexplained(chosen)
     p_value = calibration.p_value(chosen.value)
-    return Choice(chosen, alike, tuple(ranking), needed, excess, unexplained, p_value)
+    return Choice(chosen, indistinguishable, tuple(ranking), needed, excess, unexplained, p_value)
 
 
 def _needed(found: Score, by_noise: float, threshold: float) -> float:
@@ -155,17 +157,17 @@ def _confirmed(examination: Examination, library: Library, rows: int) -> Library
 
 
 def _best_pair(library: Library, ranking: Sequence[Score], rows: int) -> list[Score]:
-    """A form without a name is no half of a pair: it would take the name away from the other half."""
-    leaders = [found for found in ranking if not _is_form(found.trials[0])][:_LEADERS]
+    """An unnamed family is no half of a pair: it would take the name away from the other half."""
+    leaders = [found for found in ranking if not _is_unnamed(found.trials[0])][:_LEADERS]
     both = pairs(library, leaders, library.score, rows)
-    return best_per_place([pair for pair in both if not any(map(_is_form, pair.trials))])
+    return best_per_place([pair for pair in both if not any(map(_is_unnamed, pair.trials))])
 
 
-def _is_form(trial: Trial) -> bool:
-    return trial.family.name in _FORMS
+def _is_unnamed(trial: Trial) -> bool:
+    return trial.family.name in _UNNAMED
 
 
-def _alike(chosen: Score, rivals: Sequence[Score], even: _Even) -> tuple[Score, ...]:
+def _indistinguishable(chosen: Score, rivals: Sequence[Score], tie: _TieTolerance) -> tuple[Score, ...]:
     """Rivals whose score is so near that the difference decides nothing."""
     keys = {trial.key for trial in chosen.trials}
     return tuple(
@@ -173,7 +175,7 @@ def _alike(chosen: Score, rivals: Sequence[Score], even: _Even) -> tuple[Score, 
         for rival in rivals
         if {trial.key for trial in rival.trials} != keys
         and not _general_form(rival, chosen)
-        and chosen.value - rival.value <= even.allowed(chosen, rival)
+        and chosen.value - rival.value <= tie.allowed(chosen, rival)
     )
 
 
@@ -198,11 +200,11 @@ def _sits_with(limit: Trial, general: Trial) -> bool:
     return limit.place.joints == general.place.joints
 
 
-def _simplest(best: Score, ranking: Sequence[Score], even: _Even) -> Score:
+def _simplest(best: Score, ranking: Sequence[Score], tie: _TieTolerance) -> Score:
     """A limit of the best candidate that explains as much, where there is one."""
     for rival in ranking:
         simpler = rival is not best and _general_form(best, rival)
-        if simpler and best.value - rival.value <= even.allowed(best, rival):
+        if simpler and best.value - rival.value <= tie.allowed(best, rival):
             return rival
     return best
 
@@ -213,7 +215,7 @@ def _share_of_second(pair: Score, settings: SearchSettings) -> float:
     return settings.form_share if first & second else settings.second_share
 
 
-def _known_to_look_alike(one: Score, other: Score) -> bool:
+def _known_to_look_the_same(one: Score, other: Score) -> bool:
     """Whether they differ in names alone, at the same joints, which are known to pass for each other."""
     shared = {trial.key for trial in one.trials} & {trial.key for trial in other.trials}
     mine = [trial for trial in one.trials if trial.key not in shared]
@@ -228,7 +230,7 @@ def _known_to_look_alike(one: Score, other: Score) -> bool:
 
 
 @dataclass(frozen=True)
-class _Even:
+class _TieTolerance:
     """Differences of scores that decide nothing.
 
     What the better one leaves of the data measures how wrong the forms of effects are; evidence in the
@@ -251,14 +253,14 @@ class _Even:
         return float(self.examination.excess_of_joints[acts].sum()) - misfit * rows
 
     def allowed(self, better: Score, worse: Score) -> float:
-        """How much better the one may score and still be even with the other."""
+        """How much better the one may score and still be tie with the other."""
         if not self.examination.repeats:
-            return max(_EVEN, self.settings.alike_without_repeats * better.gain)
-        left = self.settings.alike * max(self.unexplained(better, worse) - better.gain, 0.0)
-        if _known_to_look_alike(better, worse):
-            return max(_EVEN, 2.0 * left)
+            return max(_LEAST_TIE, self.settings.indistinguishable_without_repeats * better.gain)
+        left = self.settings.indistinguishable * max(self.unexplained(better, worse) - better.gain, 0.0)
+        if _known_to_look_the_same(better, worse):
+            return max(_LEAST_TIE, 2.0 * left)
         of_data = 1.0 - min(trial.prior_share for trial in (*better.trials, *worse.trials))
-        return max(_EVEN, of_data * left)
+        return max(_LEAST_TIE, of_data * left)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ident.discrepancy.bounded import DEPENDENT
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.statistics.whitening import Whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -93,26 +93,26 @@ def _between_blocks(examination: Examination, moments: FloatArray) -> FloatArray
 
 def blocks_of(examination: Examination) -> IntArray:
     """Which block of time each whitened row of the data is in: (data rows,)."""
-    return block_labels(examination.scenes, examination.segment, examination.used, examination.whitening)
+    return block_labels(examination.prepared, examination.segment, examination.used, examination.whitening)
 
 
 def block_labels(
-    scenes: Sequence[Scene], segment: IntArray, used: BoolArray, whitening: Whitening
+    prepared: Sequence[PreparedRecording], segment: IntArray, used: BoolArray, whitening: Whitening
 ) -> IntArray:
     """The same of any rows: (whitened rows,).
 
     Args:
-        scenes: the recordings.
+        prepared: the recordings.
         segment: (rows,) which recording a row is of.
         used: rows × joints that count.
         whitening: what the rows are whitened with.
     """
     labels, first = [], 0
-    for k, scene in enumerate(scenes):
+    for k, piece in enumerate(prepared):
         rows = int((segment == k).sum())
-        time = np.arange(rows) * scene.recording.sample_time * scene.decimation
-        if scene.period is not None:
-            time = time % (scene.period * scene.recording.sample_time)
+        time = np.arange(rows) * piece.recording.sample_time * piece.decimation
+        if piece.period is not None:
+            time = time % (piece.period * piece.recording.sample_time)
         label = first + (time / BLOCK).astype(np.int64)
         first = int(label.max()) + 1
         labels.append(label)

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from ident.discrepancy.loop_evidence import LoopEvidence
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import (
@@ -39,9 +39,9 @@ class Examination:
 
     Attributes:
         base: the present model.
-        scenes: the recordings.
+        prepared: the recordings.
         whitening: of the noise.
-        used, segment: rows × joints and (rows,) over all scenes, as the whitening wants them.
+        used, segment: rows × joints and (rows,) over all recordings, as the whitening wants them.
         torque: whitened (N,).
         regressor: whitened (N, b), at the measured motion.
         instruments: whitened (N, b), at the instruments' motion.
@@ -51,7 +51,7 @@ class Examination:
     """
 
     base: BaseParameters
-    scenes: tuple[Scene, ...]
+    prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
     used: BoolArray
     segment: IntArray
@@ -62,7 +62,7 @@ class Examination:
     noise: FloatArray
     repeats: bool
     prior: Prior | None
-    clone: FloatArray | None = None
+    self_simulated: FloatArray | None = None
     """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
     loop: LoopEvidence | None = None
     """Where rows are drive torques beside those of the simulated loop, not torques of measured motions."""
@@ -73,7 +73,7 @@ class Examination:
     def residual(self) -> FloatArray:
         """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
         left = self.torque - self.regressor @ self.beta
-        return np.asarray(left if self.clone is None else left - self.clone)
+        return np.asarray(left if self.self_simulated is None else left - self.self_simulated)
 
     @cached_property
     def rough(self) -> Examination:
@@ -113,7 +113,7 @@ class Examination:
         return self.whitening.joint_of_rows(self.segment, self.used)
 
     def whiten(self, thin: Sequence[FloatArray]) -> FloatArray:
-        """Decimated columns per scene (rows × joints × p) as whitened rows (N, p), zero on the prior's."""
+        """Decimated columns per piece (rows × joints × p) as whitened rows (N, p), zero on the prior's."""
         white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)
         return np.concatenate([white, np.zeros((self.torque.shape[0] - white.shape[0], white.shape[1]))])
 
@@ -149,7 +149,7 @@ class Examination:
 
 def examine(
     base: BaseParameters,
-    scenes: Sequence[Scene],
+    prepared: Sequence[PreparedRecording],
     prior: Prior | None = None,
     whitening: Whitening | None = None,
     only: tuple[BoolArray, ...] | None = None,
@@ -158,31 +158,31 @@ def examine(
 
     Args:
         base: the model.
-        scenes: one or more recordings.
+        prepared: one or more recordings.
         prior: what is known of its parameters.
         whitening: of the noise, where it is known already (the noise does not change with the model).
-        only: rows × joints per scene that count, in place of those where the joints move.
+        only: rows × joints per piece that count, in place of those where the joints move.
 
     Raises:
         IdentificationError: no recording, or rows that do not determine the parameters.
     """
-    if not scenes:
+    if not prepared:
         raise IdentificationError("no recording to examine")
-    used = np.concatenate([scene.moving for scene in scenes] if only is None else only)
-    segment = np.repeat(np.arange(len(scenes)), [scene.rows for scene in scenes])
-    torque = np.concatenate([scene.torque for scene in scenes])
-    full = [base.columns(scene.measured) for scene in scenes]
-    regressor = np.concatenate([scene.thin(columns) for scene, columns in zip(scenes, full, strict=True)])
+    used = np.concatenate([piece.moving for piece in prepared] if only is None else only)
+    segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
+    torque = np.concatenate([piece.torque for piece in prepared])
+    full = [base.columns(piece.measured) for piece in prepared]
+    regressor = np.concatenate([piece.thin(columns) for piece, columns in zip(prepared, full, strict=True)])
     beta = _first_fit(torque, regressor, used, segment, prior)
-    noise, repeats = _noise(scenes, full, beta)
+    noise, repeats = _noise(prepared, full, beta)
     if whitening is None:
         if repeats:
             whitening = autoregressive_whitening(noise, segment, used, 0)
         else:
             whitening = cautious_whitening(noise, used, base.independent.size)
     instruments = regressor
-    if any(scene.period is not None for scene in scenes):
-        instruments = np.concatenate([scene.thin(base.columns(scene.instruments)) for scene in scenes])
+    if any(piece.period is not None for piece in prepared):
+        instruments = np.concatenate([piece.thin(base.columns(piece.instruments)) for piece in prepared])
     white = [
         whitening.apply(values, segment, used)
         for values in (torque[:, :, np.newaxis], regressor, instruments)
@@ -191,7 +191,7 @@ def examine(
     scale = np.linalg.norm(x, axis=0)
     cross = (z / scale).T @ (x / scale)
     beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=DEPENDENT)[0] / scale
-    return Examination(base, tuple(scenes), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
+    return Examination(base, tuple(prepared), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
 
 
 def cautious_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
@@ -237,11 +237,35 @@ def with_prior(
     return np.concatenate([y, target]), np.concatenate([x, rows]), np.concatenate([z, rows])
 
 
-def _noise(scenes: Sequence[Scene], full: Sequence[FloatArray], beta: FloatArray) -> tuple[FloatArray, bool]:
+def _noise(
+    prepared: Sequence[PreparedRecording], full: Sequence[FloatArray], beta: FloatArray
+) -> tuple[FloatArray, bool]:
     """Rows × joints of torque noise, N·m, and whether it was told from repeats of the trajectory."""
-    repeats = all(scene.period is not None for scene in scenes)
+    repeats = all(piece.period is not None for piece in prepared)
     parts = []
-    for scene, columns in zip(scenes, full, strict=True):
-        residual = scene.full_torque - columns @ beta
-        parts.append(scene.noise_of(residual) if repeats else scene.thin(residual))
+    for piece, columns in zip(prepared, full, strict=True):
+        residual = piece.full_torque - columns @ beta
+        parts.append(piece.noise_of(residual) if repeats else piece.thin(residual))
     return np.concatenate(parts), repeats
+
+
+def shown_values(examination: Examination) -> FloatArray:
+    """Base parameters (b,) that the gap is shown with.
+
+    Against a prior these are the prior's own, with free what the prior leaves free and what was found;
+    otherwise the fitted ones.
+    """
+    prior = examination.prior
+    if prior is None:
+        return examination.beta
+    held = np.isfinite(np.diag(prior.covariance))
+    if examination.loop is not None:
+        return np.where(held, prior.values, examination.beta)
+    rows = examination.data_rows
+    x, y, z = (m[:rows] for m in (examination.regressor, examination.torque, examination.instruments))
+    beta = np.where(held, prior.values, 0.0)
+    free = ~held
+    scale = np.linalg.norm(x[:, free], axis=0)
+    cross = (z[:, free] / scale).T @ (x[:, free] / scale)
+    beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
+    return beta

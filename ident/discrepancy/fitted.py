@@ -62,12 +62,12 @@ def at_measured(
     examination: Examination, components: Sequence[Component], present: Present
 ) -> FloatArray | None:
     """Whitened columns (N, p) at the measured motion; None where it is its own instrument, or simulated."""
-    if examination.loop is not None or all(scene.period is None for scene in examination.scenes):
+    if examination.loop is not None or all(piece.period is None for piece in examination.prepared):
         return None
     effects = [component.effect(examination, present) for component in components]
     return np.concatenate(
         [
-            examination.whiten([effect_rows(scene, effect, measured=True) for scene in examination.scenes])
+            examination.whiten([effect_rows(piece, effect, measured=True) for piece in examination.prepared])
             for effect in effects
         ],
         axis=1,

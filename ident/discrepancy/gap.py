@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.closed_loop import simulate
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.repeats import not_repeating
-from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
@@ -40,30 +40,30 @@ class Gap:
         return None if whole == 0.0 else float(1.0 - np.sum((after / unit) ** 2) / whole)
 
 
-def torque_residual(base: BaseParameters, beta: FloatArray, scene: Scene) -> FloatArray:
+def torque_residual(base: BaseParameters, beta: FloatArray, piece: PreparedRecording) -> FloatArray:
     """Measured less predicted joint torque at the full rate, samples × joints, N·m (or N)."""
-    return np.asarray(scene.full_torque - base.columns(scene.measured) @ beta)
+    return np.asarray(piece.full_torque - base.columns(piece.measured) @ beta)
 
 
-def torque_gap(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]) -> FloatArray:
+def torque_gap(base: BaseParameters, beta: FloatArray, prepared: Sequence[PreparedRecording]) -> FloatArray:
     """rms torque residual per joint over the rows where it moves, (n,)."""
     squares, counts = np.zeros(base.model.robot.n), np.zeros(base.model.robot.n)
-    for scene in scenes:
-        residual = scene.thin(torque_residual(base, beta, scene))
-        squares += np.where(scene.moving, residual**2, 0.0).sum(axis=0)
-        counts += scene.moving.sum(axis=0)
+    for piece in prepared:
+        residual = piece.thin(torque_residual(base, beta, piece))
+        squares += np.where(piece.moving, residual**2, 0.0).sum(axis=0)
+        counts += piece.moving.sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))
 
 
-def torque_floor(base: BaseParameters, beta: FloatArray, scenes: Sequence[Scene]) -> FloatArray:
+def torque_floor(base: BaseParameters, beta: FloatArray, prepared: Sequence[PreparedRecording]) -> FloatArray:
     """rms of what does not repeat in the torque residual, (n,); NaN without repeats."""
     squares, counts = np.zeros(base.model.robot.n), np.zeros(base.model.robot.n)
-    for scene in scenes:
-        if scene.period is None:
+    for piece in prepared:
+        if piece.period is None:
             return np.full(base.model.robot.n, np.nan)
-        noise = scene.noise_of(torque_residual(base, beta, scene))
-        squares += np.where(scene.moving, noise**2, 0.0).sum(axis=0)
-        counts += scene.moving.sum(axis=0)
+        noise = piece.noise_of(torque_residual(base, beta, piece))
+        squares += np.where(piece.moving, noise**2, 0.0).sum(axis=0)
+        counts += piece.moving.sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))
 
 
@@ -89,30 +89,30 @@ class LoopGap:
 
 
 def closed_loop_gap(
-    base: BaseParameters, standard: FloatArray, scenes: Sequence[Scene]
+    base: BaseParameters, standard: FloatArray, prepared: Sequence[PreparedRecording]
 ) -> tuple[LoopGap | None, str]:
     """The same in the closed-loop simulation, or the reason why there is none."""
     n = base.model.robot.n
     position, signal, samples = np.zeros(n), np.zeros(n), 0
     errors: list[FloatArray] = []
-    for scene in scenes:
+    for piece in prepared:
         try:
-            run = simulate(base.model, standard, scene.recording)
+            run = simulate(base.model, standard, piece.recording)
         except IdentificationError as error:
             return None, str(error)
-        errors.append(scene.recording.position - run.position)
+        errors.append(piece.recording.position - run.position)
         position += (errors[-1] ** 2).sum(axis=0)
-        signal += ((scene.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
+        signal += ((piece.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
         samples += run.time.shape[0]
     return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples), tuple(errors)), ""
 
 
-def position_floor(scenes: Sequence[Scene]) -> FloatArray:
+def position_floor(prepared: Sequence[PreparedRecording]) -> FloatArray:
     """rms of what does not repeat in the measured positions, (n,); NaN without repeats."""
     squares, samples = 0.0, 0
-    for scene in scenes:
-        if scene.period is None:
-            return np.full(scene.torque.shape[1], np.nan)
-        squares = squares + (not_repeating(scene.recording.position, scene.period) ** 2).sum(axis=0)
-        samples += scene.recording.time.shape[0]
+    for piece in prepared:
+        if piece.period is None:
+            return np.full(piece.torque.shape[1], np.nan)
+        squares = squares + (not_repeating(piece.recording.position, piece.period) ** 2).sum(axis=0)
+        samples += piece.recording.time.shape[0]
     return np.asarray(np.sqrt(squares / samples))

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects.family import EffectFamily, Place, PlacedEffect
 from ident.parameters.present import Present
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -160,7 +160,7 @@ def build_library(
 
 def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:
     """Of effects at one place, the whitened columns (N, p) beyond the present model."""
-    counts = [len(effect.parameter_names) for effect in effects]
+    counts = [len(effect.parameters) for effect in effects]
     white = _screened(examination, effects)
     cuts = np.cumsum(counts)[:-1]
     beyond = examination.rough.partial_out(white)
@@ -173,8 +173,8 @@ def _screened(examination: Examination, effects: Sequence[PlacedEffect]) -> Floa
     loop = examination.loop
     if loop is None:
         given = [
-            np.concatenate([effect_rows(scene, effect) for effect in effects], axis=2)
-            for scene in examination.scenes
+            np.concatenate([effect_rows(piece, effect) for effect in effects], axis=2)
+            for piece in examination.prepared
         ]
         return examination.whiten(given)
     key = (effects[0].name, effects[0].place)
@@ -197,7 +197,7 @@ def partialled(examination: Examination, effect: PlacedEffect, exact: bool = Tru
         exact: in closed loop, by simulation; else about.
     """
     if examination.loop is None:
-        columns = [effect_rows(scene, effect) for scene in examination.scenes]
+        columns = [effect_rows(piece, effect) for piece in examination.prepared]
     else:
         loop = examination.loop
         answer = loop.respond(effect) if exact else loop.screen([effect])
@@ -228,6 +228,6 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     return unit @ factors, factors / scale[:, np.newaxis]
 
 
-def effect_rows(scene: Scene, effect: PlacedEffect, measured: bool = False) -> FloatArray:
-    """An effect's decimated columns at a scene's instruments (or measured motion): rows × joints × p."""
-    return scene.thin(effect.columns(scene.measured if measured else scene.instruments))
+def effect_rows(piece: PreparedRecording, effect: PlacedEffect, measured: bool = False) -> FloatArray:
+    """An effect's decimated columns at a piece's instruments (or measured motion): rows × joints × p."""
+    return piece.thin(effect.columns(piece.measured if measured else piece.instruments))

@@ -17,7 +17,7 @@ from ident.closed_loop.compiled import run_compiled
 from ident.closed_loop.friction_rows import FrictionRows
 from ident.closed_loop.simulate import Leading, SimulatedRun, leading_of
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects import FrictionSign, RigidBody
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from ident.errors import IdentificationError
@@ -44,14 +44,14 @@ class Loop:
 
     Attributes:
         robot: the arm.
-        scenes: the recordings.
+        prepared: the recordings.
         decimation: samples that are averaged to a row.
         whole, once: what leads a whole recording, and its settling and one period; per number of
             integration steps.
     """
 
     robot: Robot
-    scenes: tuple[Scene, ...]
+    prepared: tuple[PreparedRecording, ...]
     decimation: int
     whole: dict[int, tuple[Leading, ...]]
     once: dict[int, tuple[Leading, ...]]
@@ -60,27 +60,27 @@ class Loop:
     """Of models with these usual effects, in their order."""
 
     @classmethod
-    def of(cls, model: RegressorModel, scenes: Sequence[Scene]) -> Loop:
+    def of(cls, model: RegressorModel, prepared: Sequence[PreparedRecording]) -> Loop:
         """Prepare the recordings.
 
         Args:
             model: of the arm, with the settings of the search.
-            scenes: the recordings.
+            prepared: the recordings.
 
         Raises:
             IdentificationError: a recording cannot be simulated, is too short, or does not repeat.
         """
         robot = model.robot
-        if any(scene.period is None for scene in scenes):
+        if any(piece.period is None for piece in prepared):
             raise IdentificationError("the trajectory does not repeat, so noise cannot be told from misfit")
         links = next(effect for effect in model.effects if isinstance(effect, RigidBody))
         frames = chain_frames(links.model)
         if frames is None:
             raise IdentificationError("a branched chain of links has no compiled simulation")
         steps = (COARSE, FINE)
-        whole = {n: tuple(leading_of(robot, _timed(scene), n) for scene in scenes) for n in steps}
-        once = {n: tuple(leading_of(robot, _first_period(scene), n) for scene in scenes) for n in steps}
-        return cls(robot, tuple(scenes), scenes[0].decimation, whole, once, frames)
+        whole = {n: tuple(leading_of(robot, _timed(piece), n) for piece in prepared) for n in steps}
+        once = {n: tuple(leading_of(robot, _first_period(piece), n) for piece in prepared) for n in steps}
+        return cls(robot, tuple(prepared), prepared[0].decimation, whole, once, frames)
 
     def run(self, parts: TorqueParts, substeps: int) -> tuple[SimulatedRun, ...]:
         """Simulate each recording; what does not depend on time only until it repeats.
@@ -99,56 +99,56 @@ class Loop:
 
     def measured(self) -> FloatArray:
         """The same of the recordings."""
-        return self.rows([scene.recording.control_signal for scene in self.scenes])
+        return self.rows([piece.recording.control_signal for piece in self.prepared])
 
     def rows(self, signals: Sequence[FloatArray]) -> FloatArray:
         """Control signals, of whole recordings or until they repeat, as averaged drive torque."""
         parts = [
-            self._averaged(repeated(signal, scene), scene)
-            for signal, scene in zip(signals, self.scenes, strict=True)
+            self._averaged(repeated(signal, piece), piece)
+            for signal, piece in zip(signals, self.prepared, strict=True)
         ]
         return np.concatenate(parts) * self.robot.gains
 
     def segment(self) -> IntArray:
         """(rows,) which recording."""
-        return np.repeat(np.arange(len(self.scenes)), [self.count(scene) for scene in self.scenes])
+        return np.repeat(np.arange(len(self.prepared)), [self.count(piece) for piece in self.prepared])
 
-    def count(self, scene: Scene) -> int:
+    def count(self, piece: PreparedRecording) -> int:
         """Rows of a recording."""
-        return int((scene.recording.time.shape[0] - settled(scene)) // self.decimation)
+        return int((piece.recording.time.shape[0] - settled(piece)) // self.decimation)
 
-    def _averaged(self, signal: FloatArray, scene: Scene) -> FloatArray:
-        start, rows = settled(scene), self.count(scene)
+    def _averaged(self, signal: FloatArray, piece: PreparedRecording) -> FloatArray:
+        start, rows = settled(piece), self.count(piece)
         kept = signal[start : start + rows * self.decimation]
         return np.asarray(kept.reshape(rows, self.decimation, -1).mean(axis=1))
 
 
-def settled(scene: Scene) -> int:
+def settled(piece: PreparedRecording) -> int:
     """Samples of the settling."""
-    return round(SETTLING / scene.recording.sample_time)
+    return round(SETTLING / piece.recording.sample_time)
 
 
-def sample_of(scene: Scene, index: IntArray) -> IntArray:
+def sample_of(piece: PreparedRecording, index: IntArray) -> IntArray:
     """Which sample of the settling and first period stands for samples of the whole recording."""
-    start, period = settled(scene), scene.period or 1
+    start, period = settled(piece), piece.period or 1
     return np.asarray(np.where(index < start, index, start + (index - start) % period))
 
 
-def repeated(signal: FloatArray, scene: Scene) -> FloatArray:
+def repeated(signal: FloatArray, piece: PreparedRecording) -> FloatArray:
     """A whole recording of what was simulated until it repeats, (samples, …)."""
-    samples = scene.recording.time.shape[0]
+    samples = piece.recording.time.shape[0]
     if signal.shape[0] >= samples:
         return signal
-    return np.asarray(signal[sample_of(scene, np.arange(samples))])
+    return np.asarray(signal[sample_of(piece, np.arange(samples))])
 
 
-def _timed(scene: Scene) -> Recording:
-    return replace(scene.recording, time=scene.recording.time + scene.started)
+def _timed(piece: PreparedRecording) -> Recording:
+    return replace(piece.recording, time=piece.recording.time + piece.started)
 
 
-def _first_period(scene: Scene) -> Recording:
-    recording = scene.recording
-    samples = settled(scene) + (scene.period or 0)
+def _first_period(piece: PreparedRecording) -> Recording:
+    recording = piece.recording
+    samples = settled(piece) + (piece.period or 0)
     if samples >= recording.time.shape[0]:
         raise IdentificationError(f"{recording.name}: less than two periods after the first second")
     reference = recording.reference

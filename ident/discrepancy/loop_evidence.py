@@ -24,9 +24,9 @@ from ident.discrepancy.loop import (
     settled,
     with_standstill_of,
 )
-from ident.discrepancy.loop_parts import sharp_twin, sharpened, simulated_parts
+from ident.discrepancy.loop_parts import exact_sign_variant, simulated_parts, with_exact_signs
+from ident.discrepancy.prepared_recording import PreparedRecording, without_drift
 from ident.discrepancy.repeats import not_repeating
-from ident.discrepancy.scene import Scene, without_drift
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
@@ -81,12 +81,12 @@ class LoopEvidence:
 
     def screen(self, effects: Sequence[PlacedEffect]) -> FloatArray:
         """About what effects do to the drives' torque: rows × drives × all their parameters."""
-        columns = [self._columns(self.twin(effect)) for effect in effects]
+        columns = [self._columns(self.variant(effect)) for effect in effects]
         return self._through_loop(np.concatenate(columns, axis=2))
 
-    def twin(self, effect: PlacedEffect) -> Placed:
+    def variant(self, effect: PlacedEffect) -> Placed:
         """The effect on an arm whose friction has an exact sign."""
-        return sharp_twin(self.robot, effect, self.present)
+        return exact_sign_variant(self.robot, effect, self.present)
 
     def respond(self, effect: PlacedEffect) -> FloatArray | None:
         """What the effect does per unit of each parameter, by simulation: rows × drives × p.
@@ -97,14 +97,14 @@ class LoopEvidence:
         Returns:
             None where the loop with the effect cannot be simulated.
         """
-        twin = self.twin(effect)
+        variant = self.variant(effect)
         values = self.probe(effect)
         substeps = FINE if effect.stiff or self.parts.extra.springs else COARSE
         columns = []
         for k, value in enumerate(values):
             only = np.zeros(values.size)
             only[k] = value
-            more = with_standstill_of(twin.simulated(only), self.standstill, self.robot)
+            more = with_standstill_of(variant.simulated(only), self.standstill, self.robot)
             change = self.change(more, substeps)
             if change is None:
                 return None
@@ -129,7 +129,7 @@ class LoopEvidence:
     def probe(self, effect: PlacedEffect) -> FloatArray:
         """(p,) a value of each parameter that shows but stays within what is linear."""
         if effect.whole:
-            return np.ones(len(effect.parameter_names))
+            return np.ones(len(effect.parameters))
         columns = self.screen([effect])
         size = np.sqrt(np.mean(columns**2, axis=0)) / self.noise[:, np.newaxis]
         values = _PROBE / np.maximum(size.max(axis=0), 1e-12)
@@ -155,11 +155,11 @@ class LoopEvidence:
         """The base regressor at the simulated motion as drive torque: rows × drives × b, before the loop."""
         model = self.base.model
         usual = tuple(effect for effect in model.effects if not isinstance(effect, Placed))
-        sharp = sharpened(RegressorModel(model.robot, usual))
-        twins = tuple(
-            self.twin(effect) for effect in model.effects[len(usual) :] if isinstance(effect, Placed)
+        exact = with_exact_signs(RegressorModel(model.robot, usual))
+        variants = tuple(
+            self.variant(effect) for effect in model.effects[len(usual) :] if isinstance(effect, Placed)
         )
-        whole = RegressorModel(sharp.robot, (*sharp.effects, *twins))
+        whole = RegressorModel(exact.robot, (*exact.effects, *variants))
         return self._columns(BaseParameters(whole, self.base.independent, self.base.relation))
 
     def screened_base(self) -> FloatArray:
@@ -174,11 +174,11 @@ class LoopEvidence:
         """Columns at the simulated motion, as drive torque, tiled over the recordings."""
         back = np.linalg.inv(self.robot.transmission_matrix)
         parts = []
-        for scene, motion in zip(self.loop.scenes, self.motion, strict=True):
-            rows = self._rows_of(scene)
+        for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
+            rows = self._rows_of(piece)
             if isinstance(effect, Placed) and _drifts(effect):
                 whole = _at(motion, rows)
-                time = scene.started + self._row_times(scene)
+                time = piece.started + self._row_times(piece)
                 columns = effect.columns(replace(whole, time=time))
             else:
                 columns = effect.columns(motion)[rows]
@@ -193,25 +193,25 @@ class LoopEvidence:
         parts = []
         matrix = self.robot.transmission_matrix
         slow = _REST_SPEED * (np.abs(matrix) @ self.robot.velocity_limits)
-        for scene, motion in zip(self.loop.scenes, self.motion, strict=True):
-            still = np.abs(motion.velocity @ matrix.T)[self._rows_of(scene)] < slow
-            row = scene.recording.sample_time * self.loop.decimation
+        for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
+            still = np.abs(motion.velocity @ matrix.T)[self._rows_of(piece)] < slow
+            row = piece.recording.sample_time * self.loop.decimation
             long = np.ones((max(2, round(_REST / row)), 1), dtype=np.bool_)
             at_rest = binary_opening(still, long)
             parts.append(~binary_dilation(at_rest, np.ones((2 * long.shape[0] + 1, 1), dtype=np.bool_)))
         return np.concatenate(parts)
 
-    def _row_times(self, scene: Scene) -> FloatArray:
-        rows, decimation = self.loop.count(scene), self.loop.decimation
-        middle = settled(scene) + np.arange(rows) * decimation + decimation // 2
-        return np.asarray(scene.recording.time[middle])
+    def _row_times(self, piece: PreparedRecording) -> FloatArray:
+        rows, decimation = self.loop.count(piece), self.loop.decimation
+        middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
+        return np.asarray(piece.recording.time[middle])
 
-    def _rows_of(self, scene: Scene) -> IntArray:
+    def _rows_of(self, piece: PreparedRecording) -> IntArray:
         """Which row of the simulated motion stands for each row of a recording."""
-        rows, decimation = self.loop.count(scene), self.loop.decimation
-        middle = settled(scene) + np.arange(rows) * decimation + decimation // 2
-        first = sample_of(scene, middle)
-        most = self.motion[self.loop.scenes.index(scene)].position.shape[0] - 1
+        rows, decimation = self.loop.count(piece), self.loop.decimation
+        middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
+        first = sample_of(piece, middle)
+        most = self.motion[self.loop.prepared.index(piece)].position.shape[0] - 1
         return np.asarray(np.minimum((first - decimation // 2) // decimation, most))
 
     def _through_loop(self, columns: FloatArray) -> FloatArray:
@@ -249,7 +249,7 @@ def _at(motion: State, rows: IntArray) -> State:
 
 
 def _drifts(effect: Placed) -> bool:
-    return depends_on_time(effect.simulated(np.ones(len(effect.parameter_names))))
+    return depends_on_time(effect.simulated(np.ones(len(effect.parameters))))
 
 
 def loop_evidence(
@@ -265,15 +265,15 @@ def loop_evidence(
     standard = base.standard_from(beta, base.model.prior())
     parts = simulated_parts(loop, base, standard, standstill)
     runs = loop.run(parts, FINE)
-    motion = tuple(_motion(loop, scene, run) for scene, run in zip(loop.scenes, runs, strict=True))
+    motion = tuple(_motion(loop, piece, run) for piece, run in zip(loop.prepared, runs, strict=True))
     left, noise = [], []
-    for scene, run in zip(loop.scenes, runs, strict=True):
-        difference = scene.recording.control_signal - repeated(run.control_signal, scene)
+    for piece, run in zip(loop.prepared, runs, strict=True):
+        difference = piece.recording.control_signal - repeated(run.control_signal, piece)
         left.append(difference)
-        start, period = settled(scene), scene.period or 1
+        start, period = settled(piece), piece.period or 1
         alone = np.zeros_like(difference)
         alone[start:] = not_repeating(difference[start:], period)
-        alone[start:] = without_drift(_tiled(scene, run, start), alone[start:], period)
+        alone[start:] = without_drift(_tiled(piece, run, start), alone[start:], period)
         noise.append(alone)
     rest, unrepeated = loop.rows(left), loop.rows(noise)
     size = np.sqrt(np.mean(unrepeated**2, axis=0))
@@ -282,15 +282,15 @@ def loop_evidence(
     return evidence, rest, unrepeated
 
 
-def _tiled(scene: Scene, run: SimulatedRun, start: int) -> State:
-    velocity = repeated(run.velocity, scene)[start:]
-    return State(velocity, velocity, velocity, scene.recording.time[start:])
+def _tiled(piece: PreparedRecording, run: SimulatedRun, start: int) -> State:
+    velocity = repeated(run.velocity, piece)[start:]
+    return State(velocity, velocity, velocity, piece.recording.time[start:])
 
 
-def _motion(loop: Loop, scene: Scene, run: SimulatedRun) -> State:
+def _motion(loop: Loop, piece: PreparedRecording, run: SimulatedRun) -> State:
     """The simulated motion in the middle of the rows of the settling and one period."""
-    samples = settled(scene) + (scene.period or 0)
-    step = scene.recording.sample_time
+    samples = settled(piece) + (piece.period or 0)
+    step = piece.recording.sample_time
     acceleration = np.gradient(run.velocity[:samples], step, axis=0)
     index = np.arange(loop.decimation // 2, samples, loop.decimation)
     torque = loop.robot.joint_torque(run.control_signal[:samples])
@@ -298,6 +298,6 @@ def _motion(loop: Loop, scene: Scene, run: SimulatedRun) -> State:
         run.position[index],
         run.velocity[index],
         acceleration[index],
-        scene.recording.time[index],
+        piece.recording.time[index],
         torque[index],
     )

@@ -17,17 +17,20 @@ from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
 from ident.discrepancy.gap import Gap
 from ident.discrepancy.loop import Loop, Standstill
 from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.presliding import standstill_of
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.scene import Scene
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import Whitening, autoregressive_whitening
 from robots.arrays import BoolArray, FloatArray
+from robots.standard import DRIVE_VARIANTS
 
 _STEPS = 3
 """Simulations by which the parameters settle (Gauss and Newton's steps, with the first one's columns)."""
-_OF_DRIVES = ("Ia", "Fv", "Fc")
+_DRIFTING = ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat", "Fc_settled", "Fv_settled")
+_OF_DRIVES = ("Ia", "Fv", "Fc", *DRIVE_VARIANTS, *_DRIFTING)
+"""Inertia and friction of a drive, also where the friction drifts."""
 
 _STEP = 0.3
 """A parameter's step changes the torque by so many times the noise."""
@@ -35,7 +38,7 @@ _STEP = 0.3
 
 def examine_in_loop(
     base: BaseParameters,
-    scenes: Sequence[Scene],
+    prepared: Sequence[PreparedRecording],
     prior: Prior | None,
     start: FloatArray,
     before: Examination | None = None,
@@ -44,7 +47,7 @@ def examine_in_loop(
 
     Args:
         base: the model.
-        scenes: recordings of trajectories that repeat.
+        prepared: recordings of trajectories that repeat.
         prior: what is known of its parameters.
         start: (b,) parameters to start from.
         before: the same of the model with fewer effects, whose columns still serve.
@@ -53,7 +56,7 @@ def examine_in_loop(
         IdentificationError: the loop cannot be simulated.
     """
     known = None if before is None else before.loop
-    loop = Loop.of(base.model, scenes) if known is None else known.loop
+    loop = Loop.of(base.model, prepared) if known is None else known.loop
     standstill = standstill_of(loop, base, start) if known is None else known.standstill
     evidence, rest, noise = loop_evidence(loop, base, start, standstill)
     segment = loop.segment()
@@ -82,7 +85,7 @@ def examine_in_loop(
     about = with_prior(torque, about, about, prior)[1]
     return Examination(
         base,
-        tuple(scenes),
+        tuple(prepared),
         whitening,
         used,
         segment,
@@ -105,12 +108,12 @@ def _usual_columns(evidence: LoopEvidence, all_of_them: bool) -> tuple[LoopEvide
     Those of the drives are simulated; from them follows how the loop answers, and the others about. That is
     enough where a prior holds them; where nothing does, all are simulated.
     """
-    names = evidence.base.names
-    drives = [k for k, name in enumerate(names) if name.startswith(_OF_DRIVES)]
+    leading = evidence.base.leading
+    drives = [k for k, parameter in enumerate(leading) if parameter.symbol in _OF_DRIVES]
     columns = _columns(evidence, drives)
     evidence = evidence.with_answer(columns, drives)
     if all_of_them:
-        return evidence, _columns(evidence, range(len(names)))
+        return evidence, _columns(evidence, range(len(leading)))
     about = evidence.screened_base()
     about[:, :, drives] = columns
     return evidence, about
@@ -125,12 +128,14 @@ def _columns(evidence: LoopEvidence, which: Sequence[int]) -> FloatArray:
 
 
 def loop_gap(
-    scenes: Sequence[Scene], standstill: Standstill, models: Sequence[tuple[BaseParameters, FloatArray]]
+    prepared: Sequence[PreparedRecording],
+    standstill: Standstill,
+    models: Sequence[tuple[BaseParameters, FloatArray]],
 ) -> tuple[Gap, Shown] | None:
     """rms per drive between the torque of the recordings and that of the simulated loop, and what they show.
 
     Args:
-        scenes: recordings.
+        prepared: recordings.
         standstill: how the drives' dry friction turns its sign.
         models: two, before and after a finding, with their base parameters.
 
@@ -139,7 +144,7 @@ def loop_gap(
     """
     left, floor = [], np.zeros(0)
     try:
-        loop = Loop.of(models[0][0].model, scenes)
+        loop = Loop.of(models[0][0].model, prepared)
         for base, beta in models:
             evidence, rest, noise = loop_evidence(loop, base, beta, standstill)
             moving = evidence.moving()
@@ -149,7 +154,7 @@ def loop_gap(
         return None
     by_noise = Whitening("block", tuple(np.empty(0) for _ in floor), floor)
     before, after = (by_noise.apply(rest[:, :, np.newaxis], loop.segment(), moving)[:, 0] for rest in left)
-    blocks = block_labels(scenes, loop.segment(), moving, by_noise)
+    blocks = block_labels(prepared, loop.segment(), moving, by_noise)
     gap = Gap(_rms(left[0], moving), _rms(left[1], moving), floor)
     return gap, shown_share(before, after, blocks)
 

@@ -18,19 +18,19 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 
 
-def sharp_robot(robot: Robot) -> Robot:
+def exact_sign_robot(robot: Robot) -> Robot:
     """The arm with exact friction signs."""
     settings = robot.identification.model_copy(update={"friction_sign": "sign"})
     return robot.model_copy(update={"identification": settings})
 
 
-def sharpened(model: RegressorModel) -> RegressorModel:
+def with_exact_signs(model: RegressorModel) -> RegressorModel:
     """The model with exact friction signs."""
-    robot = sharp_robot(model.robot)
-    return RegressorModel(robot, tuple(_sharp(effect, robot) for effect in model.effects))
+    robot = exact_sign_robot(model.robot)
+    return RegressorModel(robot, tuple(_with_exact_sign(effect, robot) for effect in model.effects))
 
 
-def _sharp(effect: Effect, robot: Robot) -> Effect:
+def _with_exact_sign(effect: Effect, robot: Robot) -> Effect:
     if isinstance(effect, Placed):
         raise TypeError("a placed effect needs its present model")
     changed: Any = effect
@@ -38,14 +38,14 @@ def _sharp(effect: Effect, robot: Robot) -> Effect:
         for item in fields(changed):
             if isinstance(getattr(effect, item.name), FrictionSign):
                 changed = replace(changed, **{item.name: FrictionSign("sign", 0.0)})
-    sharp: Effect = changed
-    return sharp
+    exact: Effect = changed
+    return exact
 
 
-def sharp_twin(robot: Robot, effect: PlacedEffect, present: Present) -> Placed:
+def exact_sign_variant(robot: Robot, effect: PlacedEffect, present: Present) -> Placed:
     """The effect on an arm whose friction has an exact sign."""
     form = form_of(robot, effect.name, effect.shape_names)
-    return form.effect(sharp_robot(robot), effect.place, effect.shape, present)
+    return form.effect(exact_sign_robot(robot), effect.place, effect.shape, present)
 
 
 def simulated_parts(
@@ -53,17 +53,14 @@ def simulated_parts(
 ) -> TorqueParts:
     """A model with its standard parameters (p,) as the simulation takes it."""
     model = base.model
-    usual = [effect for effect in model.effects if not isinstance(effect, Placed)]
-    plain = sum(len(effect.parameter_names) for effect in usual)
-    structure = _structure(loop, model, tuple(usual))
+    usual = tuple(effect for effect in model.effects if not isinstance(effect, Placed))
+    structure = _structure(loop, model, usual)
+    plain = sum(len(effect.parameters) for effect in usual)
     parts = with_standstill(structure.parts(standard[:plain]), standstill, loop.robot)
-    start = plain
-    for effect in model.effects[len(usual) :]:
-        end = start + len(effect.parameter_names)
-        assert isinstance(effect, Placed)
-        twin = sharp_twin(loop.robot, effect, Present(model, standard))
-        parts = added(parts, with_standstill_of(twin.simulated(standard[start:end]), standstill, loop.robot))
-        start = end
+    for effect, own in model.columns_of_effects:
+        if isinstance(effect, Placed):
+            variant = exact_sign_variant(loop.robot, effect, Present(model, standard))
+            parts = added(parts, with_standstill_of(variant.simulated(standard[own]), standstill, loop.robot))
     return parts
 
 
@@ -71,5 +68,5 @@ def _structure(loop: Loop, model: RegressorModel, usual: tuple[Effect, ...]) -> 
     """Of the usual effects, which stay the same as effects are found: kept with the recordings."""
     names = tuple(effect.name for effect in usual)
     if names not in loop.structures:
-        loop.structures[names] = ModelStructure(sharpened(RegressorModel(model.robot, usual)))
+        loop.structures[names] = ModelStructure(with_exact_signs(RegressorModel(model.robot, usual)))
     return loop.structures[names]

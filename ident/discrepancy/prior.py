@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
 from robots.arrays import BoolArray, FloatArray
 
@@ -74,15 +76,15 @@ def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior
 
 def _smallest_spread(base: BaseParameters, column: int) -> float:
     """A zero in CAD is known no better than a hundredth of what the largest parameter of its unit is."""
-    units, standard = base.model.units, np.abs(base.model.prior())
-    same = [value for value, unit in zip(standard, units, strict=True) if unit == units[column]]
+    parameters, standard = base.model.parameters, np.abs(base.model.prior())
+    unit = parameters[column].unit
+    same = [value for value, other in zip(standard, parameters, strict=True) if other.unit == unit]
     return 0.01 * max(same) or 1.0
 
 
 def _is_friction(base: BaseParameters) -> BoolArray:
     """(b,) which base parameters are friction."""
-    names = [base.model.names[column].rstrip("0123456789") for column in base.independent]
-    return np.array([name in _FRICTION for name in names])
+    return np.array([parameter.is_usual(_FRICTION) for parameter in base.leading])
 
 
 def _with_free_friction(base: BaseParameters, covariance: FloatArray) -> FloatArray:
@@ -90,3 +92,30 @@ def _with_free_friction(base: BaseParameters, covariance: FloatArray) -> FloatAr
     free[friction, :] = free[:, friction] = 0.0
     free[friction, friction] = np.inf
     return free
+
+
+def extended(
+    base: BaseParameters, effects: Sequence[PlacedEffect], seen: Sequence[BoolArray]
+) -> BaseParameters:
+    """Base parameters of the model with effects added; each of theirs is a base parameter of its own.
+
+    A payload or a drive gain lies in the span of the links' columns. It is kept all the same, because a
+    prior can tell it from them; without a prior the search does not ask for such effects.
+
+    Args:
+        base: the model without them.
+        effects: what is added.
+        seen: per effect, which of its parameters the data show; the others stay zero.
+    """
+    return base.with_effects(effects, np.concatenate(list(seen)))
+
+
+def extended_prior(prior: Prior | None, more: int) -> Prior | None:
+    """The same knowledge of a model with so many more parameters, which are free."""
+    if prior is None or more == 0:
+        return prior
+    b = prior.values.size
+    covariance = np.zeros((b + more, b + more))
+    covariance[:b, :b] = prior.covariance
+    covariance[np.arange(b, b + more), np.arange(b, b + more)] = np.inf
+    return Prior(np.concatenate([prior.values, np.zeros(more)]), covariance, prior.source, prior.noise)

@@ -68,7 +68,7 @@ def _beside(examination: Examination, components: Sequence[Component], present: 
     effects = [component.effect(examination, present) for component in components]
     values = fit.of_effects(fit.parameters)
     torque = sum(
-        np.concatenate([effect_rows(scene, effect) for scene in examination.scenes]) @ size
+        np.concatenate([effect_rows(piece, effect) for piece in examination.prepared]) @ size
         for effect, size in zip(effects, values, strict=True)
     )
     white = examination.whiten([np.asarray(torque)[:, :, np.newaxis]])

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from ident.discrepancy.binned_residual import BinnedResidual
 from ident.discrepancy.confirmation import Confirmation
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.gap import Gap, LoopTrace
-from ident.discrepancy.portrait import Portrait
+from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.discrepancy.where import Habitat
 from ident.effects.family import PlacedEffect, Scope, joint_words
 from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
@@ -73,7 +73,7 @@ class Finding:
     gap: Gap
     confirmation: Confirmation
     placed: PlacedEffect
-    portrait: Portrait
+    binned_residual: BinnedResidual
     ranking: tuple[Candidate, ...] = ()
 
     def words(self) -> str:
@@ -97,7 +97,7 @@ class Diagnosis:
         ranking: candidates beside the final model, best first, whether one passed or not.
         unexplained: per joint, what the final model leaves on the validation recordings, worst first.
         description: in words, what is left where nothing explains it.
-        habitats: where the last residual lives, per joint.
+        dependences: what the last residual depends on, per joint.
         unrepeated: what does not repeat and should not be there.
         torque, position, control_signal: gap on the validation recordings; None where the loop could not
             be simulated, with the reason in ``loop_reason``.
@@ -111,7 +111,7 @@ class Diagnosis:
     ranking: tuple[Candidate, ...]
     unexplained: tuple[Unexplained, ...]
     description: str
-    habitats: tuple[Habitat, ...]
+    dependences: tuple[ResidualDependence, ...]
     unrepeated: tuple[Unrepeated, ...]
     torque: Gap
     position: Gap | None

@@ -22,7 +22,7 @@ _RIDGE = 1e-9
 class Score:
     """Trials together: what they take off the residual's sum of squares, and with which parameters.
 
-    ``value`` is ``gain`` less the price of every parameter and shape (half of it is a log likelihood
+    ``value`` is ``gain`` less the bic_penalty of every parameter and shape (half of it is a log likelihood
     ratio with the penalty of BIC).
     """
 
@@ -32,8 +32,8 @@ class Score:
     parameters: FloatArray
 
 
-def price(trials: Sequence[Trial], rows: int) -> float:
-    """BIC's price of the trials' parameters, shapes included."""
+def bic_penalty(trials: Sequence[Trial], rows: int) -> float:
+    """BIC's bic_penalty of the trials' parameters, shapes included."""
     return float(sum(trial.end - trial.start + trial.shapes for trial in trials) * np.log(rows))
 
 
@@ -44,7 +44,7 @@ def score(library: Library, trials: Sequence[Trial], products: FloatArray, rows:
         library: their columns' products.
         trials: which.
         products: (m,) products of all columns with the residual.
-        rows: N, for the price.
+        rows: N, for the bic_penalty.
     """
     index = np.concatenate([np.arange(trial.start, trial.end) for trial in trials])
     gram = library.gram[np.ix_(index, index)] + _RIDGE * np.eye(index.size)
@@ -62,7 +62,7 @@ def score(library: Library, trials: Sequence[Trial], products: FloatArray, rows:
     gain = float(2 * factors @ target - factors @ gram @ factors)
     if not _has_essentials(trials, values):
         gain = 0.0
-    return Score(tuple(trials), gain, gain - price(trials, rows), parameters @ factors)
+    return Score(tuple(trials), gain, gain - bic_penalty(trials, rows), parameters @ factors)
 
 
 def _has_essentials(trials: Sequence[Trial], values: FloatArray) -> bool:
@@ -138,7 +138,7 @@ def noise_maxima(library: Library, offset: FloatArray, rows: int, draws: int, se
     Args:
         library: all trials.
         offset: (m,) products of the columns with a misfit that is always there (zero for none).
-        rows: N, for the price.
+        rows: N, for the bic_penalty.
         draws: how many.
         seed: of the draws.
     """
@@ -152,5 +152,5 @@ def noise_maxima(library: Library, offset: FloatArray, rows: int, draws: int, se
         gram = library.gram[np.ix_(inside, inside)] + _RIDGE * np.eye(inside.size)
         part = sampled[:, inside]
         gain = np.einsum("dp,dp->d", part, np.linalg.solve(gram, part.T).T)
-        best = np.maximum(best, gain - price((trial,), rows))
+        best = np.maximum(best, gain - bic_penalty((trial,), rows))
     return best

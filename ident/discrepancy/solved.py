@@ -47,8 +47,8 @@ def simulated_gain(examination: Examination, components: Sequence[Component], pr
         return 0.0
     residual = left = examination.residual
     for component, values in zip(components, np.split(solved[0], np.cumsum(solved[3])[:-1]), strict=True):
-        twin = loop.twin(component.effect(examination, present))
-        change = loop.change(with_standstill_of(twin.simulated(values), loop.standstill, loop.robot), FINE)
+        variant = loop.variant(component.effect(examination, present))
+        change = loop.change(with_standstill_of(variant.simulated(values), loop.standstill, loop.robot), FINE)
         if change is None:
             return 0.0
         white = examination.whiten([change[:, :, np.newaxis]])

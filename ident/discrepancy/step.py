@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ident.discrepancy.align import lag_is_known
-from ident.discrepancy.clone import with_clone
-from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.examination import Examination, examine, shown_values
 from ident.discrepancy.loop_examination import examine_in_loop
+from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.scene import Scene
-from ident.discrepancy.shown import shown_values
+from ident.discrepancy.self_simulation import with_self_simulation
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
@@ -45,7 +44,7 @@ class Step:
     def of(
         cls,
         base: BaseParameters,
-        scenes: Sequence[Scene],
+        prepared: Sequence[PreparedRecording],
         prior: Prior | None,
         before: Step | None = None,
         whitening: Whitening | None = None,
@@ -56,7 +55,7 @@ class Step:
 
         Args:
             base: its base parameters.
-            scenes: recordings to fit.
+            prepared: recordings to fit.
             prior: of the same base parameters.
             before: the step that it extends, whose noise model and loop it keeps.
             whitening: noise model; found from the recordings where None.
@@ -69,22 +68,22 @@ class Step:
         plain = base if before is None else before.plain
         if before is not None and before.examination.loop is not None:
             assert start is not None
-            examination = examine_in_loop(base, scenes, prior, start, before.examination)
+            examination = examine_in_loop(base, prepared, prior, start, before.examination)
             standard = base.standard_from(examination.beta, base.model.prior())
             return cls(base, prior, examination, Present(base.model, standard), plain)
-        examination = examine(base, scenes, prior, whitening)
+        examination = examine(base, prepared, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
         if simulated:
-            examination = with_clone(examination, standard, plain)
+            examination = with_self_simulation(examination, standard, plain)
         return cls(base, prior, examination, Present(base.model, standard), plain)
 
     def in_loop(self) -> Step | None:
         """The same model in closed loop; None where the recordings or the model have none."""
-        scenes = self.examination.scenes
-        if not lag_is_known(self.base.model.robot) or any(scene.period is None for scene in scenes):
+        prepared = self.examination.prepared
+        if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
             return None
         try:
-            examination = examine_in_loop(self.base, scenes, self.prior, self.examination.beta)
+            examination = examine_in_loop(self.base, prepared, self.prior, self.examination.beta)
         except IdentificationError as error:
             _log.info("not examined in closed loop: %s", error)
             return None

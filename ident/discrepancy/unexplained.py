@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.deviations import BLOCK
-from ident.discrepancy.scene import Scene
+from ident.discrepancy.prepared_recording import PreparedRecording
 from robots.arrays import BoolArray, FloatArray
 
 _INTERVAL = 1.644854
@@ -37,21 +37,23 @@ class Unexplained:
     repeats: bool
 
 
-def unexplained_of(scenes: Sequence[Scene], residuals: Sequence[FloatArray]) -> tuple[Unexplained, ...]:
+def unexplained_of(
+    prepared: Sequence[PreparedRecording], residuals: Sequence[FloatArray]
+) -> tuple[Unexplained, ...]:
     """Worst joint first; a joint that stands still leaves nothing.
 
     Args:
-        scenes: recordings that were not fitted.
-        residuals: per scene, of the model, samples × joints at the full rate, N·m (or N).
+        prepared: recordings that were not fitted.
+        residuals: per piece, of the model, samples × joints at the full rate, N·m (or N).
     """
-    repeats = all(scene.period is not None for scene in scenes)
-    left = [scene.thin(residual) for scene, residual in zip(scenes, residuals, strict=True)]
+    repeats = all(piece.period is not None for piece in prepared)
+    left = [piece.thin(residual) for piece, residual in zip(prepared, residuals, strict=True)]
     noise = [
-        scene.noise_of(residual) ** 2 if repeats else _between_rows(thin, scene.moving)
-        for scene, residual, thin in zip(scenes, residuals, left, strict=True)
+        piece.noise_of(residual) ** 2 if repeats else _between_rows(thin, piece.moving)
+        for piece, residual, thin in zip(prepared, residuals, left, strict=True)
     ]
-    joints = range(scenes[0].torque.shape[1])
-    found = [_of_joint(joint, scenes, left, noise, repeats) for joint in joints]
+    joints = range(prepared[0].torque.shape[1])
+    found = [_of_joint(joint, prepared, left, noise, repeats) for joint in joints]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
@@ -66,17 +68,17 @@ def _between_rows(residual: FloatArray, used: BoolArray) -> FloatArray:
 
 def _of_joint(
     joint: int,
-    scenes: Sequence[Scene],
+    prepared: Sequence[PreparedRecording],
     left: Sequence[FloatArray],
     noise: Sequence[FloatArray],
     repeats: bool,
 ) -> Unexplained:
-    keep = [scene.moving[:, joint] for scene in scenes]
+    keep = [piece.moving[:, joint] for piece in prepared]
 
     def pick(parts: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate([part[mask, joint] for part, mask in zip(parts, keep, strict=True)])
 
-    torque = pick([scene.torque for scene in scenes])
+    torque = pick([piece.torque for piece in prepared])
     whole = float(np.sum(torque**2))
     if whole == 0.0:
         return Unexplained(joint, 0.0, 0.0, 0.0, 0.0, repeats)
@@ -84,8 +86,8 @@ def _of_joint(
     beyond = (squares - floor) / whole
     blocks = np.concatenate(
         [
-            k * 10**6 + scene.time[mask] // BLOCK
-            for k, (scene, mask) in enumerate(zip(scenes, keep, strict=True))
+            k * 10**6 + piece.time[mask] // BLOCK
+            for k, (piece, mask) in enumerate(zip(prepared, keep, strict=True))
         ]
     )
     sums = np.bincount(np.unique(blocks, return_inverse=True)[1], beyond)

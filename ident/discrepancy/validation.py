@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.accepted import Accepted, candidate_of
+from ident.discrepancy.binned_residual import BinnedResidual, binned_residual
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions, shown_in_torque
 from ident.discrepancy.decision import Choice
-from ident.discrepancy.found import candidate_of
 from ident.discrepancy.gap import (
     Gap,
     LoopGap,
@@ -21,12 +21,11 @@ from ident.discrepancy.gap import (
     torque_residual,
 )
 from ident.discrepancy.loop_examination import loop_gap
-from ident.discrepancy.portrait import Portrait, portrait
+from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Candidate, Finding, FoundParameter
-from ident.discrepancy.scene import Scene
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
-from ident.discrepancy.where import habitats
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
@@ -52,11 +51,11 @@ class Validation:
     """Recordings that nothing is fitted to.
 
     Attributes:
-        scenes: the recordings.
+        prepared: the recordings.
         whitening: of the rows of an inverse model.
     """
 
-    scenes: tuple[Scene, ...]
+    prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
 
     def gap(self, before: Step, after: Step) -> Gap:
@@ -65,26 +64,26 @@ class Validation:
 
     def loop_run(self, step: Step) -> LoopRun:
         """The model of a step in closed loop."""
-        return closed_loop_gap(step.base, step.standard_shown, self.scenes)
+        return closed_loop_gap(step.base, step.standard_shown, self.prepared)
 
     def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
         """Of two models."""
         first, last = before[0], after[0]
         if first is None or last is None:
             return LoopGaps(None, None, None, before[1] or after[1])
-        floor = position_floor(self.scenes)
+        floor = position_floor(self.prepared)
         none = np.full_like(floor, np.nan)
         return LoopGaps(
             Gap(first.position, last.position, floor),
             Gap(first.control_signal, last.control_signal, none),
-            LoopTrace(self.scenes[0].recording.time, first.errors[0], last.errors[0]),
+            LoopTrace(self.prepared[0].recording.time, first.errors[0], last.errors[0]),
             "",
         )
 
     def unexplained(self, step: Step) -> tuple[Unexplained, ...]:
         """What a model leaves, worst joint first."""
         return unexplained_of(
-            self.scenes, [torque_residual(step.base, step.shown, scene) for scene in self.scenes]
+            self.prepared, [torque_residual(step.base, step.shown, piece) for piece in self.prepared]
         )
 
     def finding(
@@ -115,41 +114,41 @@ class Validation:
             gap=gap,
             confirmation=Confirmation(torque, self._shown_in_loop(*loops), accepted.unsure),
             placed=accepted.placed,
-            portrait=self._portrait(without, whole),
+            binned_residual=self._binned_residual(without, whole),
             ranking=ranking_of(choice),
         )
 
     def _compared(self, before: Step, after: Step) -> tuple[Gap, Shown]:
         if after.examination.loop is not None:
             models = ((before.base, before.shown), (after.base, after.shown))
-            found = loop_gap(self.scenes, after.examination.loop.standstill, models)
+            found = loop_gap(self.prepared, after.examination.loop.standstill, models)
             if found is not None:
                 return found
         first, last = self._residuals(before), self._residuals(after)
         gap = Gap(
-            torque_gap(before.base, before.shown, self.scenes),
-            torque_gap(after.base, after.shown, self.scenes),
-            torque_floor(after.base, after.shown, self.scenes),
+            torque_gap(before.base, before.shown, self.prepared),
+            torque_gap(after.base, after.shown, self.prepared),
+            torque_floor(after.base, after.shown, self.prepared),
         )
-        return gap, shown_in_torque(self.scenes, first, last, self.whitening)
+        return gap, shown_in_torque(self.prepared, first, last, self.whitening)
 
     def _residuals(self, step: Step) -> list[FloatArray]:
-        """Per scene, rows × joints."""
-        return [scene.thin(torque_residual(step.base, step.shown, scene)) for scene in self.scenes]
+        """Per piece, rows × joints."""
+        return [piece.thin(torque_residual(step.base, step.shown, piece)) for piece in self.prepared]
 
     def _shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
         if without[0] is None or whole[0] is None:
             return None
-        floor = position_floor(self.scenes)
+        floor = position_floor(self.prepared)
         unit = np.where(np.isfinite(floor) & (floor > 0.0), floor, without[0].position)
-        return shown_in_positions(self.scenes, without[0].errors, whole[0].errors, unit)
+        return shown_in_positions(self.prepared, without[0].errors, whole[0].errors, unit)
 
-    def _portrait(self, before: Step, after: Step) -> Portrait:
-        """Where the residual lives before and after."""
+    def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
+        """What the residual depends on before and after."""
         first, last = self._residuals(before), self._residuals(after)
-        torques = [scene.torque - residual for scene, residual in zip(self.scenes, first, strict=True)]
-        places = habitats(self.scenes, first, torques)
-        return portrait(self.scenes, first, last, torques, places)
+        torques = [piece.torque - residual for piece, residual in zip(self.prepared, first, strict=True)]
+        places = residual_dependences(self.prepared, first, torques)
+        return binned_residual(self.prepared, first, last, torques, places)
 
 
 def ranking_of(choice: Choice) -> tuple[Candidate, ...]:

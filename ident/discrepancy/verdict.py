@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.discrepancy.where import Habitat
-from ident.results import Gate
+from ident.verdicts import Gate
 
 
 @dataclass(frozen=True)
@@ -17,17 +17,17 @@ class Left:
     """What the final model leaves.
 
     Attributes:
-        habitats: where the residual of the fit lives, per joint.
+        dependences: what the residual of the fit depends on, per joint.
         unrepeated: what does not repeat and should not be there.
-        form: what the residual is, where it has a form without a name.
+        unnamed: what the residual is, where an unnamed family explains it.
         more_than_noise: whether it is more than noise and the usual misfit.
         unexplained: per joint, of the torque on data that was not fitted, worst first.
         margin: share of a joint's torque that a model may lack, as in gate 1.
     """
 
-    habitats: tuple[Habitat, ...]
+    dependences: tuple[ResidualDependence, ...]
     unrepeated: tuple[Unrepeated, ...]
-    form: str
+    unnamed: str
     more_than_noise: bool
     unexplained: tuple[Unexplained, ...]
     margin: float
@@ -46,7 +46,7 @@ def verdict_of(findings: Sequence[Finding], left: Left) -> DiagnosisVerdict:
         return "ambiguous"
     if findings:
         return "named"
-    something = left.more_than_noise or left.unrepeated or left.form or left.beyond_margin
+    something = left.more_than_noise or left.unrepeated or left.unnamed or left.beyond_margin
     return "unnamed" if something else "clean"
 
 
@@ -54,8 +54,8 @@ def description(verdict: DiagnosisVerdict, left: Left) -> str:
     """What is left, in words, where it has no name."""
     if verdict != "unnamed":
         return ""
-    if left.form:
-        return left.form
+    if left.unnamed:
+        return left.unnamed
     if left.unrepeated:
         return "; ".join(item.sentence for item in left.unrepeated)
     if left.beyond_margin and not left.more_than_noise:
@@ -64,7 +64,7 @@ def description(verdict: DiagnosisVerdict, left: Left) -> str:
             f"of the torque on data that was not fitted the model leaves {joints} unexplained"
             f" (margin {100 * left.margin:.0f} %), and no effect of the vocabulary passes"
         )
-    worst = max(left.habitats, key=lambda place: place.strongest[1] * place.rms)
+    worst = max(left.dependences, key=lambda place: place.strongest[1] * place.rms)
     return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
 
 

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.accepted import Accepted, confusable_with_found, joints_not_told
 from ident.discrepancy.align import aligned, lag_is_known
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.library import Library, build_library
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
 from ident.discrepancy.question import Progress, Question
+from ident.discrepancy.residual_dependence import ResidualDependence, residual_dependences
 from ident.discrepancy.results import Diagnosis
-from ident.discrepancy.reversals import forms_of_found, joints_not_told
-from ident.discrepancy.scene import Scene, make_scenes
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step
@@ -24,9 +24,8 @@ from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.validation import Validation, ranking_of
 from ident.discrepancy.verdict import Left, description, verdict_of
-from ident.discrepancy.where import Habitat, habitats
 from ident.effects.family import EffectFamily
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Placed
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
@@ -34,7 +33,7 @@ from ident.parameters.regressor import RegressorModel
 
 _log = logging.getLogger(__name__)
 
-_FORMS = tuple(family.name for family in WITHOUT_A_NAME)
+_UNNAMED = tuple(family.name for family in UNNAMED_FAMILIES)
 
 
 def _silent(step: str, share: float) -> None:
@@ -52,30 +51,32 @@ def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
     progress("filter", 0.0)
     robot = searching(question.robot, question.fit[0])
     model = question.model or RegressorModel.of(robot)
-    robot = aligned(RegressorModel(robot, model.effects), make_scenes(robot, question.fit))
-    scenes = make_scenes(robot, question.fit)
+    robot = aligned(RegressorModel(robot, model.effects), prepared_recordings(robot, question.fit))
+    prepared = prepared_recordings(robot, question.fit)
     base = base_parameters(RegressorModel(robot, model.effects))
     prior = question.prior(base) if question.prior else None
-    search = _Search(question, Step.of(base, scenes, prior), scenes, progress)
+    search = _Search(question, Step.of(base, prepared, prior), prepared, progress)
     return search.run()
 
 
 class _Search:
     """One run of the search over the recordings of a question."""
 
-    def __init__(self, question: Question, step: Step, scenes: tuple[Scene, ...], progress: Progress) -> None:
+    def __init__(
+        self, question: Question, step: Step, prepared: tuple[PreparedRecording, ...], progress: Progress
+    ) -> None:
         self.question = question
-        self.course = Course.begun(scenes, step)
-        self.scenes = scenes
+        self.course = Course.begun(prepared, step)
+        self.prepared = prepared
         self.progress = progress
         robot = step.base.model.robot
-        self.validation = make_scenes(robot, question.validation)
+        self.validation = prepared_recordings(robot, question.validation)
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
-        self.forms: set[tuple[str, tuple[int, ...]]] = set()
+        self.confusable: set[tuple[str, tuple[int, ...]]] = set()
         """Effects and joints that are no further effect beside what was found there."""
-        self.form = ""
-        """What the residual is, where it has a form without a name."""
+        self.unnamed = ""
+        """What the residual is, where an unnamed family explains it."""
 
     @property
     def step(self) -> Step:
@@ -99,10 +100,14 @@ class _Search:
 
     def _at_reversals(self) -> bool:
         """Whether to look there: not where it is something else, without a name or without repeats."""
-        if not self.question.at_reversals or self.form or len(self.findings) >= self.question.settings.most:
+        if (
+            not self.question.at_reversals
+            or self.unnamed
+            or len(self.findings) >= self.question.settings.most
+        ):
             return False
-        strange = unrepeated(self.step.examination, _row_time(self.scenes[0]))
-        return all(item.kind == "shocks" for item in strange)
+        not_repeating = unrepeated(self.step.examination, _row_time(self.prepared[0]))
+        return all(item.kind == "shocks" for item in not_repeating)
 
     def _search_at_reversals(self) -> None:
         """At most one more finding; a simulated loop that does otherwise, for no known reason, is told."""
@@ -116,21 +121,21 @@ class _Search:
             self._search(reversing, len(self.findings) + 1)
             if self.step is in_loop:
                 self.course.step = moving
-        strange = self._strange_joint(in_loop)
-        if strange is not None and not self.findings and not self._more_than_clean():
-            self.form = (
+        joint = self._misfit_joint(in_loop)
+        if joint is not None and not self.findings and not self._more_than_clean():
+            self.unnamed = (
                 "the simulated closed loop does not do what the arm does at its reversals, least of all at"
-                f" joint {strange + 1}, though the model fits the moving arm"
+                f" joint {joint + 1}, though the model fits the moving arm"
             )
 
     def _leave_to_motion(self) -> None:
         """What findings do at reversals, and joints on which motion leaves more than has a name."""
         if not self.findings:
             return
-        self.forms = forms_of_found(self.findings)
+        self.confusable = confusable_with_found(self.findings)
         self.settled |= joints_not_told(self.findings)
         left, rows = self.step.examination.excess_of_joints, self.step.examination.rows_of_joints
-        self.settled |= set(np.flatnonzero(left > self._worth_a_word_of_a_row() * rows).tolist())
+        self.settled |= set(np.flatnonzero(left > self._misfit_threshold_per_row() * rows).tolist())
 
     def _is_the_arm(self, in_loop: Step) -> bool:
         """Whether the simulated loop does about what the arm does; a small error of a delay can spoil it.
@@ -138,16 +143,16 @@ class _Search:
         Where nothing was found in motion, single joints may do otherwise: that is what is looked for.
         """
         examination = in_loop.examination
-        strange = self.question.settings.strange_in_loop
-        alike = examination.excess <= strange * examination.torque.shape[0]
+        limit = self.question.settings.not_the_arm_in_loop
+        matches = examination.excess <= limit * examination.torque.shape[0]
         if not self.findings:
             of_joints = examination.excess_of_joints / np.maximum(examination.rows_of_joints, 1)
-            alike = alike or float(np.median(of_joints)) <= strange
-        if not alike:
+            matches = matches or float(np.median(of_joints)) <= limit
+        if not matches:
             _log.info("no look at reversals: the simulated loop does not do what the arm does")
-        return bool(alike)
+        return bool(matches)
 
-    def _strange_joint(self, in_loop: Step) -> int | None:
+    def _misfit_joint(self, in_loop: Step) -> int | None:
         """The joint that the simulated loop moves least as the arm does, where it does not.
 
         What a found effect leaves on its own joint is its form being a little different.
@@ -155,8 +160,8 @@ class _Search:
         left, rows = in_loop.examination.excess_of_joints.copy(), in_loop.examination.rows_of_joints.copy()
         found = sorted({joint for effect in _placed(in_loop) for joint in effect.place.joints})
         left[found], rows[found] = 0.0, 0
-        strange = left.sum() > self.question.settings.unnamed_in_loop * rows.sum()
-        return int(np.argmax(left)) if strange else None
+        misfits = left.sum() > self.question.settings.unnamed_in_loop * rows.sum()
+        return int(np.argmax(left)) if misfits else None
 
     def _search(self, families: Sequence[EffectFamily], most: int) -> Choice | None:
         """Until nothing more passes."""
@@ -175,22 +180,22 @@ class _Search:
                 continue
             if choice.chosen is None or not self._worth_naming(choice):
                 break
-            forms = [t for t in choice.chosen.trials if t.family.name in _FORMS]
-            if forms:
-                self.form = f"drive {forms[0].place.joints[0] + 1} has {forms[0].family.sentence}"
+            unnamed = [t for t in choice.chosen.trials if t.family.name in _UNNAMED]
+            if unnamed:
+                self.unnamed = f"drive {unnamed[0].place.joints[0] + 1} has {unnamed[0].family.sentence}"
                 break
             self.course.add(choice.chosen, choice)
         return choice
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
-        found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.forms
+        found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
         return build_library(self.step.examination, families, self.step.present, found, self.settled)
 
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
         whitening = noise_beyond_vocabulary(self.step.examination, library)
-        first = Step.of(self.step.base, self.scenes, self.step.prior, None, whitening)
-        self.course = Course.begun(self.scenes, first)
+        first = Step.of(self.step.base, self.prepared, self.step.prior, None, whitening)
+        self.course = Course.begun(self.prepared, first)
 
     def _families(self) -> tuple[EffectFamily, ...]:
         present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
@@ -199,7 +204,7 @@ class _Search:
         known = lag_is_known(self.question.robot) or not lag_is_known(self.step.base.model.robot)
         families = tuple(
             family
-            for family in (*self.question.families, *(WITHOUT_A_NAME if self.question.prior else ()))
+            for family in (*self.question.families, *(UNNAMED_FAMILIES if self.question.prior else ()))
             if (with_prior or not (family.needs_prior or family.name in present))
             and (known or not family.taken_by_alignment)
         )
@@ -217,7 +222,7 @@ class _Search:
         assert choice.chosen is not None
         of_prior = min(trial.prior_share for trial in choice.chosen.trials)
         shown = float(self.step.examination.excess_of_joints.sum())
-        of_data = 1.0 if shown > self._worth_a_word() else 1.0 - of_prior
+        of_data = 1.0 if shown > self._misfit_threshold() else 1.0 - of_prior
         return bool(choice.chosen.gain >= self.question.settings.explained * of_data * choice.unexplained)
 
     def _form_of_found(self, chosen: Score) -> bool:
@@ -230,11 +235,11 @@ class _Search:
         validation = Validation(self.validation, self.first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
         examination = self.step.examination
-        strange = unrepeated(examination, _row_time(self.scenes[0]))
+        not_repeating = unrepeated(examination, _row_time(self.prepared[0]))
         left = Left(
-            self._habitats(),
-            strange,
-            self.form,
+            self._dependences(),
+            not_repeating,
+            self.unnamed,
             choice is not None and self._more_than_clean(),
             validation.unexplained(self.step),
             self.first.base.model.robot.identification.torque_margin,
@@ -248,8 +253,8 @@ class _Search:
             ranking=() if choice is None else ranking_of(choice),
             unexplained=left.unexplained,
             description=description(verdict, left),
-            habitats=left.habitats,
-            unrepeated=strange,
+            dependences=left.dependences,
+            unrepeated=not_repeating,
             torque=validation.gap(self.first, self.step),
             position=loops.position,
             control_signal=loops.control_signal,
@@ -262,28 +267,28 @@ class _Search:
         )
 
     def _more_than_clean(self) -> bool:
-        """Whether the present model leaves what is worth a word, though it has no name."""
-        return bool(self.step.examination.excess > self._worth_a_word())
+        """Whether the present model leaves more than the misfit threshold, though it has no name."""
+        return bool(self.step.examination.excess > self._misfit_threshold())
 
-    def _worth_a_word(self) -> float:
+    def _misfit_threshold(self) -> float:
         """Residual sum of squares beyond noise from which on a model is not clean."""
-        return float(self._worth_a_word_of_a_row() * self.step.examination.torque.shape[0])
+        return float(self._misfit_threshold_per_row() * self.step.examination.torque.shape[0])
 
-    def _worth_a_word_of_a_row(self) -> float:
+    def _misfit_threshold_per_row(self) -> float:
         """The same, per row."""
         settings = self.question.settings
         misfit = settings.misfit_of(self.step.examination)
         return float(settings.unnamed_share + misfit - settings.smallest_share)
 
-    def _habitats(self) -> tuple[Habitat, ...]:
+    def _dependences(self) -> tuple[ResidualDependence, ...]:
         beta = self.step.examination.beta
-        residuals = [scene.thin(torque_residual(self.step.base, beta, scene)) for scene in self.scenes]
-        torques = [scene.thin(self.step.base.columns(scene.measured) @ beta) for scene in self.scenes]
-        return habitats(self.scenes, residuals, torques)
+        residuals = [piece.thin(torque_residual(self.step.base, beta, piece)) for piece in self.prepared]
+        torques = [piece.thin(self.step.base.columns(piece.measured) @ beta) for piece in self.prepared]
+        return residual_dependences(self.prepared, residuals, torques)
 
 
-def _row_time(scene: Scene) -> float:
-    return scene.recording.sample_time * scene.decimation
+def _row_time(piece: PreparedRecording) -> float:
+    return piece.recording.sample_time * piece.decimation
 
 
 def _placed(step: Step) -> list[Placed]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,16 +11,19 @@ from ident.drift.geometry import Geometry
 from ident.drift.values import DriftSettings
 from ident.effects.found import Found
 from robots.arrays import FloatArray
+from robots.standard import DRIVE_VARIANTS, LINK_SYMBOLS
 
-_LINK = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
 _WORDS = {
     "Fc": ("coulomb_friction", "Coulomb friction"),
     "Fv": ("viscous_friction", "viscous friction"),
     "off": ("current_offset", "torque offset"),
     "Ia": ("rotor_inertia", "rotor inertia"),
 }
-_NAME = re.compile(r"([A-Za-z]+?)(p|n|m)?(\d+)")
 _SIDES = {"p": " in the positive direction", "n": " in the negative direction", "m": " (coupled shaft)"}
+_USUAL = {symbol: (*words, "") for symbol, words in _WORDS.items()} | {
+    form: (*_WORDS[symbol], _SIDES[form[-1]]) for form, symbol in DRIVE_VARIANTS.items()
+}
+"""Effect and words of a drive's parameter, and of which side or shaft."""
 _SEEN = 1e-9
 _LEAST_SHARE = 0.002
 """Share of a joint's torque below which the value of a parameter is nearly zero."""
@@ -83,26 +85,23 @@ def warmth_share(effect: str, settings: DriftSettings) -> tuple[float, float]:
 
 def payload_inertia(geometry: Geometry) -> FloatArray:
     """Directions (b, 6) of a tool's moments of inertia: what a payload may move besides."""
-    last = geometry.joints
-    return np.column_stack([_direction(geometry, f"{symbol}{last}") for symbol in _LINK[4:]])
+    return np.column_stack(_of_last_link(geometry)[4:])
 
 
 def _per_joint(geometry: Geometry) -> list[Pattern]:
-    names, units = geometry.base.model.names, geometry.base.model.units
     found = []
-    for name, unit in zip(names, units, strict=True):
-        match = _NAME.fullmatch(name)
-        if match is None or match[1] not in _WORDS:
+    for column, parameter in enumerate(geometry.base.model.parameters):
+        if not parameter.is_usual(_USUAL) or parameter.joint is None:
             continue
-        effect, words = _WORDS[match[1]]
-        joint = int(match[3])
-        said = f"{words} of joint {joint}{_SIDES.get(match[2] or '', '')}"
-        direction = _direction(geometry, name)
+        effect, words, side = _USUAL[parameter.symbol]
+        joint = parameter.joint + 1
+        said = f"{words} of joint {joint}{side}"
+        direction = geometry.base.relation[:, column]
         leading = int(np.argmax(np.abs(direction)))
         value = float(geometry.beta[leading] / direction[leading])
         has_share = effect != "current_offset" and _is_worth_a_share(value * direction, geometry)
         scale = value if has_share else None
-        found.append(Pattern(effect, joint, said, direction[:, np.newaxis], (unit,), scale))
+        found.append(Pattern(effect, joint, said, direction[:, np.newaxis], (parameter.unit,), scale))
     return found
 
 
@@ -126,8 +125,7 @@ def _gains(geometry: Geometry) -> list[Pattern]:
 
 
 def _payload(geometry: Geometry) -> list[Pattern]:
-    last = geometry.joints
-    columns = [_direction(geometry, f"{symbol}{last}") for symbol in _LINK[:4]]
+    columns = _of_last_link(geometry)[:4]
     # An axis along a rail feels a mass and none of its moments.
     seen = [k for k, column in enumerate(columns) if np.abs(column).max() > _SEEN]
     if not seen:
@@ -139,13 +137,12 @@ def _payload(geometry: Geometry) -> list[Pattern]:
 
 def _found(geometry: Geometry) -> list[Pattern]:
     """What the baseline has found before may have become more or less."""
-    base, end = geometry.base, 0
+    base = geometry.base
     patterns = []
-    for effect in base.model.effects:
-        start, end = end, end + len(effect.parameter_names)
-        own = np.flatnonzero((base.independent >= start) & (base.independent < end))
+    for effect, columns in base.model.columns_of_effects:
+        own = np.flatnonzero((base.independent >= columns.start) & (base.independent < columns.stop))
         # Usual friction that a baseline was made without, and found, is a usual effect here.
-        if not isinstance(effect, Found) or any(map(_is_usual, effect.parameter_names)):
+        if not isinstance(effect, Found) or any(p.is_usual(_USUAL) for p in effect.parameters):
             continue
         patterns.append(
             Pattern(
@@ -160,16 +157,11 @@ def _found(geometry: Geometry) -> list[Pattern]:
     return patterns
 
 
-def _is_usual(name: str) -> bool:
-    match = _NAME.fullmatch(name)
-    return match is not None and match[1] in _WORDS
-
-
-def _direction(geometry: Geometry, standard: str) -> FloatArray:
-    names = geometry.base.model.names
-    if standard not in names:
-        return np.zeros(geometry.base.relation.shape[0])
-    return np.asarray(geometry.base.relation[:, names.index(standard)])
+def _of_last_link(geometry: Geometry) -> list[FloatArray]:
+    """Directions (b,) of the ten parameters of the last link."""
+    model, last = geometry.base.model, geometry.joints - 1
+    columns = [k for k, p in enumerate(model.parameters) if p.joint == last and p.is_usual(LINK_SYMBOLS)]
+    return list(geometry.base.relation[:, columns].T)
 
 
 def _is_seen(pattern: Pattern) -> bool:

@@ -46,14 +46,14 @@ class DriftSettings:
             the first night on, wider until then.
         tolerance: change of the torque on a joint, as a share of that joint's rms torque on the trajectory,
             up to which a change is only a warning.
-        negligible: the same share, below which a change is not worth a word however sure it is: what a
+        negligible: the same share, below which a change is not worth reporting however sure it is: what a
             smooth temperature model leaves over a year is of that size.
         coulomb_per_kelvin, coulomb_per_kelvin_sigma: prior of the relative decrease of Coulomb friction for
             each kelvin, and by how much arms and joints differ in it.
         viscous_per_kelvin, viscous_per_kelvin_sigma: the same of viscous friction.
         hall_sigma: prior deviation of the hall's warmth where no temperature is recorded, K.
         gear_sigma: deviation of the warmth that one gear has of its own, K; friction that it makes at the
-            prior's coefficients is not worth a word.
+            prior's coefficients is not worth reporting.
         thermometer_sigma: by how much the gears' temperature may differ from what was recorded, K.
         possible_warmth: what a hall without a thermometer may differ by at the very most, K: up to there a
             change of friction is doubtful, and no failure.

@@ -5,15 +5,16 @@ An effect is one object whose ``columns`` serve the regressor and, times its par
 
 from __future__ import annotations
 
-from ident.effects.asymmetric_friction import AsymmetricFriction
-from ident.effects.coulomb_friction import CoulombFriction
-from ident.effects.current_offset import CurrentOffset
-from ident.effects.effect import Effect, State
-from ident.effects.friction_sign import FrictionSign
+from ident.effects.drive_terms import (
+    AsymmetricFriction,
+    CoulombFriction,
+    CurrentOffset,
+    RotorInertia,
+    ViscousFriction,
+)
+from ident.effects.family import Effect, State
 from ident.effects.rigid_body import RigidBody
-from ident.effects.rotor_inertia import RotorInertia
-from ident.effects.speed_term import HasSpeedTerms, SpeedTerm, speed_columns
-from ident.effects.viscous_friction import ViscousFriction
+from ident.effects.speed_term import FrictionSign, HasSpeedTerms, SpeedTerm, speed_columns
 from ident.effects.wrist_coupling import WristCoupling
 
 __all__ = [

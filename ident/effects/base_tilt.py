@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray
@@ -56,4 +55,6 @@ BASE_TILT = Family(
         "gravity_spring": "put a level on the base: a tilt shows there, a spring does not",
         "payload": "put a level on the base: a tilt shows there, a payload does not",
     },
+    equation="the base is turned by these angles about its x and y axes",
+    row=240,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, angle_unit, torque_unit
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
@@ -60,14 +59,14 @@ def _make(
 
     second = Place("drive", (place.joints[1],))
     torque, angle = torque_unit(robot, second), angle_unit(robot, second)
-    names = tuple(f"{symbol}{place.joints[1] + 1}" for symbol in ("Iam", "Fvm", "Fcm"))
+    symbols = ("Iam", "Fvm", "Fcm")
     units = ("kg·m²" if angle == "rad" else "kg", f"{torque}·s/{angle}", torque)
     scale = (
         0.3 * rotor_inertia(robot, second),
         0.5 * viscous_friction(robot, second),
         0.5 * dry_friction(robot, second),
     )
-    return Parameters(names, units, (ANY, ANY, ANY), scale), law, parts
+    return Parameters(symbols, units, (ANY, ANY, ANY), scale), law, parts
 
 
 def _described(robot: Robot, place: Place) -> float:
@@ -90,4 +89,10 @@ WRIST_COUPLING = Family(
     _make,
     _shapes,
     settled_by="move one of the two axes while the other rests: the coupling shows there",
+    equation=(
+        "a shaft that turns with ratio times the first joint plus the second, with inertia Iam, viscous"
+        " friction Fvm and Coulomb friction Fcm. Where the description couples the two already, their own"
+        " `Ia` and `Fv` hold the shaft's share"
+    ),
+    row=140,
 )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -14,7 +13,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
     rate,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
@@ -29,12 +27,12 @@ def _make(
     drive, row = place.joints[0], drive_row(robot, place)
 
     def law(state: State) -> FloatArray:
-        return along(row, rate(drive_torque(robot, present.torque(present.calm(state)), drive), state))
+        return along(row, rate(drive_torque(robot, present.torque(present.low_cutoff(state)), drive), state))
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, lag=max(0.0, float(values[0]))),))
 
-    return Parameters((f"lag{number(place)}",), ("s",), (POSITIVE,), (0.003,)), law, parts
+    return Parameters(("lag",), ("s",), (POSITIVE,), (0.003,)), law, parts
 
 
 CURRENT_LOOP_LAG = Family(
@@ -51,4 +49,6 @@ CURRENT_LOOP_LAG = Family(
             "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
         ),
     },
+    equation="the control signal leads the torque by `lag` times its rate",
+    row=210,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     OFFSET_AT_LINK,
@@ -18,7 +17,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
@@ -52,8 +50,8 @@ def _make(
             )
         )
 
-    names = (f"mu_mean{number(place)}", f"dmu{number(place)}")
-    return Parameters(names, ("1", "1"), (POSITIVE, ANY), (0.15, 0.1)), law, parts
+    symbols = ("mu_mean", "dmu")
+    return Parameters(symbols, ("1", "1"), (POSITIVE, ANY), (0.15, 0.1)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -77,4 +75,9 @@ DIRECTIONAL_EFFICIENCY = Family(
         "drive_gain_error": "hold a known payload still, reached from both sides: friction turns its sign, a"
         " gain does not",
     },
+    equation=(
+        "with the torque L through the gear: mu_mean·|L|·sign(q̇) + dmu·L·sign(q̇)²; the gear "
+        "takes mu_mean + dmu of its load while it drives it and mu_mean − dmu while driven by it"
+    ),
+    row=80,
 )

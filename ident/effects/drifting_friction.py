@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -24,7 +23,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction, friction_power, viscous_friction
@@ -67,13 +65,13 @@ def _make(
             )
         )
 
-    names = tuple(f"{name}{number(place)}" for name in ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat"))
+    symbols = ("Fc_cold", "Fv_cold", "Fc_heat", "Fv_heat")
     units = (torque, f"{torque}·s/{angle}", f"{torque}/W", f"{torque}·s/({angle}·W)")
     # Oil gets thinner as it warms; dry friction has been seen to go either way.
     dry, viscous = 0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place)
     power = friction_power(robot, place)
     scale = (dry, viscous, dry / power, viscous / power)
-    return Parameters(names, units, (ANY, ANY, ANY, (-np.inf, 0.0)), scale), law, parts
+    return Parameters(symbols, units, (ANY, ANY, ANY, (-np.inf, 0.0)), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -102,9 +100,9 @@ def _settling(
             friction=tuple(FrictionTorque(row, v * row, form, course=table) for v, form in pairs)
         )
 
-    names = tuple(f"{name}{number(place)}" for name in ("Fc_settled", "Fv_settled"))
+    symbols = ("Fc_settled", "Fv_settled")
     scale = (0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place))
-    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
+    return Parameters(symbols, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
 def _settling_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -133,4 +131,13 @@ DRIFTING_FRICTION = Family(
     further=(SETTLING_FRICTION,),
     history=True,
     settled_by="record the same motion cold and warm: only what drifts has changed",
+    equation=(
+        "(Fc_cold·sign(q̇) + Fv_cold·q̇)·exp(−t/settling_time) is what friction has more (or "
+        "less) at the start than in a gear as warm as its surroundings; (Fc_heat·sign(q̇) + "
+        "Fv_heat·q̇)·w is what its own heat changes. w is the power of the drive's friction in W,"
+        " from `Fc` and `Fv` of the model, behind a first-order lag of settling_time. A recording"
+        " that follows another one starts as warm as motions like its own have made the gear by "
+        "then"
+    ),
+    row=90,
 )

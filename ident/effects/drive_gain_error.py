@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     Family,
     Law,
@@ -13,7 +12,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
@@ -32,7 +30,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[0]),))
 
-    return Parameters((f"gain_error{number(place)}",), ("1",), ((-0.9, 0.9),), (0.08,)), law, parts
+    return Parameters(("gain_error",), ("1",), ((-0.9, 0.9),), (0.08,)), law, parts
 
 
 DRIVE_GAIN_ERROR = Family(
@@ -53,4 +51,9 @@ DRIVE_GAIN_ERROR = Family(
             "hold a known payload still, reached from both sides: friction turns its sign, a gain does not"
         ),
     },
+    equation=(
+        "the share of the torque that the control signal does not show: δ/(1 + δ) where the true "
+        "gain is (1 + δ) times the described one"
+    ),
+    row=160,
 )

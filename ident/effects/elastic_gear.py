@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.gear_state import lag_of_link
 from ident.effects.placed import (
     OFFSET_AT_LINK,
@@ -18,7 +17,6 @@ from ident.effects.placed import (
     as_positions_show,
     drive_torque,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.simulated import GearSpring, SimulatedParts
@@ -99,7 +97,7 @@ def _elasticity(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
 
-    return Parameters((f"elasticity{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("elasticity",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -123,7 +121,7 @@ def _backlash(
         size = gap * float(values[0])
         return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size, offset_at_link),))
 
-    return Parameters((f"play{number(place)}",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("play",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -165,6 +163,13 @@ JOINT_ELASTICITY = Family(
             "lock the link and step the control signal: the current shows the lag, no gear is in it"
         ),
     },
+    equation=(
+        "links behind the gear are moved by the measured motion of the drive through a spring "
+        "with damper; the torque is that of the links as they then move, less that of links which"
+        " move rigidly with the drive. The factor of that torque, `elasticity`, is 1 where the "
+        "shape is right"
+    ),
+    row=110,
 )
 BACKLASH = Family(
     "backlash",
@@ -186,4 +191,10 @@ BACKLASH = Family(
             "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
         ),
     },
+    equation=(
+        "as `joint_elasticity`, between two flanks that push and never pull; the factor is "
+        "`play`. Stiffness and damping of a flank are those of impacts as a filtered record shows"
+        " them"
+    ),
+    row=120,
 )

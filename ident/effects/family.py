@@ -1,4 +1,4 @@
-"""A family of effects: one entry of the vocabulary, which can be put in several places of an arm.
+"""Effects and their families: a family is one entry of the vocabulary, which can be put in several places.
 
 The search for a missing effect walks over families, their places and the values of their shape
 parameters; what it gets for each is an ordinary effect, the same object that the regressor and the
@@ -7,11 +7,10 @@ closed-loop simulation use once the effect has been named.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from ident.effects.effect import Effect, State
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -42,6 +41,77 @@ def joint_words(joints: Sequence[int]) -> str:
 
 
 @dataclass(frozen=True)
+class StandardParameter:
+    """A parameter that an effect is linear in: what it is and where.
+
+    Attributes:
+        symbol: as in the vocabulary, e.g. ``Fc`` or ``mu``.
+        place: of the effect; the last of its joints gives the name its number.
+        effect: name of the effect.
+        unit: SI; ``1`` for a share.
+        copy: from 2 where an effect was found beside one of the model with the same parameter.
+    """
+
+    symbol: str
+    place: Place
+    effect: str
+    unit: str
+    copy: int = 1
+
+    @property
+    def joint(self) -> int | None:
+        """From 0; None where it belongs to no one joint."""
+        return self.place.joints[-1] if self.place.joints else None
+
+    @property
+    def name(self) -> str:
+        """``Fc1``, or ``Fc1_2`` for a second one."""
+        number = "" if self.joint is None else str(self.joint + 1)
+        return f"{self.symbol}{number}" + (f"_{self.copy}" if self.copy > 1 else "")
+
+    def is_usual(self, symbols: Collection[str]) -> bool:
+        """Whether it has one of these symbols and is no second one, found beside it."""
+        return self.copy == 1 and self.symbol in symbols
+
+
+@dataclass(frozen=True)
+class State:
+    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s.
+
+    ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
+    with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
+    look at each sample alone. ``torque`` is the measured joint torque, samples × joints, where there is one:
+    a saturated drive shows only against it.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    time: FloatArray | None = None
+    torque: FloatArray | None = None
+
+
+class Effect(Protocol):
+    """One named cause of joint torque, linear in its parameters.
+
+    ``name`` is the identifier of the vocabulary (method.md 6), ``sentence`` says what it is.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def sentence(self) -> str: ...
+
+    @property
+    def parameters(self) -> tuple[StandardParameter, ...]: ...
+
+    def columns(self, state: State) -> FloatArray:
+        """Torque per unit of each parameter: samples × joints × parameters."""
+        ...
+
+
+@dataclass(frozen=True)
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
@@ -66,7 +136,7 @@ class PresentModel(Protocol):
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
         ...
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques, in which noise of positions is soon larger than the motion."""
         ...
 
@@ -96,6 +166,12 @@ class PlacedEffect(Effect, Protocol):
 
     @property
     def place(self) -> Place: ...
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]: ...
+
+    @property
+    def units(self) -> tuple[str, ...]: ...
 
     @property
     def shape(self) -> tuple[float, ...]: ...

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+from ident.effects.family import StandardParameter
 from ident.effects.placed import Placed
 
 
@@ -26,21 +27,22 @@ class Found(Placed):
             taken: parameter names of the model that it is added to.
         """
         values = {name: getattr(placed, name) for name in Placed.__dataclass_fields__}
-        names = values.pop("parameter_names")
-        return cls(**values, parameter_names=unused_names(names, taken), kept=(True,) * len(names))
+        own = unused(values.pop("parameters"), taken)
+        return cls(**values, parameters=own, kept=(True,) * len(own))
 
     def keeping(self, kept: tuple[bool, ...]) -> Found:
         """The same with these of its parameters."""
         return replace(self, kept=kept)
 
 
-def unused_names(names: Collection[str], taken: Collection[str]) -> tuple[str, ...]:
-    """Each name, with a number behind it where it is in use: ``Fc1``, then ``Fc1_2``."""
-    found: list[str] = []
-    for name in names:
-        unused, count = name, 1
-        while unused in taken or unused in found:
-            count += 1
-            unused = f"{name}_{count}"
-        found.append(unused)
+def unused(
+    parameters: Collection[StandardParameter], taken: Collection[str]
+) -> tuple[StandardParameter, ...]:
+    """Each parameter, counted as a copy where its name is in use: ``Fc1``, then ``Fc1_2``."""
+    found: list[StandardParameter] = []
+    for parameter in parameters:
+        own = replace(parameter, copy=1)
+        while own.name in taken or own in found:
+            own = replace(own, copy=own.copy + 1)
+        found.append(own)
     return tuple(found)

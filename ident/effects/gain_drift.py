@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     Family,
     Law,
@@ -19,7 +18,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import rated_torque
@@ -44,11 +42,11 @@ def _make(
         # A simulation has one gain: that of the end, without what follows the motion.
         return SimulatedParts(drives=(DriveChange.of_missing_share(drive, values[1]),))
 
-    names = tuple(f"{name}{number(place)}" for name in ("gain_cold", "gain_warm", "gain_heat"))
+    symbols = ("gain_cold", "gain_warm", "gain_heat")
     square = f"1/({torque_unit(robot, place)})²"
     bounds = ((-0.9, 0.9), (-0.9, 0.9), (-np.inf, 0.0))
     scale = (0.08, 0.08, 0.08 / (0.3 * rated_torque(robot, place)) ** 2)
-    return Parameters(names, ("1", "1", square), bounds, scale), law, parts
+    return Parameters(symbols, ("1", "1", square), bounds, scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -68,5 +66,5 @@ GAIN_DRIFT = Family(
     settled_by="record the same motion cold and warm: a gain that drifts has changed, all else has not",
 )
 
-WITHOUT_A_NAME: tuple[Family, ...] = (GAIN_DRIFT,)
-"""Forms that a residual is described with where one of them explains it best."""
+UNNAMED_FAMILIES: tuple[Family, ...] = (GAIN_DRIFT,)
+"""What a residual is described with where one of these explains it best; no finding is called by them."""

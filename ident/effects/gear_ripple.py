@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
 from ident.effects.elastic_gear import inertia_along, link_inertia
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -22,7 +21,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
 from ident.effects.torque_ripple import ripple_shapes
@@ -101,8 +99,8 @@ def _make(
         )
 
     unit = angle_unit(robot, place)
-    names = (f"gear_error_cos{number(place)}", f"gear_error_sin{number(place)}")
-    return Parameters(names, (unit, unit), (ANY, ANY), (_ERROR, _ERROR)), law, parts
+    symbols = ("gear_error_cos", "gear_error_sin")
+    return Parameters(symbols, (unit, unit), (ANY, ANY), (_ERROR, _ERROR)), law, parts
 
 
 GEAR_RIPPLE = Family(
@@ -120,4 +118,11 @@ GEAR_RIPPLE = Family(
             "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone"
         ),
     },
+    equation=(
+        "the output is ahead of the input by gear_error_cos·cos + gear_error_sin·sin of "
+        "periods_per_turn times the motor's angle; it accelerates the links and is a lever for "
+        "the torque through the gear, which gives way: in the home posture the links swing on the"
+        " held drive at `resonance`"
+    ),
+    row=150,
 )

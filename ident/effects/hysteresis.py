@@ -7,8 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -19,7 +18,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
@@ -74,7 +72,7 @@ def _make(
         )
 
     unit, scale = torque_unit(robot, place), (0.5 * dry_friction(robot, place),)
-    return Parameters((f"hysteresis{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
+    return Parameters(("hysteresis",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -101,4 +99,9 @@ HYSTERESIS = Family(
             " comes back by another way"
         ),
     },
+    equation=(
+        "a bristle (Dahl 1968) that is drawn along: dz/dq = (1 − z·sign(q̇))/length. It depends "
+        "on the way alone, not on the speed, and takes energy: its torque is not negative"
+    ),
+    row=130,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     POSITIVE,
@@ -17,7 +16,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
@@ -39,7 +37,7 @@ def _make(
         load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, load_row=load_row),))
 
-    return Parameters((f"mu{number(place)}",), ("1",), (POSITIVE,), (0.15,)), law, parts
+    return Parameters(("mu",), ("1",), (POSITIVE,), (0.15,)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -55,4 +53,6 @@ LOAD_DEPENDENT_FRICTION = Family(
     _shapes,
     confused_with=("coulomb_friction", "drive_gain_error"),
     settled_by="record the same motion with a known payload: friction of the load grows",
+    equation="mu·|torque through the gear|·sign(q̇)",
+    row=70,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -16,7 +15,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     speed_limit,
     torque_unit,
 )
@@ -53,10 +51,10 @@ def _make(
         )
 
     torque = torque_unit(robot, place)
-    names = (f"Fn{number(place)}", f"Fn_linear{number(place)}")
+    symbols = ("Fn", "Fn_linear")
     units = (torque, f"{torque}·s/{angle_unit(robot, place)}")
     scale = (0.7 * viscous_friction(robot, place) * limit, 0.7 * viscous_friction(robot, place))
-    return Parameters(names, units, (ANY, ANY), scale), law, parts
+    return Parameters(symbols, units, (ANY, ANY), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -79,4 +77,6 @@ NONLINEAR_VISCOUS_FRICTION = Family(
             "let the joint creep at several constant speeds below a hundredth of its limit"
         ),
     },
+    equation="Fn·sign(q̇)·|q̇/speed limit|^power + Fn_linear·q̇",
+    row=60,
 )

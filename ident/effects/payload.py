@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts
 from ident.effects.rigid_body import RigidBody
 from ident.effects.scales import payload
 from ident.effects.simulated import SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.standard import LINK_SYMBOLS
 
-_SYMBOLS = ("M", "MX", "MY", "MZ", "XX", "XY", "YY", "XZ", "YZ", "ZZ")
 _UNITS = ("kg", *("kg·m",) * 3, *("kg·m²",) * 6)
 
 
@@ -26,20 +25,20 @@ def _make(
 ) -> tuple[Parameters, Law, Parts]:
     """All ten about the last link's frame: a kilogram 0.1 m off it has as much inertia as a wrist."""
     body = RigidBody(robot)
-    last = slice(10 * (robot.n - 1), 10 * (robot.n - 1) + len(_SYMBOLS))
+    last = slice(10 * (robot.n - 1), 10 * (robot.n - 1) + len(LINK_SYMBOLS))
 
     def law(state: State) -> FloatArray:
         return np.ascontiguousarray(body.columns(state)[:, :, last])
 
     def parts(values: FloatArray) -> SimulatedParts:
         links = np.zeros((robot.n, 10))
-        links[-1, : len(_SYMBOLS)] = values
+        links[-1, : len(LINK_SYMBOLS)] = values
         return SimulatedParts(links=links)
 
-    names = tuple(f"{symbol}_payload" for symbol in _SYMBOLS)
+    symbols = tuple(f"{symbol}_payload" for symbol in LINK_SYMBOLS)
     mass, lever = payload(robot)
     scale = (mass, *(mass * lever,) * 3, *(mass * lever**2,) * 6)
-    return Parameters(names, _UNITS, (POSITIVE, *(ANY,) * 9), scale), law, parts
+    return Parameters(symbols, _UNITS, (POSITIVE, *(ANY,) * 9), scale), law, parts
 
 
 PAYLOAD = Family(
@@ -55,4 +54,6 @@ PAYLOAD = Family(
     told_from={
         "rotor_inertia": "take the tool off and record again: a payload leaves with it, a rotor does not",
     },
+    equation="mass, first moments and inertia about the last link's frame",
+    row=220,
 )

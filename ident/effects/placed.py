@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Scope, Shape, Shows
+from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
 from ident.effects.simulated import SimulatedParts
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
@@ -33,8 +32,7 @@ class Placed:
     sentence: str
     place: Place
     shape: tuple[float, ...]
-    parameter_names: tuple[str, ...]
-    units: tuple[str, ...]
+    parameters: tuple[StandardParameter, ...]
     bounds: tuple[tuple[float, float], ...]
     law: Callable[[State], FloatArray]
     parts: Callable[[FloatArray], SimulatedParts]
@@ -43,6 +41,16 @@ class Placed:
     centre: tuple[float, ...] = ()
     of_measured: bool = False
     stiff: bool = False
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Of its linear parameters (p,)."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of its linear parameters (p,)."""
+        return tuple(parameter.unit for parameter in self.parameters)
 
     @property
     def whole(self) -> bool:
@@ -60,7 +68,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Linear parameters of a placed effect: names, units, what they can be in nature, how large they are.
+    """Linear parameters of a placed effect: symbols, units, what they can be in nature, how large they are.
 
     Before any data are seen a parameter is normal about its ``centre`` with deviation ``scale``, within its
     bounds: a physical size (:mod:`ident.effects.scales`). The centre is zero where none is given; it is one
@@ -68,7 +76,7 @@ class Parameters:
     ``of_measured`` are made of the measured torque: where they act, the model does not say what is measured.
     """
 
-    names: tuple[str, ...]
+    symbols: tuple[str, ...]
     units: tuple[str, ...]
     bounds: tuple[tuple[float, float], ...]
     scale: tuple[float, ...]
@@ -93,9 +101,11 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
     ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
-    the effects that are limits of this one: it is not worth a word where such a limit explains as much.
+    the effects that are limits of this one: it is not reported where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own.
+    with shapes of their own. ``equation`` says how its torque is made of its parameters, for
+    the reference page. ``row`` is where it stands in the vocabulary; a form that stands under another
+    family has none.
     """
 
     name: str
@@ -117,6 +127,8 @@ class Family:
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
+    equation: str = ""
+    row: int = 0
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
@@ -134,14 +146,16 @@ class Family:
             self.sentence,
             place,
             shape,
-            parameters.names,
-            parameters.units,
+            tuple(
+                StandardParameter(symbol, place, self.name, unit)
+                for symbol, unit in zip(parameters.symbols, parameters.units, strict=True)
+            ),
             parameters.bounds,
             law,
             parts,
             tuple(one.name for one in self.shapes(robot, place)),
             parameters.scale,
-            parameters.centre or (0.0,) * len(parameters.names),
+            parameters.centre or (0.0,) * len(parameters.symbols),
             parameters.of_measured,
             self.stiff,
         )
@@ -224,17 +238,12 @@ def rate(values: FloatArray, state: State) -> FloatArray:
 
 def torque_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "N·m" if robot.joint[place.joints[0]].kind == "revolute" else "N"
+    return robot.joint[place.joints[0]].torque_unit
 
 
 def angle_unit(robot: Robot, place: Place) -> str:
     """Of a place's first joint."""
-    return "rad" if robot.joint[place.joints[0]].kind == "revolute" else "m"
-
-
-def number(place: Place) -> str:
-    """How parameter names say where: the joint's number, from 1."""
-    return str(place.joints[0] + 1)
+    return robot.joint[place.joints[0]].unit
 
 
 def speed_limit(robot: Robot, row: FloatArray) -> float:

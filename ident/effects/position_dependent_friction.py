@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -16,7 +15,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
@@ -51,9 +49,9 @@ def _make(
         return SimulatedParts(friction=(FrictionTorque(row, row, sign, position_row=row, curve=table),))
 
     unit = torque_unit(robot, place)
-    names = (f"Fq_cos{number(place)}", f"Fq_sin{number(place)}")
+    symbols = ("Fq_cos", "Fq_sin")
     scale = (0.3 * dry_friction(robot, place),) * 2
-    return Parameters(names, (unit, unit), (ANY, ANY), scale), law, parts
+    return Parameters(symbols, (unit, unit), (ANY, ANY), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -77,7 +75,7 @@ def _spot(
         return SimulatedParts(friction=(FrictionTorque(row, row, sign, position_row=row, curve=table),))
 
     scale = (0.5 * dry_friction(robot, place),)
-    return Parameters((f"Fq_spot{number(place)}",), (torque_unit(robot, place),), (ANY,), scale), law, parts
+    return Parameters(("Fq_spot",), (torque_unit(robot, place),), (ANY,), scale), law, parts
 
 
 def _travel(robot: Robot, row: FloatArray) -> tuple[float, float]:
@@ -126,4 +124,9 @@ POSITION_DEPENDENT_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, the other does not"
         ),
     },
+    equation=(
+        "sign(q̇)·(Fq_cos·cos(waves·q) + Fq_sin·sin(waves·q)) or, of a tight spot, "
+        "sign(q̇)·Fq_spot·exp(−½((q − spot_centre)/spot_width)²)"
+    ),
+    row=100,
 )

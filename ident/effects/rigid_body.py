@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio
 
-from ident.effects.effect import State
+from ident.effects.family import Place, StandardParameter, State
 from robots import link_parameter_names, rigid_body_model, unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.standard import LINK_SYMBOLS
 
 
 @dataclass(frozen=True)
@@ -26,15 +27,19 @@ class RigidBody:
         object.__setattr__(self, "model", rigid_body_model(self.robot))
 
     @property
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        return tuple(
+            StandardParameter(symbol, Place("joint", (joint,)), self.name, unit_of(symbol, axis.kind))
+            for joint, axis in enumerate(self.robot.joint)
+            for symbol in LINK_SYMBOLS
+        )
+
+    @property
     def parameter_names(self) -> tuple[str, ...]:
         return link_parameter_names(self.robot.n)
 
-    @property
-    def units(self) -> tuple[str, ...]:
-        return tuple(unit_of(name, self.robot) for name in self.parameter_names)
-
     def columns(self, state: State) -> FloatArray:
-        """samples × joints × 10·links, in the order of ``parameter_names``."""
+        """samples × joints × 10·links, in the order of ``parameters``."""
         samples, joints = state.position.shape
         columns = np.empty((samples, joints, 10 * joints))
         data = self.model.createData()

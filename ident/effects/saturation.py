@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     Family,
     Law,
@@ -15,7 +14,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
@@ -46,7 +44,7 @@ def _make(
         signal = limit / abs(float(robot.gains[drive]))
         return SimulatedParts(drives=(DriveChange(drive, limit=signal),))
 
-    return Parameters((f"excess{number(place)}",), ("1",), ((0.0, 1.5),), (0.1,), (1.0,), True), law, parts
+    return Parameters(("excess",), ("1",), ((0.0, 1.5),), (0.1,), (1.0,), True), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -69,4 +67,8 @@ SATURATION = Family(
             "run the same motion at half the speed: what saturates is gone, a wrong gain stays"
         ),
     },
+    equation=(
+        "what the control signal asks for beyond the limit; `excess` is 1 where none of it becomes torque"
+    ),
+    row=190,
 )

@@ -14,7 +14,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from scipy.signal import lfilter
 
-from ident.effects.friction_sign import FrictionSign
+from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 
 _FEWEST, _MOST = 64, 65536

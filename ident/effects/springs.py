@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     POSITIVE,
@@ -19,7 +18,6 @@ from ident.effects.placed import (
     angle_unit,
     each_joint,
     joint_row,
-    number,
     torque_unit,
 )
 from ident.effects.scales import rated_torque
@@ -62,10 +60,10 @@ def _gravity_spring(
     """A torsion spring: stiffness, and the torque at position zero, which stands for the rest angle."""
     law, parts = _over_position(robot, place, (lambda q: q, np.ones_like))
     torque = torque_unit(robot, place)
-    names = (f"stiffness{number(place)}", f"preload{number(place)}")
+    symbols = ("stiffness", "preload")
     units = (f"{torque}/{angle_unit(robot, place)}", torque)
     size = _SPRING * rated_torque(robot, place)
-    return Parameters(names, units, (POSITIVE, ANY), (size, size)), law, parts
+    return Parameters(symbols, units, (POSITIVE, ANY), (size, size)), law, parts
 
 
 def _anchored_spring(
@@ -85,7 +83,7 @@ def _anchored_spring(
 
     law, parts = _over_position(robot, place, (pull,))
     unit, scale = torque_unit(robot, place), (_SPRING * rated_torque(robot, place),)
-    return Parameters((f"spring{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
+    return Parameters(("spring",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _revolute(robot: Robot) -> tuple[Place, ...]:
@@ -107,9 +105,13 @@ def _cable_spring(
     (rest,) = shape
     law, parts = _over_position(robot, place, (lambda q: q - rest, lambda q: (q - rest) ** 3))
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
-    names = (f"cable{number(place)}", f"stiffening{number(place)}")
+    symbols = ("cable", "stiffening")
     scale = (_CABLE * rated_torque(robot, place),) * 2
-    return Parameters(names, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE), scale), law, parts
+    return (
+        Parameters(symbols, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE), scale),
+        law,
+        parts,
+    )
 
 
 def _contact(
@@ -124,7 +126,7 @@ def _contact(
     law, parts = _over_position(robot, place, (pressed,))
     unit = f"{torque_unit(robot, place)}/{angle_unit(robot, place)}"
     scale = (_CONTACT * rated_torque(robot, place),)
-    return Parameters((f"contact{number(place)}",), (unit,), (POSITIVE,), scale), law, parts
+    return Parameters(("contact",), (unit,), (POSITIVE,), scale), law, parts
 
 
 def _within_limits(robot: Robot, place: Place, shares: tuple[float, ...]) -> tuple[float, ...]:
@@ -170,6 +172,13 @@ GRAVITY_SPRING = Family(
     confused_with=("contact", "cable_spring", "base_tilt"),
     forms=(ANCHORED_SPRING,),
     settled_by="unhook the spring, with the arm held, and record again: its torque is gone",
+    equation=(
+        "stiffness·q + preload; the rest angle is −preload/stiffness. Between an anchor on each "
+        "side of the joint, in line at anchor_angle, it is spring·sin(q − anchor_angle)·(1 − "
+        "free_length/length) with length² = 1 + moving_radius² − 2·moving_radius·cos(q − "
+        "anchor_angle), all lengths relative to the fixed anchor's radius"
+    ),
+    row=230,
 )
 CABLE_SPRING = Family(
     "cable_spring",
@@ -186,6 +195,8 @@ CABLE_SPRING = Family(
         "gravity_spring": "take the dress pack off and record again: a cable is gone, a spring is not",
         "contact": "take the dress pack off and record again: a cable is gone, a contact is not",
     },
+    equation="cable·(q − rest_angle) + stiffening·(q − rest_angle)³",
+    row=260,
 )
 CONTACT = Family(
     "contact",
@@ -201,4 +212,6 @@ CONTACT = Family(
             "clear the surroundings of the arm and record again: a contact is gone, a spring is not"
         ),
     },
+    equation="pushes back from contact_angle on, on the side that `side` says",
+    row=270,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.hysteresis import deflection
 from ident.effects.placed import (
     POSITIVE,
@@ -17,7 +16,6 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     speed_limit,
     torque_unit,
 )
@@ -53,7 +51,7 @@ def _make(
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, speed_factor=fall),))
 
     scale = (0.7 * dry_friction(robot, place),)
-    return Parameters((f"Fs{number(place)}",), (torque_unit(robot, place),), (POSITIVE,), scale), law, parts
+    return Parameters(("Fs",), (torque_unit(robot, place),), (POSITIVE,), scale), law, parts
 
 
 def _moving_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -92,9 +90,9 @@ def _breakaway(
         )
 
     unit = torque_unit(robot, place)
-    names = (f"Fbreak{number(place)}", f"Flate{number(place)}")
+    symbols = ("Fbreak", "Flate")
     scale = (0.7 * dry_friction(robot, place), 0.5 * dry_friction(robot, place))
-    return Parameters(names, (unit, unit), (POSITIVE, POSITIVE), scale), law, parts
+    return Parameters(symbols, (unit, unit), (POSITIVE, POSITIVE), scale), law, parts
 
 
 def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -117,6 +115,8 @@ STRIBECK_FRICTION = Family(
     confused_with=("nonlinear_viscous_friction", "static_friction"),
     shows="both",
     settled_by="let the joint creep at several constant speeds below a hundredth of its limit",
+    equation="Fs·sign(q̇)·exp(−|q̇/speed|^exponent), on top of Coulomb friction, so Fs is the rise",
+    row=40,
 )
 STATIC_FRICTION = Family(
     "static_friction",
@@ -132,4 +132,8 @@ STATIC_FRICTION = Family(
     told_from={
         "stribeck_friction": "raise the torque of the resting joint slowly until it breaks away",
     },
+    equation=(
+        "as `stribeck_friction`, within a few per mille of the speed limit, where it shows at breakaway alone"
+    ),
+    row=50,
 )

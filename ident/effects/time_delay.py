@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
@@ -48,7 +47,7 @@ def _make(
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
-        time, state = state.time, present.calm(state)
+        time, state = state.time, present.low_cutoff(state)
         moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
         shifted = motion @ moving.T
@@ -65,8 +64,7 @@ def _make(
             drives=tuple(DriveChange(d, position_age=position, signal_age=signal) for d in drives)
         )
 
-    name = f"delay{place.joints[0] + 1}" if place.joints else "delay"
-    return Parameters((name,), ("s",), (_of_about(shift),), (0.005,)), law, parts
+    return Parameters(("delay",), ("s",), (_of_about(shift),), (0.005,)), law, parts
 
 
 def _of_about(shift: float) -> tuple[float, float]:
@@ -92,4 +90,10 @@ TIME_DELAY = Family(
     confused_with=("current_loop_lag", "rotor_inertia"),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    equation=(
+        "how much later positions are read than control signals; a negative one means that "
+        "control signals are late. Its `shift` is where the change of the torque is taken, at "
+        "best the delay itself"
+    ),
+    row=250,
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -17,7 +16,6 @@ from ident.effects.placed import (
     drive_row,
     drive_torque,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
@@ -56,9 +54,9 @@ def _make(
 
     unit = "1" if with_torque else torque_unit(robot, place)
     stem = "ripple_share" if with_torque else "ripple"
-    names = (f"{stem}_cos{number(place)}", f"{stem}_sin{number(place)}")
+    symbols = (f"{stem}_cos", f"{stem}_sin")
     size = 0.05 if with_torque else 0.3 * dry_friction(robot, place)
-    return Parameters(names, (unit, unit), (ANY, ANY), (size, size)), law, parts
+    return Parameters(symbols, (unit, unit), (ANY, ANY), (size, size)), law, parts
 
 
 def ripple_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -80,4 +78,10 @@ TORQUE_RIPPLE = Family(
     confused_with=("gear_ripple",),
     several=True,
     settled_by="uncouple the motor and turn it alone: ripple of the torque stays",
+    equation=(
+        "a torque over the angle of the motor, as of `gear_ripple`; `with_torque` 1 says that it "
+        "is a share of the drive's torque, and its parameters are `ripple_share_cos` and "
+        "`ripple_share_sin`"
+    ),
+    row=180,
 )

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.family import Place, PresentModel
-from ident.effects.friction_sign import FrictionSign
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -20,11 +18,11 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
-    number,
     torque_unit,
 )
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -48,7 +46,7 @@ def _viscous(
         return SimulatedParts(damping=values[0] * np.outer(row, row))
 
     return (
-        Parameters((f"Fv{number(place)}",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
+        Parameters(("Fv",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
         law,
         parts,
     )
@@ -66,9 +64,7 @@ def _coulomb(
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
 
     return (
-        Parameters(
-            (f"Fc{number(place)}",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)
-        ),
+        Parameters(("Fc",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)),
         law,
         parts,
     )
@@ -94,9 +90,9 @@ def _asymmetric(
         ]
         return SimulatedParts(friction=tuple(halves))
 
-    names = (f"dFc{number(place)}", f"dFv{number(place)}")
+    symbols = ("dFc", "dFv")
     scale = (0.3 * dry_friction(robot, place), 0.3 * viscous_friction(robot, place))
-    return Parameters(names, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
+    return Parameters(symbols, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
 def _rotor_inertia(
@@ -112,7 +108,7 @@ def _rotor_inertia(
         return SimulatedParts(inertia=values[0] * np.outer(row, row))
 
     return (
-        Parameters((f"dIa{number(place)}",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
+        Parameters(("dIa",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
         law,
         parts,
     )
@@ -130,7 +126,7 @@ def _current_offset(
         return SimulatedParts(constant=values[0] * row)
 
     scale = (0.3 * dry_friction(robot, place),)
-    return Parameters((f"doff{number(place)}",), (torque_unit(robot, place),), (ANY,), scale), law, parts
+    return Parameters(("doff",), (torque_unit(robot, place),), (ANY,), scale), law, parts
 
 
 VISCOUS_FRICTION = Family(
@@ -141,6 +137,8 @@ VISCOUS_FRICTION = Family(
     _viscous,
     confused_with=("nonlinear_viscous_friction",),
     settled_by="run the joint at several constant speeds: the torque is a straight line",
+    equation="Fv·q̇",
+    row=10,
 )
 COULOMB_FRICTION = Family(
     "coulomb_friction",
@@ -155,6 +153,8 @@ COULOMB_FRICTION = Family(
             "record the same motion with a known payload: friction of the load grows, dry friction does not"
         ),
     },
+    equation="Fc·sign(q̇)",
+    row=20,
 )
 ASYMMETRIC_FRICTION = Family(
     "asymmetric_friction",
@@ -169,6 +169,8 @@ ASYMMETRIC_FRICTION = Family(
             "hold still under a known load, reached from both sides: an offset stays, friction turns"
         ),
     },
+    equation="dFc·|sign(q̇)| + dFv·|q̇|: half the difference between both directions",
+    row=30,
 )
 ROTOR_INERTIA = Family(
     "rotor_inertia",
@@ -186,6 +188,8 @@ ROTOR_INERTIA = Family(
             "lock the joint and step the control signal: a delay shifts the current, a resting rotor does not"
         ),
     },
+    equation="dIa·q̈",
+    row=200,
 )
 CURRENT_OFFSET = Family(
     "current_offset",
@@ -198,4 +202,6 @@ CURRENT_OFFSET = Family(
     settled_by=(
         "hold still with the arm upright, where gravity asks for no torque: what is left is the offset"
     ),
+    equation="doff",
+    row=170,
 )

@@ -1,69 +1,32 @@
-"""The vocabulary: every effect that has a name here (method.md 6)."""
+"""The vocabulary: every effect that has a name here (method.md 6).
+
+A file in this folder that declares a :class:`Family` with a ``row`` is part of it; nothing else lists it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import iter_modules
 
-from ident.effects.base_tilt import BASE_TILT
-from ident.effects.coupled_pair import WRIST_COUPLING
-from ident.effects.current_loop_lag import CURRENT_LOOP_LAG
-from ident.effects.directional_efficiency import DIRECTIONAL_EFFICIENCY
-from ident.effects.drifting_friction import DRIFTING_FRICTION
-from ident.effects.drive_gain_error import DRIVE_GAIN_ERROR
-from ident.effects.elastic_gear import BACKLASH, JOINT_ELASTICITY
+from ident import effects
 from ident.effects.family import PlacedEffect, PresentModel
-from ident.effects.gear_ripple import GEAR_RIPPLE
-from ident.effects.hysteresis import HYSTERESIS
-from ident.effects.load_dependent_friction import LOAD_DEPENDENT_FRICTION
-from ident.effects.nonlinear_viscous_friction import NONLINEAR_VISCOUS_FRICTION
-from ident.effects.payload import PAYLOAD
 from ident.effects.placed import Family, Placed
-from ident.effects.position_dependent_friction import POSITION_DEPENDENT_FRICTION
-from ident.effects.saturation import SATURATION
-from ident.effects.springs import CABLE_SPRING, CONTACT, GRAVITY_SPRING
-from ident.effects.stribeck_friction import STATIC_FRICTION, STRIBECK_FRICTION
-from ident.effects.time_delay import TIME_DELAY
-from ident.effects.torque_ripple import TORQUE_RIPPLE
-from ident.effects.usual import (
-    ASYMMETRIC_FRICTION,
-    COULOMB_FRICTION,
-    CURRENT_OFFSET,
-    ROTOR_INERTIA,
-    VISCOUS_FRICTION,
-)
 from ident.errors import IdentificationError
 from robots.description import Robot
 
-VOCABULARY: tuple[Family, ...] = (
-    VISCOUS_FRICTION,
-    COULOMB_FRICTION,
-    ASYMMETRIC_FRICTION,
-    STRIBECK_FRICTION,
-    STATIC_FRICTION,
-    NONLINEAR_VISCOUS_FRICTION,
-    LOAD_DEPENDENT_FRICTION,
-    DIRECTIONAL_EFFICIENCY,
-    DRIFTING_FRICTION,
-    POSITION_DEPENDENT_FRICTION,
-    JOINT_ELASTICITY,
-    BACKLASH,
-    HYSTERESIS,
-    WRIST_COUPLING,
-    GEAR_RIPPLE,
-    DRIVE_GAIN_ERROR,
-    CURRENT_OFFSET,
-    TORQUE_RIPPLE,
-    SATURATION,
-    ROTOR_INERTIA,
-    CURRENT_LOOP_LAG,
-    PAYLOAD,
-    GRAVITY_SPRING,
-    BASE_TILT,
-    TIME_DELAY,
-    CABLE_SPRING,
-    CONTACT,
-)
+
+def _declared() -> tuple[Family, ...]:
+    """Every family of the effects' own files that has a row, in that order."""
+    names = (found.name for found in iter_modules(effects.__path__, f"{effects.__name__}."))
+    modules = (import_module(name) for name in names if name != __name__)
+    values = (value for module in modules for value in vars(module).values())
+    families = {value.name: value for value in values if isinstance(value, Family) and value.row}
+    return tuple(sorted(families.values(), key=lambda family: (family.row, family.name)))
+
+
+VOCABULARY = _declared()
 
 
 def family_named(name: str) -> Family:

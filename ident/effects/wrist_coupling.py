@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects.effect import State
-from ident.effects.friction_sign import FrictionSign
-from ident.effects.per_joint import joint_units
-from ident.effects.speed_term import SpeedTerm, speed_columns
+from ident.effects.family import Place, StandardParameter, State
+from ident.effects.speed_term import FrictionSign, SpeedTerm, speed_columns
+from robots import unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -35,17 +34,14 @@ class WristCoupling:
     sentence = "inertia and friction of a drive that moves with more than one joint"
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        drives = coupled_drives(self.robot)
-        return tuple(f"{symbol}{k + 1}" for k in drives for symbol in ("Iam", "Fvm", "Fcm"))
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        inertia = joint_units(self.robot, "kg·m²", "kg")
-        viscous = joint_units(self.robot, "N·m·s/rad", "N·s/m")
-        coulomb = joint_units(self.robot, "N·m", "N")
-        drives = coupled_drives(self.robot)
-        return tuple(unit for k in drives for unit in (inertia[k], viscous[k], coulomb[k]))
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        return tuple(
+            StandardParameter(
+                symbol, Place("drive", (k,)), self.name, unit_of(symbol, self.robot.joint[k].kind)
+            )
+            for k in coupled_drives(self.robot)
+            for symbol in ("Iam", "Fvm", "Fcm")
+        )
 
     def speed_terms(self) -> tuple[SpeedTerm, ...]:
         """The Coulomb friction of each coupled drive."""
@@ -58,7 +54,7 @@ class WristCoupling:
     def columns(self, state: State) -> FloatArray:
         """samples × joints × (3 per coupled drive)."""
         matrix = self.robot.transmission_matrix
-        columns = speed_columns(self.speed_terms(), state, len(self.parameter_names))
+        columns = speed_columns(self.speed_terms(), state, len(self.parameters))
         for k, drive in enumerate(coupled_drives(self.robot)):
             product = np.outer(matrix[drive], matrix[drive])
             between = product - np.diag(np.diag(product))

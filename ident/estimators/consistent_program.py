@@ -11,6 +11,7 @@ import numpy as np
 from ident.errors import IdentificationError
 from ident.estimators.consistent_scales import Scalars
 from robots.arrays import FloatArray
+from robots.extras import install_command
 from robots.pseudo_inertia import LINK_SIZE, link_map, pseudo_inertia
 
 _SOLVED = ("optimal", "optimal_inaccurate")
@@ -141,6 +142,6 @@ def _cvxpy() -> Any:
     except ImportError as error:
         raise IdentificationError(
             f"the physically consistent fit needs {error.name}; install it with:"
-            " pip install 'armhil[consistent]'"
+            f" {install_command('consistent')}"
         ) from None
     return cvxpy

@@ -85,7 +85,7 @@ class Scalars:
 
 def _bounds(effect: Effect) -> list[tuple[float, float]]:
     """Of each parameter of an effect; effects that the discrepancy search adds say their own."""
-    count = len(effect.parameter_names)
+    count = len(effect.parameters)
     own = getattr(effect, "bounds", None)
     if own is not None:
         return list(own)

@@ -43,7 +43,7 @@ def sign_flip_test(v: FloatArray, z: FloatArray, segment: IntArray) -> SignFlips
 
     Args:
         v: samples × joints × k, X − Z weighted by Ω; zero where a row is left out.
-        z: samples × joints × b, weighted alike.
+        z: samples × joints × b, weighted in the same way.
         segment: (samples,) recordings; no block reaches across two.
     """
     size = np.sqrt(np.sum(v**2, axis=(0, 1)))

@@ -4,7 +4,7 @@ Where the lag is off by δ, the torque of the rows is off by δ·dτ/dt. So the 
 beside the regressor's own columns, the lag corrected by the coefficient, and that repeated until it is zero.
 
 In a closed loop the encoders' noise and whatever else moves the arm stand in the motion and in the control
-signal alike, in an order of time that the controller gives: by least squares that is a lag, of milliseconds
+signal, in an order of time that the controller gives: by least squares that is a lag, of milliseconds
 where the motion is slow. The reference knows of no noise. So wherever one was recorded, the instruments of
 this regression are the columns and dτ/dt along what the reference says of the motion (its first stage).
 """
@@ -45,7 +45,7 @@ _OTHER_ERRORS = 0.15
 """Rows from which on a wrong lag is a good part of the errors, so that their size is found anew."""
 
 _SIGNIFICANT = 4.0
-"""Deviations between setting and estimate that are worth a word."""
+"""Deviations between setting and estimate that are reported."""
 
 _SMALL = 0.02
 """Samples; a smaller disagreement biases nothing that is seen."""

@@ -6,7 +6,6 @@ recording shows them is another matter: a joint that stands still or never accel
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,8 +18,8 @@ from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
 from ident.results import Rank
 from ident.signals import Motion, motion
-from robots.arrays import FloatArray
-from robots.description import Identification, Robot
+from robots.arrays import FloatArray, IntArray
+from robots.description import Identification
 
 _NUMERICAL = 1e-10
 """Singular values of unit columns below this share of the largest are rounding."""
@@ -41,7 +40,8 @@ _SEED = 0
 _SLOW = 0.02
 """Shares of the limits of speed and acceleration below which a joint hardly shows anything."""
 
-_JOINT = re.compile(r"\d+")
+_TURNS_WITH_SPEED = ("Fc", "Fcp", "Fcn", "Fcm", "Fc_cold", "Fc_heat", "Fc_settled")
+"""Dry friction: its columns turn their sign with the speed."""
 
 
 def rank_of(
@@ -67,23 +67,22 @@ def rank_of(
     scale = np.linalg.norm(x, axis=0)
     silent = scale == 0.0
     if silent.any():
-        names = [name for name, nothing in zip(base.names, silent, strict=True) if nothing]
-        raise _unseen("does not excite", names, base.model.robot, moved)
+        raise _unseen("does not excite", np.flatnonzero(silent), base, moved)
     _, values, directions = np.linalg.svd(x / scale, full_matrices=False)
     blind = values < _NUMERICAL * values[0]
     if blind.any():
-        raise _unseen("does not tell apart", _named(base, directions[blind]), base.model.robot, moved)
+        raise _unseen("does not tell apart", _taking_part(directions[blind]), base, moved)
     floor = _noise_of_columns(base, moved, spectrum, settings) / scale * np.sqrt(x.shape[0])
     level = float(np.linalg.norm(floor))
     weak = values < level
-    names = _named(base, directions[weak])
+    unseen = _taking_part(directions[weak])
     return Rank(
         structural=len(base.names),
         data=int(np.count_nonzero(~weak)),
         smallest=float(values[-1]),
         noise_level=level,
-        unseen=tuple(names),
-        reasons=tuple(reasons(names, base.model.robot, moved)),
+        unseen=tuple(base.names[k] for k in unseen),
+        reasons=tuple(_reasons(unseen, base, moved)),
     )
 
 
@@ -129,7 +128,7 @@ def _noise_of_columns(
     )
     difference = noisy - clean
     flips = np.abs(difference) > np.abs(clean)
-    signs = np.array([name.startswith("Fc") for name in base.names])
+    signs = np.array([parameter.symbol in _TURNS_WITH_SPEED for parameter in base.leading])
     difference[flips & signs] = 0.0
     return np.asarray(np.sqrt(np.mean(difference**2, axis=(0, 1))))
 
@@ -144,35 +143,27 @@ def _motion_noise(spectrum: PositionSpectrum, settings: Identification) -> tuple
     return np.asarray(speed), np.asarray(rate)
 
 
-def _named(base: BaseParameters, directions: FloatArray) -> list[str]:
-    """Parameters that take part in any of the directions, k × b."""
-    if not len(directions):
-        return []
-    share = np.abs(directions).max(axis=0)
-    return [name for name, part in zip(base.names, share, strict=True) if part > _TAKES_PART]
+def _taking_part(directions: FloatArray) -> IntArray:
+    """Which parameters take part in any of the directions, k × b."""
+    return np.flatnonzero((np.abs(directions) > _TAKES_PART).any(axis=0))
 
 
-def _unseen(what: str, names: Sequence[str], robot: Robot, moved: Sequence[Motion]) -> IdentificationError:
-    why = "; ".join(reasons(names, robot, moved))
+def _unseen(what: str, which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> IdentificationError:
+    why = "; ".join(_reasons(which, base, moved))
     advice = why or "the joints move in step with one another; record a more exciting trajectory"
-    return IdentificationError(f"the motion {what} {', '.join(names)}: {advice}")
+    return IdentificationError(f"the motion {what} {', '.join(base.names[k] for k in which)}: {advice}")
 
 
-def reasons(names: Sequence[str], robot: Robot, moved: Sequence[Motion]) -> list[str]:
-    """Why parameters cannot be seen: which of the joints they belong to stand still or are too slow.
-
-    Args:
-        names: of base parameters.
-        robot: limits to compare with.
-        moved: the motions.
-    """
+def _reasons(which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> list[str]:
+    """Why parameters cannot be seen: which of the joints they belong to stand still or are too slow."""
+    robot = base.model.robot
     position, velocity, acceleration = (
         np.concatenate([getattr(m, name) for m in moved]) for name in ("position", "velocity", "acceleration")
     )
     found = []
-    for joint in sorted({int(match.group()) - 1 for name in names if (match := _JOINT.search(name))}):
-        prismatic = robot.joint[joint].kind == "prismatic"
-        unit = "m" if prismatic else "rad"
+    joints = (base.leading[k].joint for k in which)
+    for joint in sorted({joint for joint in joints if joint is not None}):
+        unit = robot.joint[joint].unit
         travel = float(np.ptp(position[:, joint]))
         speed, rate = (float(np.abs(values[:, joint]).max()) for values in (velocity, acceleration))
         limits = robot.joint[joint]

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from ident.effects import Effect, State
+from ident.effects.family import StandardParameter
 from ident.effects.found import Found
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -43,17 +44,21 @@ class BaseParameters:
     @property
     def names(self) -> tuple[str, ...]:
         """Names (b,): the leading standard parameter, with an R where others are regrouped with it."""
-        standard = self.model.names
         regrouped = np.count_nonzero(self.relation, axis=1) > 1
         return tuple(
-            standard[column] + ("R" if more else "")
-            for column, more in zip(self.independent, regrouped, strict=True)
+            parameter.name + ("R" if more else "")
+            for parameter, more in zip(self.leading, regrouped, strict=True)
         )
 
     @property
+    def leading(self) -> tuple[StandardParameter, ...]:
+        """The standard parameter (b,) that each is the first of."""
+        standard = self.model.parameters
+        return tuple(standard[column] for column in self.independent)
+
+    @property
     def units(self) -> tuple[str, ...]:
-        units = self.model.units
-        return tuple(units[column] for column in self.independent)
+        return tuple(parameter.unit for parameter in self.leading)
 
     @property
     def expressions(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Answers to what was asked lately, since many effects ask for the same."""
+"""Answers to what was asked last, by identity, since many effects ask for the same."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
-class Lately(Generic[Value]):
+class IdentityCache(Generic[Value]):
     """The last few answers, by the very object that was asked about.
 
     Attributes:

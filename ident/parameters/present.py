@@ -10,14 +10,15 @@ import numpy as np
 import pinocchio
 
 from ident.effects import CurrentOffset, Effect, RigidBody, State
-from ident.effects.calm_motion import calm_motion
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.parameters.chain import chain_frames
-from ident.parameters.identity_cache import Lately
+from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
+from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
+from robots.description import Robot
 
 _LIGHT = 1e-6
 """kg; far below what any torque shows."""
@@ -33,10 +34,10 @@ class Present:
 
     model: RegressorModel
     standard: FloatArray
-    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _link_torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _masses: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
-    _calm: Lately[State] = field(default_factory=Lately, repr=False, compare=False)
+    _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _link_torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _masses: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
+    _low_cutoff: IdentityCache[State] = field(default_factory=IdentityCache, repr=False, compare=False)
     _others: dict[tuple[str, Place], Present] = field(default_factory=dict, repr=False, compare=False)
 
     def without(self, name: str, place: Place) -> Present:
@@ -55,11 +56,8 @@ class Present:
 
     def _effects(self) -> Iterator[tuple[Effect, FloatArray]]:
         """Each effect with its parameters (p,)."""
-        start = 0
-        for effect in self.model.effects:
-            end = start + len(effect.parameter_names)
-            yield effect, self.standard[start:end]
-            start = end
+        for effect, own in self.model.columns_of_effects:
+            yield effect, self.standard[own]
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
@@ -67,9 +65,9 @@ class Present:
             return self._torque(state)
         return self._torques.of(state, lambda: self._torque(state))  # recorded: many effects ask for it
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion through a filter with a lower cut-off."""
-        return self._calm.of(state, lambda: calm_motion(self.model.robot, state))
+        return self._low_cutoff.of(state, lambda: low_cutoff_motion(self.model.robot, state))
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
@@ -116,21 +114,24 @@ class Present:
 
     def offset_torque(self) -> FloatArray:
         """Constant torque on each joint (n,) that the model has, from whatever it comes."""
-        for effect in self.model.effects:
-            if isinstance(effect, CurrentOffset):
-                start = self.model.names.index(effect.parameter_names[0])
-                return np.asarray(self.standard[start : start + len(effect.parameter_names)])
-        return np.zeros(self.model.robot.n)
+        offsets = (values for effect, values in self._effects() if isinstance(effect, CurrentOffset))
+        return np.asarray(next(offsets, np.zeros(self.model.robot.n)))
 
     def drive_friction(self, drive: int) -> tuple[float, float]:
         """Dry and viscous friction of a drive (from 0): the usual terms alone, none below zero.
 
         A drive that turns with several joints has dry friction over its own joint's speed and over its own.
         """
-        named = dict(zip(self.model.names, self.standard, strict=True))
-        number = drive + 1
-        dry = named.get(f"Fc{number}", 0.0) + named.get(f"Fcm{number}", 0.0)
-        return max(float(dry), 0.0), max(float(named.get(f"Fv{number}", 0.0)), 0.0)
+        own = [
+            (parameter, float(value))
+            for parameter, value in zip(self.model.parameters, self.standard, strict=True)
+            if parameter.joint == drive
+        ]
+        dry, viscous = (
+            sum(value for parameter, value in own if parameter.is_usual(symbols))
+            for symbols in (("Fc", "Fcm"), ("Fv",))
+        )
+        return max(dry, 0.0), max(viscous, 0.0)
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
@@ -187,9 +188,7 @@ class Present:
         return torque, masses
 
     def _link_parameters(self) -> FloatArray:
-        links = self._rigid_body
-        start = self.model.names.index(links.parameter_names[0])
-        values = self.standard[start : start + len(links.parameter_names)].reshape(-1, 10)
+        values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
         return np.ascontiguousarray(
             sum((load.links for load in self._loads if load.links is not None), values)
         )
@@ -210,3 +209,23 @@ def _is_load(effect: Effect) -> bool:
 def _inertia(ten: FloatArray) -> pinocchio.Inertia:
     """Ten standard parameters as pin's inertia, which divides by the mass: a massless link gets a little."""
     return pinocchio.Inertia.FromDynamicParameters(ten if ten[0] else np.array([_LIGHT, *ten[1:]]))
+
+
+_LOW_CUTOFF_SHARE = 0.6
+"""Of the cut-off of the positions' filter: what is left to motion of which a rate of torque is made."""
+
+
+def low_cutoff_motion(robot: Robot, state: State) -> State:
+    """The motion through a filter with a lower cut-off than that of the positions.
+
+    A torque's rate has the rate of accelerations in it, and in that noise of positions is larger than the
+    motion long before the cut-off: a column of noise is given too small a factor, and loses against another
+    that has less of it. Where the samples are too few or too far apart the motion stays as it is.
+    """
+    settings = robot.identification
+    cutoff = _LOW_CUTOFF_SHARE * settings.cutoff_hz
+    position, velocity, acceleration = (
+        low_pass_where_sampled(part, state.time, cutoff, settings.filter_order)
+        for part in (state.position, state.velocity, state.acceleration)
+    )
+    return State(position, velocity, acceleration, state.time, state.torque)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -18,8 +20,9 @@ from ident.effects import (
     ViscousFriction,
     WristCoupling,
 )
+from ident.effects.family import StandardParameter
 from ident.effects.wrist_coupling import coupled_drives
-from robots import cad_parameters, rigid_body_model
+from robots import cad_parameters, link_parameter_names, rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -52,14 +55,24 @@ class RegressorModel:
             effects.append(WristCoupling(robot, sign))
         return cls(robot, tuple(effects))
 
+    @cached_property
+    def parameters(self) -> tuple[StandardParameter, ...]:
+        """One per column."""
+        return tuple(parameter for effect in self.effects for parameter in effect.parameters)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Standard parameter names, one per column."""
-        return tuple(name for effect in self.effects for name in effect.parameter_names)
+        return tuple(parameter.name for parameter in self.parameters)
 
-    @property
-    def units(self) -> tuple[str, ...]:
-        return tuple(unit for effect in self.effects for unit in effect.units)
+    @cached_property
+    def columns_of_effects(self) -> tuple[tuple[Effect, slice], ...]:
+        """Each effect and which columns are its own."""
+        ends = list(accumulate(len(effect.parameters) for effect in self.effects))
+        return tuple(
+            (effect, slice(start, end))
+            for effect, start, end in zip(self.effects, [0, *ends], ends, strict=False)
+        )
 
     def columns(self, state: State) -> FloatArray:
         """The standard regressor, samples × joints × p."""
@@ -72,7 +85,7 @@ class RegressorModel:
     def prior(self) -> FloatArray:
         """The standard vector (p,) of URDF inertias and the drives' a-priori figures."""
         links = cad_parameters(rigid_body_model(self.robot))
-        named = dict(zip(RigidBody(self.robot).parameter_names, links, strict=True))
+        named = dict(zip(link_parameter_names(self.robot.n), links, strict=True))
         return self.standard_parameters(named | drive_parameters(self.robot))
 
 

@@ -146,8 +146,7 @@ def _check_motion(robot: Robot, recordings: tuple[Recording, ...]) -> None:
         named = ", ".join(str(joint + 1) for joint in still)
         stand = f"joint {named} does not move" if still.size == 1 else f"joints {named} do not move"
         joint = int(still[0])
-        unit = "m" if robot.joint[joint].kind == "prismatic" else "rad"
         raise IdentificationError(
-            f"{recordings[0].name}: {stand} ({travel[joint]:.2g} {unit} in all), so inertia"
-            " and friction cannot be seen; record a motion of every joint"
+            f"{recordings[0].name}: {stand} ({travel[joint]:.2g} {robot.joint[joint].unit} in all), so"
+            " inertia and friction cannot be seen; record a motion of every joint"
         )

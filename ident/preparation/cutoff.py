@@ -25,7 +25,7 @@ _LARGEST_SHARE = 0.8
 """Of half the sampling rate."""
 
 _FAR = 2.0
-"""A factor between cut-off and proposal from which on it is worth a word."""
+"""A factor between cut-off and proposal from which on it is reported."""
 
 
 @dataclass(frozen=True)

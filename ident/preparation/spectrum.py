@@ -53,7 +53,7 @@ def position_spectrum(recordings: tuple[Recording, ...]) -> PositionSpectrum:
     Computed from second differences, whose spectrum is flat enough not to leak, and taken back to positions.
 
     Args:
-        recordings: of one arm; sampled alike.
+        recordings: of one arm; sampled in the same way.
     """
     step = recordings[0].sample_time
     # Short records give short pieces; the tail still holds enough frequencies to average.

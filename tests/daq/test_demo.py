@@ -177,6 +177,7 @@ def samples_in(path: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_the_arm_moves(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
@@ -241,6 +242,7 @@ def whole_run(robot: Robot, channel: Channel, folder: Path) -> DemoResult:
     return result
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_samples_and_the_same_results(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
@@ -254,6 +256,7 @@ def test_the_same_seed_gives_the_same_samples_and_the_same_results(
     assert first.fitted.result.test == second.fitted.result.test
 
 
+@pytest.mark.slow
 def test_a_second_demo_takes_the_next_free_group(emps: Robot, channel: Channel, tmp_path: Path) -> None:
     """The first one's drives hold the group; with a channel that was named it is refused instead."""
     request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True)

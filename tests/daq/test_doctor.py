@@ -15,7 +15,7 @@ import pytest
 
 import robots
 from daq.doctor.check import CODES, Check, worst
-from daq.doctor.doctor import budget_check, bus_checks, describe, device_file_checks
+from daq.doctor.doctor import adapter_checks, budget_check, bus_checks, describe, device_file_checks
 from daq.doctor.environment import (
     catalogue_check,
     folder_check,
@@ -170,6 +170,21 @@ def test_a_bus_that_does_not_open_has_a_remedy(channel: Channel) -> None:
         assert held["master"].status == "failed" and "another armhil run" in held["master"].detail
 
 
+@pytest.mark.parametrize(
+    ("interface", "status", "words"),
+    [
+        ("socketcan", "ok", "tells the controller's state and receive times"),
+        ("kvaser", "warning", "bus-off and error-passive are not told"),
+        ("slcan", "warning", "no time stamps: recorded frames carry the time at which this program"),
+        ("neovi", "unknown", "not known whether it tells"),
+    ],
+)
+def test_what_an_interface_does_not_tell(interface: str, status: str, words: str) -> None:
+    (check,) = adapter_checks(Channel(interface, "can0"))
+    assert check.status == status and words in check.detail
+    assert adapter_checks(Channel("virtual", "x")) == []
+
+
 def test_a_full_bus_fails_with_the_cycle_that_is_safe(tx40: Robot, channel: Channel) -> None:
     assert budget_check(tx40, channel).status == "ok"
     fast = tx40.model_copy(update={"bus": tx40.bus.model_copy(update={"cycle_time": 0.002})})
@@ -202,6 +217,7 @@ def test_an_unknown_arm_is_one_line() -> None:
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_sim_serves_anyone_and_ends_clean(
     number: signal.Signals, channel: Channel, no_leftovers: None
@@ -225,6 +241,7 @@ def test_sim_serves_anyone_and_ends_clean(
     assert listen_for_traffic(channel, 0.15) == frozenset()
 
 
+@pytest.mark.slow
 def test_sim_hides_what_the_scenario_says_and_seals_it(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
@@ -262,6 +279,7 @@ def test_sim_hides_what_the_scenario_says_and_seals_it(
     assert without[0] - measured[0] == pytest.approx(10.0 / truth.gain[0], abs=0.03)
 
 
+@pytest.mark.slow
 def test_sim_writes_no_seal_over_another(channel: Channel, tmp_path: Path) -> None:
     seal = tmp_path / "truth.seal"
     seal.write_text("of another run", encoding="utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.simulated.fault_matrix import KINDS, FaultKind, run_case
+from benchmarks.fault_cases import KINDS, FaultKind, run_case
 from robots import Robot
 
 

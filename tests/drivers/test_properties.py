@@ -13,10 +13,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import robots
+from benchmarks.fault_cases import largest_acceleration, random_motion
 from drivers import Request
 from drivers.cia402 import State
 from drivers.simulated import draw_truth
-from drivers.simulated.fault_matrix import largest_acceleration, random_motion
 from drivers.simulated.faults import (
     BusOff,
     DeadAt,

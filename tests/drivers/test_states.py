@@ -4,7 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.cia402 import Goal, State, describe_emcy, has_torque, next_controlword, refusal, state_of
+from drivers.cia402 import (
+    Goal,
+    State,
+    describe_emcy,
+    has_torque,
+    next_controlword,
+    refusal,
+    state_of,
+    states,
+)
 from tests.drivers.fake_arm import UP, WORDS
 
 STATUSWORDS = st.integers(0, 0xFFFF)
@@ -60,6 +69,50 @@ def test_only_a_drive_that_can_be_enabled_is_not_refused(statusword: int) -> Non
     way_up = {*list(WORDS)[:4], State.NOT_READY}
     assert (refusal(statusword) is None) == (state_of(statusword) in way_up)
     assert not (has_torque(statusword) and state_of(statusword) is State.SWITCHED_ON)
+
+
+_CONTROLWORDS = {
+    # statusword: for quick stop, switch on disabled, ready, switched on, operation enabled
+    0x0040: (0x00, 0x00, 0x06, 0x06, 0x06),
+    0x0021: (0x00, 0x00, 0x06, 0x07, 0x07),
+    0x0023: (0x00, 0x06, 0x06, 0x07, 0x0F),
+    0x0027: (0x02, 0x07, 0x07, 0x07, 0x0F),
+    0x0007: (0x02, 0x00, 0x00, 0x00, 0x00),
+    0x000F: (0x00, 0x00, 0x00, 0x00, 0x00),
+    0x0008: (0x00, 0x00, 0x00, 0x00, 0x00),
+    0x0000: (0x00, 0x00, 0x00, 0x00, 0x00),
+    0x0002: (0x00, 0x00, 0x00, 0x00, 0x00),
+}
+
+
+@pytest.mark.parametrize("statusword", _CONTROLWORDS)
+@pytest.mark.parametrize("bits", [0x0000, 0xFF90])
+def test_each_step_is_the_transition_of_the_standard(statusword: int, bits: int) -> None:
+    """One step at a time, whatever the bits say that are not of the state."""
+    goals = (Goal.QUICK_STOP, Goal.SWITCH_ON_DISABLED, Goal.READY, Goal.SWITCHED_ON, Goal.OPERATION_ENABLED)
+    found = tuple(next_controlword(statusword | bits, goal) for goal in goals)
+    assert found == _CONTROLWORDS[statusword]
+
+
+def test_torque_is_where_the_standard_has_it() -> None:
+    having = {word for word in _CONTROLWORDS if has_torque(word)}
+    assert having == {0x0027, 0x0007, 0x000F}
+
+
+def test_refusals_in_words() -> None:
+    assert refusal(0x0008) == "it is in state 'fault'"
+    assert refusal(0x0007) == "it is in state 'quick stop active'"
+    assert refusal(0x0202) == "its statusword 0x0202 shows no CiA 402 state"
+    assert [refusal(word) for word in (0x0000, 0x0040, 0x0021, 0x0023, 0x0027)] == [None] * 5
+
+
+def test_bits_of_the_modes_are_where_the_standard_has_them() -> None:
+    """6041h: 10 target reached, 11 internal limit, 12 and 13 by mode; 6040h: 4 by mode."""
+    assert (states.TARGET_REACHED, states.INTERNAL_LIMIT_BIT) == (1 << 10, 1 << 11)
+    assert states.FOLLOWS_BIT == states.HOMING_ATTAINED == 1 << 12
+    assert states.FOLLOWING_ERROR_BIT == states.HOMING_ERROR == 1 << 13
+    assert states.MODE_BIT == 1 << 4
+    assert states.Command.FAULT_RESET == 1 << 7
 
 
 @pytest.mark.parametrize(

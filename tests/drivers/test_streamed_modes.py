@@ -34,6 +34,7 @@ def slow(tx40: Robot) -> Robot:
     return tx40.model_copy(update={"bus": tx40.bus.model_copy(update={"cycle_time": 0.008})})
 
 
+@pytest.mark.slow
 def test_interpolated_position_and_a_second_tpdo_move_the_arm_as_csp_does(
     slow: Robot, new_channel: Callable[[], Channel]
 ) -> None:

@@ -59,6 +59,41 @@ def test_positions_outside_32_bits_are_refused(tx40: Robot) -> None:
         units.counts([[0.0, np.nan, 0.0, 0.0, 0.0, 0.0]])
 
 
+def plain(*counts_per_unit: float) -> Units:
+    """Drives that each move their own joint."""
+    n = len(counts_per_unit)
+    return Units(np.eye(n), np.array(counts_per_unit), np.full(n, 0.25), tuple(f"j{k + 1}" for k in range(n)))
+
+
+def test_the_32_bits_end_where_they_end() -> None:
+    units = plain(1.0, 1.0)
+    ends = np.array([[2**31 - 1, -(2**31)], [-(2**31), 2**31 - 1]])
+    assert units.counts(ends).tolist() == ends.tolist()
+    assert units.counts(ends).dtype == np.int32
+    for q, drive in (([2.0**31, 0.0], 1), ([0.0, -(2.0**31) - 1], 2)):
+        with pytest.raises(DriveError, match=rf"drive {drive} \(j{drive}\).*: -2147483648 to 2147483647$"):
+            units.counts(q)
+    with pytest.raises(DriveError, match="drive 3"):
+        plain(1.0, 1.0, 1.0).counts([0.0, 0.0, 3e9])
+
+
+def test_counts_are_the_nearest_and_signals_scale_by_count() -> None:
+    units = plain(-10.0, 4.0)
+    assert units.counts([[0.26, 0.4], [-0.24, -0.3]]).tolist() == [[-3, 2], [2, -1]]
+    np.testing.assert_allclose(units.position([[-3, 2]]), [[0.3, 0.5]], rtol=1e-15)
+    np.testing.assert_allclose(units.control_signal(np.array([[8, -2]])), [[2.0, -0.5]], rtol=1e-15)
+
+
+def test_the_largest_motion_of_a_drive_takes_both_joints_at_their_worst() -> None:
+    coupled = Units(np.array([[1.0, 0.0], [-2.0, 3.0]]), np.ones(2), np.ones(2), ("a", "b"))
+    np.testing.assert_allclose(coupled.output_span(np.array([0.5, 0.25])), [0.5, 1.75], rtol=1e-15)
+
+
+def test_without_velocity_objects_no_velocity_is_known() -> None:
+    found = plain(10.0, 4.0).velocity(np.zeros((3, 2)))
+    assert found.shape == (3, 2) and np.isnan(found).all()
+
+
 @given(st.integers(0, 0xFFFF), st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1))
 def test_layout_is_little_endian_without_gaps(status: int, position: int, signal: int) -> None:
     data = tpdo_layouts(16)[0].pack(status, position, signal)

@@ -51,6 +51,7 @@ def stream(device: str, *before: str) -> dict[str, Any]:
     return answer
 
 
+@pytest.mark.slow
 @needs_tool
 def test_in_virtual_time_every_cycle_is_complete_on_time_and_the_same_in_each_run() -> None:
     first, second = (stream("vcan0", str(TOOL), "-v", "-t", "150", "--") for _ in range(2))
@@ -61,6 +62,7 @@ def test_in_virtual_time_every_cycle_is_complete_on_time_and_the_same_in_each_ru
     assert first["content"] == second["content"]
 
 
+@pytest.mark.slow
 @needs_tool
 def test_in_real_time_inside_a_user_mode_kernel() -> None:
     answer = stream("vcan0", str(TOOL), "-t", "150", "--")

@@ -45,6 +45,7 @@ def signals(robot: Robot, recording: Recording, **changes: object) -> tuple[Sign
     return result.signals, result.warnings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [0.0, 0.0005, 0.004])
 def test_the_lag_of_the_simulated_arm_is_half_a_hold(tx40: Robot, recording: Recording, given: float) -> None:
     found, warnings = signals(tx40, recording, control_signal_lag=given)

@@ -218,7 +218,7 @@ def test_without_the_solver_it_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "cvxpy", None)
-    with pytest.raises(IdentificationError, match=r"needs cvxpy; install it with: pip install 'armhil\[con"):
+    with pytest.raises(IdentificationError, match=r"needs cvxpy; .* -m pip install 'armhil\[consistent\]'"):
         consistent_fit(base, noisy[1])
 
 

@@ -126,6 +126,7 @@ def recordings(emps: Robot) -> dict[str, tuple[Robot, Recording]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_a_simulated_law_is_found(
     name: str, emps: Robot, recordings: dict[str, tuple[Robot, Recording]]

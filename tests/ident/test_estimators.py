@@ -9,6 +9,8 @@ from linearmodels.iv import IV2SLS
 
 from ident.errors import IdentificationError
 from ident.estimators import Stacked, instrumental_variables, joint_deviations, weighted_least_squares
+from ident.estimators.least_squares import require_full_rank
+from ident.estimators.two_stage import two_stage_least_squares
 from robots.arrays import FloatArray
 
 NAMES = ("a", "b", "c")
@@ -88,3 +90,100 @@ def test_a_torque_without_noise_is_suspicious() -> None:
     stacked, _ = problem()
     with pytest.raises(IdentificationError, match="joint 1: the torque is fitted without any error"):
         weighted_least_squares(Stacked(np.zeros_like(stacked.y), stacked.x, stacked.joint), NAMES)
+
+
+def test_the_sample_deviation_divides_by_rows_less_one() -> None:
+    stacked, _ = problem(samples=20)
+    expected = [
+        np.sqrt(sm.OLS(stacked.y[part], stacked.x[part]).fit().ssr / 19)
+        for part in (slice(0, 20), slice(20, 40))
+    ]
+    assert joint_deviations(stacked, "sample") == pytest.approx(expected, rel=1e-10)
+    assert weighted_least_squares(stacked, NAMES, "sample").sigma == pytest.approx(expected, rel=1e-10)
+
+
+def test_columns_that_a_joint_does_not_feel_cost_it_no_freedom() -> None:
+    stacked, _ = problem(samples=20)
+    x = stacked.x.copy()
+    x[:20, 2] = 0.0
+    found = joint_deviations(Stacked(stacked.y, x, stacked.joint))
+    assert found[0] == pytest.approx(np.sqrt(sm.OLS(stacked.y[:20], x[:20, :2]).fit().mse_resid), rel=1e-10)
+
+
+@pytest.mark.parametrize("rows", [2, 3])
+def test_as_many_rows_as_parameters_are_too_few(rows: int) -> None:
+    stacked, _ = problem(samples=rows)
+    with pytest.raises(IdentificationError, match=rf"^joint 1: {rows} rows for {rows} parameters; record"):
+        joint_deviations(stacked)
+
+
+def test_one_row_more_than_parameters_is_enough() -> None:
+    assert np.all(joint_deviations(problem(samples=4)[0]) > 0.0)
+
+
+def test_the_instrumental_covariance_of_two_joints_is_that_of_its_own_residuals() -> None:
+    """(Z'WX)⁻¹ Z'W Ω W Z (X'WZ)⁻¹, W of the deviations that were given, Ω of the residuals."""
+    stacked, z = problem(samples=40)
+    given = np.array([0.5, 2.0])
+    fit = instrumental_variables(stacked, z, given)
+    w = np.repeat(given**-2.0, 40)[:, np.newaxis]
+    beta = np.linalg.solve(z.T @ (w * stacked.x), z.T @ (w[:, 0] * stacked.y))
+    residual = stacked.y - stacked.x @ beta
+    omega = np.array([residual[part] @ residual[part] / (40 - 1.5) for part in (slice(0, 40), slice(40, 80))])
+    score = (w * z).T @ (np.repeat(omega, 40)[:, np.newaxis] * w * z)
+    inverse = np.linalg.inv(z.T @ (w * stacked.x))
+    assert fit.beta == pytest.approx(beta, rel=1e-10)
+    assert fit.sigma == pytest.approx(np.sqrt(omega), rel=1e-10)
+    assert fit.covariance == pytest.approx(inverse @ score @ inverse.T, rel=1e-8)
+    assert fit.condition == pytest.approx(np.linalg.cond(np.sqrt(w) * stacked.x), rel=1e-10)
+
+
+def test_two_stages_of_two_joints_written_out() -> None:
+    stacked, z = problem(samples=40)
+    more = np.hstack([z, np.random.default_rng(9).normal(size=(80, 2))])
+    given = np.array([0.5, 2.0])
+    fit = two_stage_least_squares(stacked, more, given)
+    w = np.repeat(given**-2.0, 40)[:, np.newaxis]
+    projected = more @ np.linalg.solve(more.T @ (w * more), more.T @ (w * stacked.x))
+    beta = np.linalg.solve(projected.T @ (w * projected), projected.T @ (w[:, 0] * stacked.y))
+    residual = stacked.y - stacked.x @ beta
+    omega = np.array([residual[part] @ residual[part] / (40 - 1.5) for part in (slice(0, 40), slice(40, 80))])
+    inverse = np.linalg.inv(projected.T @ (w * projected))
+    score = (w * projected).T @ (np.repeat(omega, 40)[:, np.newaxis] * w * projected)
+    assert fit.beta == pytest.approx(beta, rel=1e-9)
+    assert fit.projected == pytest.approx(projected, rel=1e-9)
+    assert fit.sigma == pytest.approx(np.sqrt(omega), rel=1e-9)
+    assert fit.covariance == pytest.approx(inverse @ score @ inverse, rel=1e-8)
+    assert fit.condition == pytest.approx(np.linalg.cond(np.sqrt(w) * stacked.x), rel=1e-9)
+
+
+def test_two_stages_need_instruments_that_move_every_regressor() -> None:
+    stacked, z = problem(samples=40)
+    given = np.array([0.5, 2.0])
+    with pytest.raises(IdentificationError, match=r"^2 instruments for 3 parameters; at least as many"):
+        two_stage_least_squares(stacked, z[:, :2], given)
+    with pytest.raises(IdentificationError, match="do not move every regressor"):
+        two_stage_least_squares(stacked, np.column_stack([z[:, :2], z[:, 0] + z[:, 1]]), given)
+    assert two_stage_least_squares(stacked, z, given).beta == pytest.approx(
+        instrumental_variables(stacked, z, given).beta, rel=1e-8
+    )
+
+
+def test_the_condition_is_that_of_the_weighted_columns() -> None:
+    stacked, _ = problem()
+    fit = weighted_least_squares(stacked, NAMES)
+    weighted = stacked.x / np.repeat(fit.sigma, 300)[:, np.newaxis]
+    assert fit.condition == pytest.approx(np.linalg.cond(weighted), rel=1e-10)
+
+
+def test_which_parameters_are_not_told_apart() -> None:
+    """Columns that depend on one another to 1e-11 of their size are; to 1e-9 they are not. A column that
+    takes a hundredth of such a relation is not named."""
+    generator = np.random.default_rng(2)
+    x = np.linalg.qr(generator.normal(size=(60, 3)))[0]
+    other = x.copy()
+    other[:, 2] = 1e3 * (x[:, 0] + 0.01 * x[:, 1] + 2e-11 * x[:, 2])
+    with pytest.raises(IdentificationError, match="does not tell apart a, c;"):
+        require_full_rank(other, NAMES)
+    other[:, 2] = 1e3 * (x[:, 0] + 0.01 * x[:, 1] + 2e-9 * x[:, 2])
+    require_full_rank(other, NAMES)

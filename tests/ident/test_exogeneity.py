@@ -17,7 +17,7 @@ from ident.exogeneity import (
     textbook_test,
 )
 from ident.exogeneity.rank import rank_gate
-from ident.results import RevisedTest
+from ident.verdicts import RevisedTest
 from robots.arrays import FloatArray
 
 NAMES = ("a", "b", "c", "d")
@@ -71,6 +71,7 @@ def test_the_wald_test_with_one_variance_is_the_textbook_test_to_the_last_digit(
     assert found.p_value == pytest.approx(reference.p_value, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["textbook", "revised"])
 def test_size_is_nominal_where_regressors_are_exogenous(which: str) -> None:
     # 1000 replicates at 5 %: a true 5 % test stays within 3.1 to 7.2 % with probability 0.998.

@@ -17,6 +17,7 @@ def counts() -> dict[tuple[str, str], int]:
     return exogeneity.run("one_axis", REPLICATES, ("iid", "hac", "bootstrap"), power=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("errors", list(exogeneity.ERRORS))
 def test_the_default_keeps_its_size_whatever_the_errors(
     counts: dict[tuple[str, str], int], errors: str

@@ -31,6 +31,7 @@ def fitted(request: pytest.FixtureRequest, foreign: Path, robot: Robot) -> Fitte
     return identify(robot, (foreign_log(foreign, request.param, seconds=15.0),))
 
 
+@pytest.mark.slow
 def test_gate_one_accepts_a_clean_log(fitted: Fitted) -> None:
     gate = fitted.result.test.gates[0]
     failed = [f"{c.column}: {100 * c.size:.2g} %" for c in gate.columns if not c.passed]

@@ -13,9 +13,10 @@ from drivers.simulated import draw_truth
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Fitted, IdentificationError, Options, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy.scene import thinned
+from ident.discrepancy.prepared_recording import thinned
 from ident.effects import State
-from ident.effects.found import Found, unused_names
+from ident.effects.family import Place, StandardParameter
+from ident.effects.found import Found, unused
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, family_named
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
@@ -134,7 +135,7 @@ def test_rows_have_the_columns_of_the_whole_motion(rig: Robot, family: Family, c
         name: value for name, value in (("contact_angle", 0.0), ("torque_limit", 20.0)) if name in shape
     }
     placed = family.effect(rig, place, tuple(shape.values()), Present(model, model.prior()))
-    names = unused_names(placed.parameter_names, model.names)
+    names = tuple(parameter.name for parameter in unused(placed.parameters, model.names))
     base = base_parameters(model)
     values = dict(zip(base.names, base.regroup(model.prior()), strict=True)) | dict.fromkeys(names, 1.0)
     entry = EffectEntry(family.name, tuple(joint + 1 for joint in place.joints), shape)
@@ -229,8 +230,10 @@ def test_time_runs_on_from_one_recording_to_the_next(
 
 
 def test_names_are_given_once() -> None:
-    assert unused_names(("Fc1", "Fs1"), ("Fc1", "Fc1_2")) == ("Fc1_3", "Fs1")
-    assert unused_names(("a", "a"), ()) == ("a", "a_2")
+    dry, break_away = (StandardParameter(symbol, Place("drive", (0,)), "", "N·m") for symbol in ("Fc", "Fs"))
+    assert [p.name for p in unused((dry, break_away), ("Fc1", "Fc1_2"))] == ["Fc1_3", "Fs1"]
+    assert [p.name for p in unused((dry, dry), ())] == ["Fc1", "Fc1_2"]
+    assert unused((dry,), ("Fc1",))[0].is_usual(("Fc",)) is False
 
 
 @pytest.mark.parametrize(

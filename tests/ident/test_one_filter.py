@@ -76,6 +76,7 @@ def estimated(robot: Robot, recording: Recording) -> tuple[float, float]:
     return signals.estimated_lag, signals.lag_sigma
 
 
+@pytest.mark.slow
 def test_noise_in_the_loop_is_no_lag(noisy: tuple[Robot, Recording]) -> None:
     """The reference knows of no noise: along it the lag is found where measured motion has it wrong."""
     robot, recording = noisy

@@ -13,7 +13,6 @@ import robots
 from robots.arrays import FloatArray
 
 TX40 = robots.load("tx40")
-EMPS = robots.load("emps")
 values = st.floats(-10, 10)
 
 
@@ -55,10 +54,10 @@ def test_names_and_units() -> None:
     assert len(names) == len(set(names)) == 20
     assert names[0] == "M1" and names[10] == "M2" and names[-1] == "ZZ2"
     assert robots.drive_parameter_names(2)[4:] == ("Ia2", "Fv2", "Fc2", "off2")
-    units = {name: robots.unit_of(name, TX40) for name in (*names[:10], *robots.drive_parameter_names(1))}
-    assert units["M1"] == "kg" and units["MY1"] == "kg·m" and units["XZ1"] == "kg·m²"
-    assert units["Fv1"] == "N·m·s/rad" and units["Fc1"] == "N·m"
-    assert [robots.unit_of(f"{symbol}1", EMPS) for symbol in ("Ia", "Fv", "Fc", "off")] == [
+    units = {symbol: robots.unit_of(symbol, "revolute") for symbol in ("M", "MY", "XZ", "Fv", "Fvm", "Fc")}
+    assert units["M"] == "kg" and units["MY"] == "kg·m" and units["XZ"] == "kg·m²"
+    assert units["Fv"] == units["Fvm"] == "N·m·s/rad" and units["Fc"] == "N·m"
+    assert [robots.unit_of(symbol, "prismatic") for symbol in ("Ia", "Fv", "Fc", "off")] == [
         "kg",
         "N·s/m",
         "N",
@@ -66,10 +65,10 @@ def test_names_and_units() -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["Fv", "Fv0", "Fv7", "Q1", "", "3"])
-def test_a_name_that_is_no_parameter(name: str) -> None:
+@pytest.mark.parametrize("symbol", ["Fv1", "Fvx", "Q", "", "3"])
+def test_a_symbol_that_is_no_parameter(symbol: str) -> None:
     with pytest.raises(KeyError):
-        robots.unit_of(name, TX40)
+        robots.unit_of(symbol, "revolute")
 
 
 def test_cad_parameters_are_the_linear_ones() -> None:

@@ -104,6 +104,7 @@ def test_every_joint_has_slow_and_fast_passes_both_ways(planned: Trajectory) -> 
         assert moving.max() > 0.2 and moving.min() < -0.2
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0005, 0.001, 0.002, 0.004, 0.01]))
 @settings(max_examples=10, deadline=None)
 def test_no_limit_is_exceeded_for_random_arms_and_cycles(seed: int, cycle_time: float) -> None:
@@ -128,6 +129,7 @@ def test_a_seed_repeats_exactly_and_another_differs() -> None:
     assert not np.array_equal(first.position, other.position)
 
 
+@pytest.mark.slow
 def test_workers_do_not_change_the_result() -> None:
     robot = load("emps")
     one, two = (small_plan(robot, searches=2, workers=workers) for workers in (1, 2))
@@ -164,6 +166,7 @@ def test_it_starts_where_the_arm_is() -> None:
     assert (np.abs(slow.velocity) <= 0.9 * 0.3 * robot.velocity_limits + 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["ruckig", "fourier"])
 def test_a_first_run_is_the_same_path_more_slowly(family: str) -> None:
     robot = load("tx40")
@@ -190,6 +193,7 @@ def test_a_first_run_is_the_same_path_more_slowly(family: str) -> None:
     assert again.repeat.count == slow.repeat.count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["ruckig", "fourier"])
 def test_slow_periods_are_a_whole_number_of_cycles(family: str) -> None:
     robot = load("tx40")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.effects.family import StandardParameter
 from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 from trajectories.errors import PlanError
@@ -63,22 +64,19 @@ def objective_for(
     return Objective(criterion, LOOSE_CAP, tuple(chosen))
 
 
-def payload_directions(base: BaseParameters) -> tuple[FloatArray, tuple[str, ...]]:
+def payload_directions(base: BaseParameters) -> tuple[FloatArray, tuple[StandardParameter, ...]]:
     """How a payload and the drives' own parameters change the base parameters.
 
     Returns:
-        (b × k) directions and the names of their k parameters, the payload's first: mass and first
-        moments at the last link, in the joint frame.
+        (b × k) directions and their k parameters, the payload's first: mass and first moments at the last
+        link, in the joint frame.
     """
-    names = base.model.names
-    last = base.model.robot.n
-    payload = [f"{symbol}{last}" for symbol in PAYLOAD_SYMBOLS]
-    own = [
-        k for k, name in enumerate(base.names) if _symbol(name)[0] in GROUPS["friction"] + GROUPS["offset"]
-    ]
-    columns = [base.relation[:, names.index(name)] for name in payload]
-    columns += [np.eye(len(base.names))[k] for k in own]
-    return np.column_stack(columns), (*payload, *(base.names[k] for k in own))
+    standard, leading, last = base.model.parameters, base.leading, base.model.robot.n - 1
+    drives = GROUPS["friction"] + GROUPS["offset"]
+    payload = [k for k, p in enumerate(standard) if p.joint == last and p.is_usual(PAYLOAD_SYMBOLS)]
+    own = [k for k, parameter in enumerate(leading) if parameter.is_usual(drives)]
+    columns = [*base.relation[:, payload].T, *np.eye(len(leading))[own]]
+    return np.column_stack(columns), (*(standard[k] for k in payload), *(leading[k] for k in own))
 
 
 def _payload(base: BaseParameters, criterion: Criterion) -> Objective:
@@ -100,8 +98,9 @@ def _indices(base: BaseParameters, word: str) -> list[int]:
         symbols, joint = GROUPS[group[1]], group[2]
         found = [
             k
-            for k, (symbol, number) in enumerate(map(_symbol, base.names))
-            if (not symbols or symbol in symbols) and (not joint or number == joint)
+            for k, parameter in enumerate(base.leading)
+            if (not symbols or parameter.is_usual(symbols))
+            and (not joint or (parameter.joint is not None and parameter.joint + 1 == int(joint)))
         ]
         if found:
             return found
@@ -112,20 +111,14 @@ def _indices(base: BaseParameters, word: str) -> list[int]:
     )
 
 
-def _symbol(name: str) -> tuple[str, str]:
-    """A parameter's symbol and number: ``ZZ1R`` → ``ZZ``, ``1``."""
-    parts = re.fullmatch(r"([A-Za-z]+?)(\d+)R?", name)
-    return (parts[1], parts[2]) if parts is not None else (name, "")
-
-
-def payload_sigma(base: BaseParameters, prediction: Prediction) -> dict[str, float]:
+def payload_sigma(base: BaseParameters, prediction: Prediction) -> dict[StandardParameter, float]:
     """Predicted standard deviation of a payload's mass and first moments, SI, the arm's links being known.
 
     Returns:
-        name (``M6`` …) → σ; inf for what the motion does not show.
+        parameter (``M6`` …) → σ; inf for what the motion does not show.
     """
-    directions, names = payload_directions(base)
+    directions, parameters = payload_directions(base)
     rows = prediction.information.matrix / (ROW_RATE * prediction.row_time)
     covariance, blind = inverse_of(directions.T @ rows @ directions)
     sigma = np.where(blind, np.inf, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
-    return dict(zip(names[: len(PAYLOAD_SYMBOLS)], sigma.tolist(), strict=False))
+    return dict(zip(parameters[: len(PAYLOAD_SYMBOLS)], sigma.tolist(), strict=False))

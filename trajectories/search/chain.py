@@ -26,7 +26,7 @@ PACED = 0.1
 _SLOWDOWNS = 4
 """Tries to bring a segment down to the speed that the tool may have."""
 
-_CALM = 0.9
+_TOOL_SPEED_SHARE = 0.9
 """Share of the tool's speed limit that a waypoint may have."""
 
 _SMALL_MOVE = 0.02
@@ -89,7 +89,7 @@ class ChainBuilder:
         middle, half = (limits.upper + limits.lower) / 2, (limits.upper - limits.lower) / 2
         position = middle + spread * half * self.generator.uniform(-1.0, 1.0, limits.n)
         velocity = 0.7 * spread * limits.velocity * self.generator.uniform(-1.0, 1.0, limits.n)
-        return self._calmed(Waypoint(position, velocity, np.zeros(limits.n)))
+        return self._within_tool_speed(Waypoint(position, velocity, np.zeros(limits.n)))
 
     def near(self, waypoint: Waypoint, step: float, some: bool = True) -> Waypoint:
         """A waypoint a random step away, in some or in all positions and velocities."""
@@ -105,9 +105,9 @@ class ChainBuilder:
         pace = waypoint.pace
         if self.problem.slow_passes and self.generator.random() < PACED:
             pace = float(np.clip(pace * np.exp(0.7 * self.generator.standard_normal()), 1.0, SLOWEST_PACE))
-        return self._calmed(Waypoint(position, velocity, np.zeros(n), pace))
+        return self._within_tool_speed(Waypoint(position, velocity, np.zeros(n), pace))
 
-    def _calmed(self, waypoint: Waypoint) -> Waypoint:
+    def _within_tool_speed(self, waypoint: Waypoint) -> Waypoint:
         """The waypoint, passed slowly enough for the tool."""
         tool = self.problem.tool
         if tool is None or tool.limit is None:
@@ -118,7 +118,7 @@ class ChainBuilder:
             waypoint.acceleration[None],
         )
         speed = float(tool.speeds(MotionState(position, velocity, zero, zero))[0])
-        share = min(1.0, _CALM * tool.limit / speed) if speed > 0.0 else 1.0
+        share = min(1.0, _TOOL_SPEED_SHARE * tool.limit / speed) if speed > 0.0 else 1.0
         return replace(waypoint, velocity=waypoint.velocity * share)
 
     def with_another(self, chain: Chain, index: int) -> Chain | None:

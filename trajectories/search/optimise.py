@@ -106,8 +106,7 @@ class WaypointSearch:
         score = self._score_of(candidate, worst)
         if score > worst:
             return False
-        known = {id(piece) for piece in self._chain.pieces}
-        fresh = [piece for piece in candidate.pieces if id(piece) not in known]
+        fresh = (new for new in candidate.pieces if all(new is not known for known in self._chain.pieces))
         if not all(self.problem.allows(piece.motion) for piece in fresh):
             return False
         self._chain, self._score = candidate, score

@@ -8,8 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from ident.effects import State
+from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
-from trajectories.constraints.checks import Check
 from trajectories.constraints.tool_speed import ToolSpeed
 from trajectories.errors import TrajectoryError
 from trajectories.information.counted_rows import CountedRows
@@ -17,6 +18,27 @@ from trajectories.information.matrix import ROW_RATE
 from trajectories.limits import Limits
 from trajectories.motions.motion import Motion, MotionState, joined_states, midpoints
 from trajectories.motions.segments import Waypoint
+
+
+class Check(Protocol):
+    """One condition on a motion."""
+
+    def allows(self, motion: Motion) -> bool:
+        """Whether a motion keeps it; quick, and never true of a motion that does not."""
+        ...
+
+    def excess(self, motion: Motion) -> float:
+        """How far a motion is from keeping it, from a quick look; 0 where nothing was seen."""
+        ...
+
+    def require(self, motion: Motion) -> None:
+        """Raise where a motion breaks it.
+
+        Raises:
+            TrajectoryError: names constraint, joint and time.
+        """
+        ...
+
 
 Regressor = Callable[[MotionState], FloatArray]
 """The regressor that information is of: samples × joints × b of the states of a motion."""
@@ -107,3 +129,14 @@ class ExcitationProblem:
             matrices.append(flat.T @ flat * (step * ROW_RATE))
             first += count
         return matrices
+
+
+@dataclass(frozen=True)
+class BaseRegressor:
+    """The base regressor of an arm's model."""
+
+    base: BaseParameters
+
+    def __call__(self, state: MotionState) -> FloatArray:
+        """samples × joints × b."""
+        return self.base.columns(State(state.position, state.velocity, state.acceleration, state.time))

@@ -41,6 +41,8 @@ class Profile:
         tpdo_delay: s that its TPDOs may come after the SYNC, beside what the machine needs.
         torque: objects that may carry the control signal, the best one first.
         widths: bits of maker's objects that are uploaded without a size, by index and subindex.
+        home_offset_negated: whether it reads −607C at its home: its zero is home + offset.
+        temperature: where it says how warm it is: index, subindex, °C per count; None where it does not.
         unit: what its position unit is as delivered, in words; for the draft of a robot.toml.
     """
 
@@ -56,6 +58,8 @@ class Profile:
     tpdo_delay: float = 0.0
     torque: tuple[tuple[int, int], ...] = ((0x6077, 0), (0x6078, 0), (0x6074, 0))
     widths: tuple[tuple[tuple[int, int], int], ...] = ()
+    home_offset_negated: bool = False
+    temperature: tuple[int, int, float] | None = None
     unit: str = "as 608F, 6091 and 6092 say"
 
     def fits(self, vendor: int | None, product: int | None) -> bool:

@@ -1,7 +1,9 @@
 """SCHUNK LWA4D and LWA4P (ERB and PRL modules; DCF of the LWA4D).
 
-Interpolated position mode only; 60C2 in milliseconds. No 608F, 6091 and 6092. Its file leaves vendor and
-product open, so it is chosen by name.
+By the file: of the streamed modes interpolated position alone (6502 = 0x43); no 608F, 6091 and 6092; vendor
+and product are open, so it is chosen by name. The unit is that of the ROS driver of this arm with the same
+file (schunk_lwa4d/config/arm_driver.yaml of schunk_robots: only velocities are scaled there, positions by the
+default of ros_canopen, degrees times 1000).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Technosoft iPOS, IDM and ISCM, also under other names (DCF of a Danfoss ISD 860).
 
-No 1016: it is watched by node guarding, which armhil does not speak, so 1400:05 is the one deadline that can
-stop it. No 6077, no 60C2, one mappable entry in TPDO 1. 2022 is its control effort, 16 bits. Set-points are
-interpolated over the SYNC period (1006).
+By the file: no 1016 and no 1400:05 (it has node guarding, 100C and 100D, which armhil does not speak, so this
+firmware is refused); no 6077 and no 60C2; one mappable entry in TPDO 1; 2022 is "control effort", 16 bits;
+1006 is 0 and can be written. That 1006 has to hold the SYNC period is a precaution, not in the file.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -23,6 +24,8 @@ class Entry(BaseModel):
     """What it is, for the reference page."""
     repeats: ClassVar[bool] = False
     """Whether one axis may have several."""
+    outside_vocabulary: ClassVar[bool] = False
+    """Whether no model of the arm has a name for it."""
 
     def axes(self) -> tuple[int, ...]:
         """The joints or drives that it sits on, from 1; empty where it is of the whole arm."""
@@ -34,6 +37,9 @@ class DriveEntry(Entry):
 
     drive: Axis = Field(description="number of the drive, from 1")
 
+    def fill(self, drive: np.void) -> None:
+        """Sets its figures in the record of its drive; effects on several records are assembled elsewhere."""
+
     def axes(self) -> tuple[int, ...]:
         return (self.drive,)
 
@@ -42,6 +48,9 @@ class JointEntry(Entry):
     """An effect at one joint."""
 
     joint: Axis = Field(description="number of the joint, from 1")
+
+    def fill(self, joint: np.void) -> None:
+        """Sets its figures in the record of its joint; what draws random numbers acts elsewhere."""
 
     def axes(self) -> tuple[int, ...]:
         return (self.joint,)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from drivers.simulated.effects.entry import Entry, Finite, JointEntry, NonNegative, Positive
@@ -31,6 +32,15 @@ class GravitySpring(JointEntry):
     torsion: NonNegative = Field(default=0.0, description="stiffness of the torsion spring, N·m/rad")
     centre: Finite = Field(default=0.0, description="joint position at which it is at rest, rad")
 
+    def fill(self, joint: np.void) -> None:
+        joint["torsion_stiffness"] = self.torsion
+        joint["torsion_centre"] = self.centre
+        joint["spring_stiffness"] = self.stiffness
+        joint["spring_length"] = self.length
+        joint["spring_fixed_radius"] = self.fixed_radius
+        joint["spring_angle"] = self.angle
+        joint["spring_moving_radius"] = self.moving_radius
+
 
 class BaseTilt(Entry):
     sentence: ClassVar[str] = "the base does not stand as described: turned about its x axis, then about y"
@@ -44,6 +54,11 @@ class CableSpring(JointEntry):
     cubic: NonNegative = Field(default=0.0, description="N·m/rad³")
     centre: Finite = Field(default=0.0, description="joint position at which it does not pull, rad")
 
+    def fill(self, joint: np.void) -> None:
+        joint["cable_stiffness"] = self.stiffness
+        joint["cable_cubic"] = self.cubic
+        joint["cable_centre"] = self.centre
+
 
 class Contact(JointEntry):
     sentence: ClassVar[str] = "a wall at a joint: a stiff spring and damper that only push"
@@ -51,6 +66,14 @@ class Contact(JointEntry):
     lower: Finite | None = Field(default=None, description="position below which it pushes up, rad")
     stiffness: Positive = Field(default=300.0, description="N·m/rad")
     damping: NonNegative = Field(default=1.0, description="N·m·s/rad")
+
+    def fill(self, joint: np.void) -> None:
+        joint["wall_stiffness"] = self.stiffness
+        joint["wall_damping"] = self.damping
+        if self.upper is not None:
+            joint["wall_upper"] = self.upper
+        if self.lower is not None:
+            joint["wall_lower"] = self.lower
 
 
 class ToolContact(Entry):
@@ -63,9 +86,8 @@ class ToolContact(Entry):
 
 
 class Vibration(JointEntry):
-    sentence: ClassVar[str] = (
-        "a machine next door: a sinusoidal torque of fixed frequency (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "a machine next door: a sinusoidal torque of fixed frequency"
+    outside_vocabulary: ClassVar[bool] = True
     repeats: ClassVar[bool] = True
     amplitude: Positive = Field(description="N·m")
     frequency: Positive = Field(description="Hz, in no relation to the motion")
@@ -73,22 +95,29 @@ class Vibration(JointEntry):
 
 
 class Slosh(JointEntry):
-    sentence: ClassVar[str] = (
-        "a mass that swings on the link by a soft spring, as liquid does (outside the vocabulary)"
-    )
+    sentence: ClassVar[str] = "a mass that swings on the link by a soft spring, as liquid does"
+    outside_vocabulary: ClassVar[bool] = True
     inertia: Positive = Field(description="kg·m² about the joint")
     frequency: Positive = Field(le=50.0, description="of the mass on the link held still, Hz")
     damping: NonNegative = Field(default=0.03, description="ratio to critical damping")
 
+    def fill(self, joint: np.void) -> None:
+        rate = 2.0 * np.pi * self.frequency
+        joint["slosh_inertia"] = self.inertia
+        joint["slosh_stiffness"] = self.inertia * rate**2
+        joint["slosh_damping"] = 2.0 * self.damping * self.inertia * rate
+
 
 class TorqueBursts(JointEntry):
-    sentence: ClassVar[str] = "a torque that wanders by a random walk, in bursts (outside the vocabulary)"
+    sentence: ClassVar[str] = "a torque that wanders by a random walk, in bursts"
+    outside_vocabulary: ClassVar[bool] = True
     deviation: Positive = Field(description="standard deviation at the end of a burst, N·m")
     duration: Positive = Field(default=1.0, description="of a burst, s")
     rate: Positive = Field(default=0.3, le=10.0, description="mean number of bursts per second")
 
 
 class Dither(JointEntry):
-    sentence: ClassVar[str] = "a square wave of torque of fixed frequency (outside the vocabulary)"
+    sentence: ClassVar[str] = "a square wave of torque of fixed frequency"
+    outside_vocabulary: ClassVar[bool] = True
     amplitude: Positive = Field(description="N·m")
     frequency: Positive = Field(default=37.0, description="Hz")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from drivers.simulated.effects.entry import DriveEntry, JointEntry
 from drivers.simulated.physics import compliance
 from drivers.simulated.physics.chain import chain_of
 from drivers.simulated.physics.records import DRIVE, JOINT, Arm, Harmonics, Plane, Records
@@ -63,8 +64,9 @@ def assemble(robot: Robot, truth: PlantTruth, scenario: Scenario, model: pin.Mod
     drives = np.zeros(len(transmission), DRIVE)
     _fill_drawn_figures(drives, robot, truth)
     _fill_shafts(drives, robot.n, truth, scenario)
-    _fill_friction(drives, scenario)
-    _fill_motors(drives, scenario)
+    for _, _, entry in scenario.entries():
+        if isinstance(entry, DriveEntry):
+            entry.fill(drives[entry.drive - 1])
     _match_bristle_damping(drives)
     chain = chain_of(model, model.gravity.linear)
     resonance = compliance.Resonance(robot, chain, transmission, drives)
@@ -113,72 +115,6 @@ def _fill_shafts(drives: Records, n: int, truth: PlantTruth, scenario: Scenario)
         drive["bristle_width"] = truth.bristle_width[shaft.joints[0] - 1]
 
 
-def _fill_friction(drives: Records, scenario: Scenario) -> None:
-    for viscous in scenario.viscous_friction:
-        drives[viscous.drive - 1]["viscous"] *= 1.0 + viscous.change
-    for coulomb in scenario.coulomb_friction:
-        drives[coulomb.drive - 1]["coulomb"] *= 1.0 + coulomb.change
-    for sides in scenario.asymmetric_friction:
-        _set(drives, sides.drive, coulomb_asymmetry=sides.coulomb, viscous_asymmetry=sides.viscous)
-    for slow in scenario.stribeck_friction:
-        _set(drives, slow.drive, stribeck_rise=slow.rise)
-        _set(drives, slow.drive, stribeck_speed=slow.speed, stribeck_exponent=slow.exponent)
-    for still in scenario.static_friction:
-        _set(drives, still.drive, static_rise=still.rise, static_speed=still.speed)
-        if still.displacement is not None:
-            _set(drives, still.drive, bristle_width=still.displacement)
-    for power in scenario.nonlinear_viscous_friction:
-        _set(drives, power.drive, power_share=power.share, power_exponent=power.exponent)
-        _set(drives, power.drive, power_speed=power.reference, cubic_viscous=power.cubic)
-    _fill_surroundings(drives, scenario)
-
-
-def _fill_surroundings(drives: Records, scenario: Scenario) -> None:
-    """Friction that follows load, place, temperature and time."""
-    for load in scenario.load_dependent_friction:
-        _add_of_load(drives, load.drive, load.coefficient, load.coefficient, load.time_constant)
-    for gear in scenario.directional_efficiency:
-        _add_of_load(drives, gear.drive, gear.driving, gear.driven, gear.time_constant)
-    for place in scenario.position_dependent_friction:
-        _set(drives, place.drive, wave_height=place.wave, wave_order=place.order, wave_phase=place.phase)
-        _set(drives, place.drive, spot_height=place.spot, spot_centre=place.spot_centre)
-        _set(drives, place.drive, spot_width=place.spot_width)
-    for drift in scenario.drifting_friction:
-        _set(drives, drift.drive, start_warmth=drift.start, ambient_warmth=drift.ambient)
-        _set(drives, drift.drive, ambient_rate=drift.ambient_rate, heating=drift.heating)
-        _set(drives, drift.drive, warming_time=drift.time_constant)
-        _set(drives, drift.drive, coulomb_per_kelvin=drift.coulomb_per_kelvin)
-        _set(drives, drift.drive, viscous_per_kelvin=drift.viscous_per_kelvin)
-    for rub in scenario.brake_drag:
-        _set(drives, rub.drive, drag_rise=rub.rise, drag_period=rub.period, drag_share=rub.share)
-
-
-def _add_of_load(drives: Records, number: int, driving: float, driven: float, time: float) -> None:
-    """Friction in N·m per N·m of load, which the level counts in units of the Coulomb torque."""
-    drive = drives[number - 1]
-    unit = drive["coulomb"] if drive["coulomb"] > 0 else np.inf
-    _set(drives, number, load_time=time, load_rise=drive["load_rise"] + driving / unit)
-    _set(drives, number, driven_rise=drive["driven_rise"] + driven / unit)
-
-
-def _fill_motors(drives: Records, scenario: Scenario) -> None:
-    for gain in scenario.drive_gain_error:
-        drives[gain.drive - 1]["gain"] *= 1.0 + gain.change
-    for rotor in scenario.rotor_inertia:
-        drives[rotor.drive - 1]["inertia"] += rotor.change
-    for offset in scenario.current_offset:
-        _set(drives, offset.drive, torque_offset=offset.torque)
-    for limit in scenario.saturation:
-        _set(drives, limit.drive, current_limit=limit.limit)
-    for lag in scenario.current_loop_lag:
-        _set(drives, lag.drive, current_lag=lag.time_constant)
-    for delay in scenario.time_delay:
-        _set(drives, delay.drive, position_delay=delay.position, torque_delay=delay.torque)
-    for drift in scenario.thermal_gain_drift:
-        _set(drives, drift.drive, gain_per_kelvin=drift.per_kelvin, winding_heating=drift.heating)
-        _set(drives, drift.drive, winding_time=drift.time_constant)
-
-
 def _match_bristle_damping(drives: Records) -> None:
     """c = √(stiffness · inertia) is critical damping of half the ratio; torque c·d·ds/dt."""
     inertia = np.maximum(drives["inertia"], 1e-9)
@@ -191,31 +127,10 @@ def _joints(robot: Robot, truth: PlantTruth, scenario: Scenario) -> Records:
     joints = np.zeros(robot.n, JOINT)
     joints["offset"] = truth.per_drive("off")
     joints["wall_upper"], joints["wall_lower"] = _UNLIMITED, -_UNLIMITED
-    for spring in scenario.gravity_spring:
-        _set(joints, spring.joint, torsion_stiffness=spring.torsion, torsion_centre=spring.centre)
-        _set(joints, spring.joint, spring_stiffness=spring.stiffness, spring_length=spring.length)
-        _set(joints, spring.joint, spring_fixed_radius=spring.fixed_radius, spring_angle=spring.angle)
-        _set(joints, spring.joint, spring_moving_radius=spring.moving_radius)
-    for cable in scenario.cable_spring:
-        _set(joints, cable.joint, cable_stiffness=cable.stiffness, cable_cubic=cable.cubic)
-        _set(joints, cable.joint, cable_centre=cable.centre)
-    for wall in scenario.contact:
-        _set(joints, wall.joint, wall_stiffness=wall.stiffness, wall_damping=wall.damping)
-        if wall.upper is not None:
-            _set(joints, wall.joint, wall_upper=wall.upper)
-        if wall.lower is not None:
-            _set(joints, wall.joint, wall_lower=wall.lower)
-    for swing in scenario.slosh:
-        rate = 2.0 * np.pi * swing.frequency
-        _set(joints, swing.joint, slosh_inertia=swing.inertia, slosh_stiffness=swing.inertia * rate**2)
-        _set(joints, swing.joint, slosh_damping=2.0 * swing.damping * swing.inertia * rate)
+    for _, _, entry in scenario.entries():
+        if isinstance(entry, JointEntry):
+            entry.fill(joints[entry.joint - 1])
     return joints
-
-
-def _set(records: Records, axis: int, **values: float) -> None:
-    """Fields of the record of an axis (from 1)."""
-    for field, value in values.items():
-        records[field][axis - 1] = value
 
 
 def _ripple(robot: Robot, scenario: Scenario) -> Harmonics:

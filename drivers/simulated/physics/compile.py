@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 
@@ -36,6 +36,13 @@ def entry(function: Callable[P, R]) -> Callable[P, R]:
         return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     except RuntimeError:  # no place for a cache
         return numba.njit(nogil=True, error_model="numpy")(function)
+
+
+def on_disk(function: Callable[..., Any]) -> bool:
+    """Whether machine code of an entry point is kept on disk: its first call compiles otherwise."""
+    cache = getattr(function, "_cache", None)
+    kept = getattr(cache, "_cache_file", None)  # none where numba found no place for one
+    return kept is not None and bool(kept._load_index())
 
 
 def source_digest() -> int:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from drivers.simulated.physics import loads, loop, step
 from drivers.simulated.physics.chain import Chain, mass_matrix, place
 from drivers.simulated.physics.chain import bias as chain_bias
-from drivers.simulated.physics.compile import entry, source_digest
+from drivers.simulated.physics.compile import entry, on_disk, source_digest
 from drivers.simulated.physics.loop import Law, Memory
 from drivers.simulated.physics.records import Arm, Motion
 from robots.arrays import FloatArray
@@ -143,3 +143,8 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
 
 
 compiled = _made(source_digest())
+
+
+def is_compiled() -> bool:
+    """Whether simulated drives start at once: what each of their cycles calls is on disk as machine code."""
+    return on_disk(compiled.plant_step) and on_disk(compiled.sample)

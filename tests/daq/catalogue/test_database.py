@@ -37,6 +37,7 @@ def start(*arguments: object) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
 def test_many_processes_write_at_once(url: str) -> None:
     """They even make the catalogue together; nothing is lost, nothing is there twice, one gets the lease."""
     module = "tests.daq.catalogue.writer_process"

@@ -25,6 +25,7 @@ def diagnosed(armhil: Call, shared_data: Path, tmp_path: Path) -> None:
     assert code == 1, err
 
 
+@pytest.mark.slow
 def test_a_diagnosis_again(diagnosed: None, armhil: Call, ask: Any, tmp_path: Path) -> None:
     """Identical; then different where the catalogue says that something else was found."""
     with Catalogue() as catalogue:

@@ -33,6 +33,7 @@ AWAY = "format = 1\nfloor = -3.0\n"
 FAST = "format = 1\n[tool]\nspeed = 0.001\n"
 
 
+@pytest.mark.slow
 def test_a_check_in_its_cell(emps: Robot, channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
     motion = write_motion(emps, tmp_path, 2.5)
     allowed, forbidden = tmp_path / "cell.toml", tmp_path / "slow.toml"

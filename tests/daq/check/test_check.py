@@ -112,6 +112,7 @@ def _whole_cycles(capture: Capture) -> int:
     return int(np.argmax(lost)) if lost.any() else len(capture.samples)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["Configure drives", "Stream and record", "Identify and test"])
 def test_killed_at_any_stage(
     stage: str, channel: Channel, tmp_path: Path, no_leftovers: None, own_catalogue: Path
@@ -189,6 +190,7 @@ def test_exit_codes_are_those_of_nagios() -> None:
     assert [Verdict(word).exit_code for word in ("ok", "warning", "failed", "unknown")] == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 def test_baseline_commands_refuse_in_one_line(tmp_path: Path) -> None:
     with Catalogue() as catalogue:
         fill(catalogue, tmp_path, nights=2)

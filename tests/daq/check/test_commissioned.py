@@ -72,6 +72,7 @@ def test_what_it_does_not_count_for() -> None:
             require_commissioned(catalogue, arm, IDENTITY, None)
 
 
+@pytest.mark.slow
 def test_a_real_arm_stands_still(emps: Robot, channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
     """Drives on a bus that nobody calls simulated: refused before anything moves, the lease given back."""
     order = ArmOrder(emps, "emps", channel, new_arm=True)

@@ -101,6 +101,7 @@ def unnumbered(value: Any) -> Any:
     return re.sub(r"\brun \d+", "run", value) if isinstance(value, str) else value
 
 
+@pytest.mark.slow
 def test_eight_arms_at_once_and_one_at_a_time(
     emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, no_leftovers: None
 ) -> None:
@@ -135,6 +136,7 @@ def test_a_backend_that_nobody_knows_is_refused_before_anything_moves(tmp_path: 
     assert not list(tmp_path.glob("**/*.mcap"))
 
 
+@pytest.mark.slow
 def test_over_buses_one_that_fails_does_not_stop_the_others(
     new_channel: Callable[[], Channel], tmp_path: Path, no_leftovers: None
 ) -> None:

@@ -52,6 +52,7 @@ def killed(stage: str, folder: Path, motion: Path) -> int:
     return subprocess.run(words, cwd=ROOT, check=False, capture_output=True).returncode
 
 
+@pytest.mark.slow
 def test_between_the_recording_and_the_verdict(
     emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -35,6 +35,7 @@ COMMANDS = (
     "diagnose",
     "doctor",
     "export",
+    "export-model",
     "gain",
     "home",
     "identify",

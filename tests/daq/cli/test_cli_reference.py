@@ -37,7 +37,7 @@ def parameters_of(name: str) -> list[Any]:
 
 
 def test_the_page_has_every_command() -> None:
-    headings = re.findall(r"^## armhil (\w+)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    headings = re.findall(r"^## armhil ([\w-]+)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert sorted(headings) == sorted(COMMANDS)
 
 

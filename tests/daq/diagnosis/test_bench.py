@@ -68,6 +68,7 @@ def test_a_fault_on_the_bench_is_kept(emps: Robot, channel: Channel, tmp_path: P
     assert (lines[0]["kind"], lines[-1]["outcome"]) == ("begin", "fault")
 
 
+@pytest.mark.slow
 def test_asked_for_slowed_to_what_the_arm_has_passed_and_recorded_with_its_way(
     emps: Robot, channel: Channel, tmp_path: Path
 ) -> None:

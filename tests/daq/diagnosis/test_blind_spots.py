@@ -16,7 +16,7 @@ from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
 from ident.discrepancy.examination import Examination, examine
-from ident.discrepancy.scene import make_scene
+from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.settings import searching
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
@@ -55,7 +55,7 @@ def recorded(rig: Robot, truth: PlantTruth, path: FloatArray, change: float, see
 def examined(rig: Robot, recording: Recording, prior: Any) -> Examination:
     arm = searching(rig, recording)
     base = base_parameters(RegressorModel.of(arm))
-    return examine(base, (make_scene(arm, recording),), None if prior is None else prior(base))
+    return examine(base, (prepared_recording(arm, recording),), None if prior is None else prior(base))
 
 
 def diagnosed(examination: Examination) -> Any:

@@ -14,6 +14,7 @@ from daq.recording.reader import read_capture
 from tests.drivers.test_vcan import TOOL, needs_tool
 
 
+@pytest.mark.slow
 @needs_tool
 @pytest.mark.timeout(600)
 def test_what_is_sealed_is_named_from_frames(tmp_path: Path) -> None:

@@ -74,6 +74,7 @@ def test_emps_without_coulomb_friction_names_it(shared_data: Path) -> None:
     assert with_it.identified[0] == pytest.approx(4.08, abs=0.01)
 
 
+@pytest.mark.slow
 def test_tx40_lacks_the_coupling_of_its_wrist(shared_data: Path) -> None:
     request = DiagnoseRequest(
         (shared_data / "tx40",), robot="tx40", split_half=True, without=("wrist_coupling",)

@@ -85,10 +85,12 @@ def test_what_is_hidden_moves_the_arm_otherwise(kind: str) -> None:
     assert change.max() > 0.005, change
 
 
+@pytest.mark.slow
 def test_nothing_hidden_gets_no_name() -> None:
     assert diagnosed(NOTHING).findings == ()
 
 
+@pytest.mark.slow
 def test_a_payload_is_named_and_weighed() -> None:
     found = diagnosed(Hidden(payload=(0.8, 0.02, -0.01, 0.06)))
     assert [(finding.effect, finding.joints) for finding in found.findings] == [("payload", ())]

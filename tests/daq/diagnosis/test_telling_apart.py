@@ -21,7 +21,7 @@ from ident import RegressorModel, base_parameters
 from ident.discrepancy import Candidate
 from ident.discrepancy.before_after import Stage
 from ident.effects.family import PlacedEffect
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.vocabulary import VOCABULARY, confused_with
 from ident.parameters.present import Present
 from robots import Robot
@@ -156,7 +156,7 @@ def test_what_no_motion_tells_apart_is_said_with_what_does(one: str, other: str,
 
 
 def test_every_effect_and_every_pair_that_is_easily_confused_has_an_answer() -> None:
-    for family in (*VOCABULARY, *WITHOUT_A_NAME):
+    for family in (*VOCABULARY, *UNNAMED_FAMILIES):
         assert settled_by((family.name,))
         for other in confused_with(family.name):
             assert settled_by((family.name, other)) == settled_by((other, family.name))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import can
@@ -157,7 +158,8 @@ def test_nothing_is_overwritten(capture: Path) -> None:
     export_capture(capture, "csv")
     with pytest.raises(CaptureError, match=r"run\.csv: exists already; choose another --out"):
         export_capture(capture, "csv")
-    with pytest.raises(CaptureError, match=r"run\.import\.toml: exists already"):
+    capture.with_name("run.mat.import.toml").write_text("mine")
+    with pytest.raises(CaptureError, match=r"run\.mat\.import\.toml: exists already"):
         export_capture(capture, "mat")
 
 
@@ -182,6 +184,21 @@ def test_the_json_names_all(capture: Path) -> None:
 
 def test_without_pyarrow_it_says_what_to_install(capture: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(CaptureError, match=r"Parquet needs pyarrow; install armhil\[parquet\]"):
+    with pytest.raises(CaptureError, match=r"Parquet needs pyarrow; install it with: .* -m pip"):
         export_capture(capture, "parquet")
     assert read_capture(capture).path == capture
+
+
+def test_a_failed_export_leaves_no_empty_file(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(CaptureError, match=r"-m pip install 'armhil\[parquet\]'"):
+        export_capture(capture, "parquet", tmp_path / "out.parquet")
+    assert list(tmp_path.glob("out*")) == []
+
+
+def test_two_formats_go_into_one_folder(capture: Path, tmp_path: Path) -> None:
+    written = [export_capture(capture, kind, tmp_path / f"arm.{kind}") for kind in ("csv", "mat")]
+    assert len({one.map for one in written}) == 2
+    assert all(one.map is not None and one.map.is_file() for one in written)

@@ -292,7 +292,8 @@ def test_without_its_solver_the_consistent_fit_is_refused_at_once(
     code, _, err = armhil("identify", capture, *option)
     assert code == 2
     assert err.splitlines()[-1] == (
-        "armhil: the physically consistent fit needs cvxpy; install it with: pip install 'armhil[consistent]'"
+        "armhil: the physically consistent fit needs cvxpy; install it with:"
+        f" {sys.executable} -m pip install 'armhil[consistent]'"
     )
 
 

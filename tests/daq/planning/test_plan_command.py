@@ -438,6 +438,7 @@ def test_limits_of_an_arm_that_cannot_be_met_are_named(plan: Plan, tmp_path: Pat
 # Ctrl-C
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_control_c_keeps_the_best_so_far(tmp_path: Path, workers: int) -> None:
     command = [sys.executable, "-m", "daq", "plan", "emps", *map(str, SMALL), "--json", "--out", "mine"]

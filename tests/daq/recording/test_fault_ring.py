@@ -29,7 +29,7 @@ def wait_for(condition: Callable[[], object], seconds: float = 20.0) -> None:
         time.sleep(0.02)
 
 
-def calm(robot: Robot, cycles: int) -> Frames:
+def uneventful(robot: Robot, cycles: int) -> Frames:
     """Traffic of now without an emergency in it."""
     frames = traffic(robot, cycles, time.time_ns() - cycles * 1_000_000)
     wrong = frames.is_error | ((frames.can_id > 0x080) & (frames.can_id < 0x100))
@@ -39,7 +39,7 @@ def calm(robot: Robot, cycles: int) -> Frames:
 def test_nothing_is_written_where_nothing_happens(tmp_path: Path, tx40: Robot) -> None:
     with FaultRing(tmp_path / "faults", tx40, facts(tx40)) as ring:
         ring.write(samples(0, 500))
-        ring.write_frames(calm(tx40, 50))
+        ring.write_frames(uneventful(tx40, 50))
         ring.ended(StreamResult("completed", "", 500, 0, 0))
         ring.ended(StreamResult("stopped", "Ctrl-C", 500, 0, 0))
     assert not (tmp_path / "faults").exists()
@@ -74,7 +74,7 @@ def test_faults_that_follow_belong_to_the_first_and_later_ones_get_their_own(
     tmp_path: Path, tx40: Robot
 ) -> None:
     with FaultRing(tmp_path, tx40, facts(tx40), after=0.1) as ring:
-        ring.write_frames(calm(tx40, 20))
+        ring.write_frames(uneventful(tx40, 20))
         ring.trigger("first")
         ring.trigger("a consequence")
         wait_for(lambda: len(ring.captures) == 1)
@@ -90,7 +90,7 @@ def test_only_the_last_seconds_are_kept_in_memory(tmp_path: Path, tx40: Robot) -
     with FaultRing(tmp_path, tx40, facts(tx40), before=1.0) as ring:
         for second in range(20):
             ring.write(samples(second * 1000, 1000))
-            frames = calm(tx40, 1000)
+            frames = uneventful(tx40, 1000)
             frames.stamp[:] = begin + second * 10**9 + np.arange(len(frames)) * 1000
             ring.write_frames(frames)
         assert len(ring._samples) <= 3

@@ -33,6 +33,7 @@ def until(condition: Callable[[], Any]) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_check_from_the_token_to_the_verdict_and_one_that_is_stopped(
     emps: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:

@@ -209,6 +209,7 @@ def call(bench: Bench, armhil: Call, way: str, folder: Path, *more: object) -> t
     return code, err.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("against", AGAINST)
 @pytest.mark.parametrize("way", WAYS)
 def test_none_moves_unmeant(bench: Bench, armhil: Call, tmp_path: Path, way: str, against: str) -> None:
@@ -229,6 +230,7 @@ def test_none_moves_unmeant(bench: Bench, armhil: Call, tmp_path: Path, way: str
     assert code == 2 and line.startswith("armhil: ") and otherwise in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_an_arm_that_is_as_it_should_be_moves(bench: Bench, armhil: Call, tmp_path: Path, way: str) -> None:
     as_it_should_be(bench)
@@ -237,6 +239,7 @@ def test_an_arm_that_is_as_it_should_be_moves(bench: Bench, armhil: Call, tmp_pa
     assert bench.moved == ["homing" if way == "home" else "stream"], line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["run", "jog", "diagnose"])
 def test_the_one_way_round_is_slow_and_asks_where_the_arm_stands(
     bench: Bench, armhil: Call, tmp_path: Path, way: str

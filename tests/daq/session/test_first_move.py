@@ -36,6 +36,7 @@ UNSEEN = ("sign of drive", "zero of drive", "nodes 3 and 5 swapped", "nodes 5 an
 """What physics cannot tell at every posture, and only somebody can who compares posture and reading."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tx40", "emps"])
 def test_the_right_description_passes(name: str) -> None:
     robot = robots.load(name)
@@ -53,6 +54,7 @@ def test_there_are_forty() -> None:
     assert len({words for words, _ in CASES}) == len(CASES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", range(len(CASES)), ids=lambda k: CASES[k][0])
 def test_a_wrong_description_is_caught_and_nothing_moves_by_a_degree(k: int) -> None:
     words, slip = CASES[k]
@@ -65,6 +67,7 @@ def test_a_wrong_description_is_caught_and_nothing_moves_by_a_degree(k: int) -> 
         assert arm.findings and all(finding.joint.startswith("joint_") for finding in arm.findings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "slip", [case for case in SINGLE if not case[0].startswith(UNSEEN)], ids=lambda s: s[0]
 )

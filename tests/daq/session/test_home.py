@@ -50,6 +50,7 @@ def forgot(tmp_path: Path, new_channel: Callable[[], Channel]) -> Iterator[tuple
         yield robot, channel
 
 
+@pytest.mark.slow
 def test_it_searches_is_looked_at_and_what_was_said_is_kept(
     forgot: tuple[Robot, Channel], tmp_path: Path
 ) -> None:
@@ -102,6 +103,7 @@ def _never(question: str) -> bool:
     raise AssertionError(f"asked: {question}")
 
 
+@pytest.mark.slow
 def test_a_search_that_finds_nothing_or_is_stopped_attests_nothing(
     tmp_path: Path, new_channel: Callable[[], Channel]
 ) -> None:

@@ -24,7 +24,7 @@ from daq.session.session_error import NotMoved, SessionError
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from daq.text.progress import Silent
-from drivers import Channel
+from drivers import ArmSession, Channel, StreamResult
 from robots import Robot
 from tests.daq.calls import Call
 from tests.daq.session.motions import order, refusing
@@ -97,6 +97,7 @@ def test_a_jog_is_slow(emps: Robot, channel: Channel, tmp_path: Path, speed: flo
         jog(request, Silent(), Nobody(), unconducted)
 
 
+@pytest.mark.slow
 def test_asked_for_refused_driven_and_stopped(
     emps: Robot, bench: Channel, tmp_path: Path, passed: None
 ) -> None:
@@ -147,7 +148,17 @@ def test_the_command(
     tmp_path: Path,
     armhil: Call,
     passed: None,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    arrives: list[object] = []
+    stream = ArmSession.stream
+
+    def note(self: ArmSession, *arguments: Any, **options: Any) -> StreamResult:
+        arrives.append(options.get("arrive"))
+        return stream(self, *arguments, **options)
+
+    monkeypatch.setattr(ArmSession, "stream", note)
+
     def call(*options: object) -> tuple[int, str, str]:
         arguments = ["jog", "emps", "--joint", "1", "--channel", bench.name, "--speed", "0.1", *options]
         return armhil(*arguments)
@@ -161,3 +172,4 @@ def test_the_command(
     assert answer["joint"] == emps.joint[0].name and answer["outcome"] == "completed"
     assert answer["to"] - answer["from"] == pytest.approx(-0.005)
     assert (tmp_path / "b" / "capture.mcap").stat().st_size > 0
+    assert arrives == [True], "a jog ends where it was sent, or says why not"

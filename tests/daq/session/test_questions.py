@@ -193,6 +193,7 @@ def asked(
     return Asked(commands[request.param](emps, tmp_path, arm), moved)
 
 
+@pytest.mark.slow
 def test_what_was_typed_ahead_moves_nothing(asked: Asked, keyboard: Keyboard) -> None:
     """``y⏎`` at random moments before the question, a hundred times; then somebody reads it and says no."""
     typed = 0

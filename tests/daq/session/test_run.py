@@ -86,6 +86,7 @@ def test_periods_end_where_the_arm_rests(emps: Robot, motion: Trajectory, tmp_pa
     assert period_ends(replace(motion, repeat=None)) == ()
 
 
+@pytest.mark.slow
 def test_pause_stop_and_abort_on_the_bus(
     emps: Robot, bench: Channel, motion: Trajectory, tmp_path: Path, passed: None
 ) -> None:
@@ -171,6 +172,7 @@ def test_pause_stop_and_abort_on_the_bus(
         assert leases.holder_of(catalogue, first.arm_id) is None
 
 
+@pytest.mark.slow
 def test_the_command_refuses_asks_approaches_and_records(
     emps: Robot,
     bench: Channel,

@@ -10,6 +10,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from drivers import Channel
 from robots import Robot
 from tests.daq.session.motions import there_and_back, written
@@ -17,6 +19,7 @@ from tests.daq.session.motions import there_and_back, written
 COLUMNS = 80
 
 
+@pytest.mark.slow
 def test_who_types_ahead_while_drives_are_configured_is_asked_all_the_same(
     emps: Robot, bench: Channel, tmp_path: Path, passed: None
 ) -> None:

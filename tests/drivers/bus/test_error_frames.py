@@ -97,3 +97,51 @@ def test_frames_that_found_no_room_are_counted(new_channel: Callable[[], Channel
         received = len(port.drain())
         assert 0 < received < sent
         assert port.overflows() == sent - received
+
+
+def message(cob_id: int, data: bytes, **flags: bool) -> can.Message:
+    return can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, **flags)  # type: ignore[arg-type]
+
+
+class Adapter(can.BusABC):
+    """Hands over what it is given."""
+
+    def __init__(self, *messages: can.Message) -> None:
+        self.waiting = list(messages)
+        super().__init__("adapter")
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        return self.waiting.pop(0) if self.waiting else None
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        raise AssertionError("nothing is sent here")
+
+
+class PcanAdapter(Adapter):
+    """One whose error frames are PCAN-Basic's."""
+
+
+PcanAdapter.__module__ = "can.interfaces.pcan.pcan"
+
+
+def test_own_frames_that_come_back_are_no_second_master() -> None:
+    with Adapter(message(0x080, b"", is_rx=False), message(0x181, bytes(8))) as bus:
+        assert frame_port(bus).drain() == [(0x181, bytes(8))]
+
+
+@pytest.mark.parametrize(
+    ("kind", "data", "words"),
+    [
+        (4, [0, 0x1C, 0, 8], None),  # one stuff error at "overload flag": Linux would read error-passive
+        (0, [0, 0, 97, 0], "error-warning"),
+        (8, [1, 0x19, 0, 128], "error-passive"),
+        (64, [0, 0, 0, 0], None),
+    ],
+)
+def test_error_frames_of_pcan_are_read_as_pcan_has_them(
+    kind: int, data: list[int], words: str | None
+) -> None:
+    with PcanAdapter(message(kind, bytes(data), is_error_frame=True)) as bus:
+        ((can_id, payload),) = frame_port(bus).drain()
+        told = error_report(can_id, payload)
+    assert told is None if words is None else told is not None and words in told.text

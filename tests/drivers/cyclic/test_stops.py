@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from benchmarks.fault_cases import largest_acceleration
 from drivers import Request, StreamControl
 from drivers.frames.ring import Ring
 from drivers.frames.units import Units
 from drivers.simulated import PlantTruth, draw_truth
-from drivers.simulated.fault_matrix import largest_acceleration
 from drivers.simulated.in_process import InProcessRun, stream_in_process
 from robots import Robot
 
@@ -139,6 +139,7 @@ def away_from_the_path(robot: Robot, targets: np.ndarray) -> float:
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", [60, 137, 200, 291, 333, 410])
 def test_a_pause_is_a_ramp_along_the_path_and_goes_on_from_there(
     tx40: Robot, truth: PlantTruth, when: int
@@ -202,6 +203,7 @@ def test_after_the_period_means_the_next_one_once_the_arm_goes_on(tx40: Robot, t
     assert second - first > 2 * PERIOD - row, "not while it speeds up, but where the next period ends"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("patience", [1, 7, 40, 90])
 def test_a_pause_that_is_taken_back_on_the_way_leaves_no_gap(
     tx40: Robot, truth: PlantTruth, patience: int

@@ -15,10 +15,15 @@ import robots
 from drivers import ArmSession, Channel, DriveError, Request, Samples
 from drivers.cia402 import objects
 from drivers.frames.job import HomingJob
-from drivers.setup.homing import Homing
+from drivers.session.following_windows import homing_job
+from drivers.setup.homing import Homing, end_homing, prepare_homing
+from drivers.setup.profiles import Profile, known_profiles
 from drivers.simulated import EmergencyAt, Faults, PlantTruth, SimulatedArm, nominal_truth
+from drivers.simulated.device import described_devices
 from drivers.simulated.in_process import InProcessBus, InProcessRun, stream_in_process
+from drivers.simulated.quirks import KINDS
 from robots import Robot
+from tests.drivers.setup.test_setup import drives
 
 AXIS = 2
 
@@ -94,6 +99,77 @@ def test_a_search_without_an_end_is_ended(
     assert run.result is not None and run.result.outcome == outcome
     assert re.search(words, run.result.reason), run.result.reason
     assert not run.bus.powered
+
+
+@pytest.mark.parametrize(
+    ("kind", "outcome", "words"),
+    [
+        ("cia402", "completed", ""),
+        ("negated_home, told so", "completed", ""),
+        ("negated_home", "aborted", r"found its home but reads -?\d+ counts there; homing.position is -?\d+"),
+        ("homed_untruly", "aborted", r"found its home but reads -?\d+ counts there; homing.position is"),
+        ("fast_homing", "aborted", r"counts in \S+ s of its search; it was told \d+ counts per second"),
+    ],
+)
+def test_a_search_ends_where_it_was_meant(
+    tx40: Robot, truth: PlantTruth, kind: str, outcome: str, words: str
+) -> None:
+    homing = Homing("joint_3", 34, 0.7, travel=1.0, share=0.02)
+    job = homing_job(tx40, homing)
+
+    def setup(bus: InProcessBus) -> None:
+        dictionary = bus.group.drives[AXIS].dictionary
+        speed, acceleration = homing.pace(tx40)
+        size = abs(tx40.counts_per_output_unit[AXIS])
+        dictionary.set(objects.MODE, 0, objects.HOMING)
+        dictionary.set(objects.HOMING_METHOD, 0, homing.method)
+        dictionary.set(objects.HOMING_SPEEDS, 2, round(speed * size))
+        dictionary.set(objects.HOMING_ACCELERATION, 0, round(acceleration * size))
+        offset = homing.offset(tx40)
+        dictionary.set(objects.HOME_OFFSET, 0, -offset if "told" in kind else offset)
+
+    run = stream_in_process(
+        tx40,
+        truth,
+        np.array(tx40.home)[None, :],
+        homing=job,
+        setup=setup,
+        devices=described_devices(tx40, KINDS[kind.partition(",")[0]]),
+    )
+    assert run.result is not None and run.result.outcome == outcome, run.result
+    assert re.search(words, run.result.reason), run.result.reason
+    assert not run.bus.powered
+    moved = run.bus.group.bench.plant.drive_position() - tx40.transmission_matrix @ tx40.home
+    assert abs(moved[AXIS]) < np.deg2rad(15.0)
+    if outcome == "completed":
+        assert abs(run.bus.group.drives[AXIS].dictionary.integer(0x6064) - job.home) <= job.near
+
+
+def test_a_drive_that_shows_its_mode_late_is_homed_and_led_back(
+    tx40: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late = Profile("own", "", vendor=0, mode_shown_when_enabled=True)
+    monkeypatch.setitem(known_profiles(), "own", late)
+    made, channel = described_devices(tx40, KINDS["mode_shown_late"]), Channel("virtual", "late mode")
+    with drives(tx40, channel, devices=made) as group, ArmSession(tx40, channel) as session:
+        sdo, report = session._connection.drives[AXIS], session.drives[AXIS]
+        modes = []
+        prepare_homing(sdo, tx40, Homing("joint_3", 34, 0.0, travel=1.0), report.settings, report.profile)
+        modes.append(group.drives[AXIS].dictionary.integer(objects.MODE))
+        end_homing(sdo, report.mode, report.profile)
+        modes.append(group.drives[AXIS].dictionary.integer(objects.MODE))
+    assert modes == [objects.HOMING, objects.CYCLIC_SYNCHRONOUS_POSITION]
+
+
+@pytest.mark.parametrize("negated", [False, True])
+def test_the_home_offset_of_a_kind_of_drive(tx40: Robot, negated: bool) -> None:
+    homing, channel = Homing("joint_3", 34, 0.7, travel=1.0), Channel("virtual", f"offset {negated}")
+    profile = Profile("own", "", home_offset_negated=negated)
+    with drives(tx40, channel) as group, ArmSession(tx40, channel) as session:
+        sdo = session._connection.drives[AXIS]
+        prepare_homing(sdo, tx40, homing, session.drives[AXIS].settings, profile)
+        offset = group.drives[AXIS].dictionary.integer(objects.HOME_OFFSET)
+    assert offset == (-1 if negated else 1) * homing.offset(tx40) != 0
 
 
 @pytest.mark.parametrize("request_", [Request.ABORT, Request.HALT])

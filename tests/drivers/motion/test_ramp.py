@@ -34,6 +34,33 @@ def test_an_arm_at_rest_needs_no_ramp() -> None:
     assert stop_ramp(np.ones(3), np.ones(3), np.ones(3), 0.004).shape == (0, 3)
 
 
+def test_a_stop_by_hand() -> None:
+    """0.5 and −0.2 rad/s, at 2 and 1 rad/s² by 0.1 s: 0.3, 0.1 and 0.1 rad/s are left, then rest."""
+    path = stop_ramp(np.zeros(2), np.array([0.05, -0.02]), np.array([2.0, 1.0]), 0.1)
+    np.testing.assert_allclose(path, [[0.08, -0.03], [0.09, -0.03], [0.09, -0.03]], atol=1e-12)
+    # As many cycles as the slowest joint needs, none for a rest of rounding.
+    assert len(stop_ramp(np.zeros(1), np.array([0.04]), np.array([2.0]), 0.1)) == 2
+    assert len(stop_ramp(np.zeros(1), np.array([0.04 + 1e-12]), np.array([2.0]), 0.1)) == 2
+    assert len(stop_ramp(np.zeros(1), np.array([0.04 + 1e-6]), np.array([2.0]), 0.1)) == 3
+
+
+def test_an_approach_takes_no_longer_than_a_tenth_of_the_limits_asks() -> None:
+    """1 rad: at 2 rad/s 1.875/0.2 = 9.375 s; at 1 rad/s² √(5.7735/0.1) = 7.598 s; the longer counts."""
+    one, far = np.zeros(1), np.ones(1)
+    assert len(approach(one, far, np.array([2.0]), np.array([1.0]), 0.01)) == 938
+    assert len(approach(one, far, np.array([9.0]), np.array([1.0]), 0.01)) == 760
+    assert len(approach(one, -far, np.array([9.0]), np.array([1.0]), 0.01)) == 760
+    both = approach(np.zeros(2), np.array([1.0, 0.1]), np.array([2.0, 9.0]), np.ones(2), 0.01)
+    assert len(both) == 938
+    assert approach(far, far, np.ones(1), np.ones(1), 0.01).tolist() == [[1.0]]
+
+
+def test_an_approach_is_a_quintic() -> None:
+    path = approach(np.array([2.0]), np.array([3.0]), np.array([2.0]), np.array([1.0]), 0.01)[:, 0]
+    s = np.arange(1, len(path) + 1) / len(path)
+    np.testing.assert_allclose(path, 2.0 + s**3 * (10.0 + s * (6.0 * s - 15.0)), rtol=1e-12)
+
+
 @given(arrays(float, 4, elements=st.floats(-0.02, 0.02)), LIMITS, PERIODS)
 def test_approach_is_gentle_and_arrives(way: np.ndarray, limit: np.ndarray, period: float) -> None:
     start = np.array([0.1, -0.2, 1.0, 3.0])

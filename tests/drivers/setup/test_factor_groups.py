@@ -201,6 +201,7 @@ def test_a_velocity_factor_is_units_per_position_unit_a_second(tx40: Robot) -> N
     assert velocity_scale(arm, 0, {"6096:01": 60, "6096:02": 65536}) == pytest.approx(65536 / 60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_consistent_units_move_what_was_asked(tx40: Robot, seed: int) -> None:
     """Five arms each, six drives of other kinds in each; one joint of each arm moves."""

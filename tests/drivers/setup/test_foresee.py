@@ -85,6 +85,25 @@ def test_each_obstacle_is_foreseen(
     assert list(found) == [subject] and words in found[subject], found
 
 
+def test_limits_of_a_file_are_compared_with_the_description(tx40: Robot, tmp_path: Path) -> None:
+    values = {
+        "x607Dsub1_DefaultValue": "-1000",
+        "x607Dsub2_DefaultValue": "1000",
+        "x6080_DefaultValue": "100",
+        "x6065_DefaultValue": "500",
+        "x6072_DefaultValue": "65535",
+        "x6076_DefaultValue": "100000",
+    }
+    path = without(tmp_path, x608Fsub1_DefaultValue="196608", x6091sub1_DefaultValue="32", **values)
+    found = {
+        f.subject: f.text for f in foresee(tx40, 0, read_device_file(path, 1)) if f.severity == "warning"
+    }
+    assert "software position limits are -1000 to 1000 counts" in found["607D"]
+    assert "limits the speed to 100 rpm" in found["6080"]
+    assert "window of 500 counts; the loop as described lags" in found["6065"] and "% of it" in found["6065"]
+    assert "the drive may give 2.097e+05 at the output" in found["6072"]
+
+
 def test_nothing_hides_behind_the_first_obstacle(tx40: Robot, tmp_path: Path) -> None:
     found = refusals(tx40, without(tmp_path, "6077", "60C2", "1016", "1400sub5"))
     assert list(found) == ["6077", "60C2", "1016", "608F"]

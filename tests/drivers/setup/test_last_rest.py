@@ -67,6 +67,7 @@ def test_what_has_not_changed_is_not_asked_for(monkeypatch: pytest.MonkeyPatch) 
     drive_once(monkeypatch, channel, moved_by(0.01))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [

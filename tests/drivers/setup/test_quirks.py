@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,6 +52,7 @@ def channel(request: pytest.FixtureRequest) -> Channel:
     return Channel("virtual", request.node.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FINE)
 def test_a_drive_that_says_it_by_itself_is_configured(tx40: Robot, channel: Channel, kind: str) -> None:
     made = described_devices(tx40, KINDS[kind])
@@ -107,6 +111,26 @@ def test_a_profile_says_what_the_drive_does_not(
             assert not KINDS[kind].holds_set_points(drive.dictionary)
 
 
+def test_the_page_writes_a_profile_that_works(
+    tx40: Robot, channel: Channel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The two blocks of docs/how-to/new-drive.md, as somebody would copy them."""
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "new-drive.md").read_text("utf-8")
+    profile, kind = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    found: dict[str, Any] = {"KINDS": {}, "Quirks": Quirks}
+    exec(profile, found)
+    exec(kind, found)
+    acme = found["PROFILE"]
+    arm = of_profile(tx40, acme, monkeypatch)
+    assert choose_profile(None, acme.vendor, 1).name == "acme_servo"
+    made = described_devices(arm, found["KINDS"]["acme_servo"])
+    with drives(arm, channel, devices=made) as group:
+        assert all(made[0].quirks.holds_set_points(drive.dictionary) for drive in group.drives)
+        with ArmSession(arm, channel) as session:
+            assert all(link.warnings == {0xFF01} for link in session._connection.links())
+            assert not any(made[0].quirks.holds_set_points(drive.dictionary) for drive in group.drives)
+
+
 def test_a_start_up_write_that_is_refused_says_who_wants_it(
     tx40: Robot, channel: Channel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,17 +175,40 @@ def test_profiles_are_chosen_by_identity_or_by_name() -> None:
 
 
 MOVES = ("fixed_cob_ids", "immediate_rpdos", "one_slot", "eight_tpdos", "interpolated_only", "unsized")
+PLAIN = Profile("own", "")
+MOVES_WITH = {
+    **NEEDS,
+    "fixed_mapping": PLAIN,
+    "no_heartbeat_consumer": PLAIN,
+    "absent_08000000": PLAIN,
+    "absent_06010000": PLAIN,
+    "absent_06040043": PLAIN,
+}
 TOLERANCE = np.deg2rad(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MOVES)
 def test_the_motion_is_the_one_that_was_asked(
     tx40: Robot, new_channel: Callable[[], Channel], kind: str
 ) -> None:
-    channel = new_channel()
+    jogs_by_two_degrees(tx40, tx40, new_channel(), kind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MOVES_WITH)
+def test_the_motion_is_the_one_that_was_asked_of_the_others_too(
+    tx40: Robot, new_channel: Callable[[], Channel], kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm = of_profile(tx40, MOVES_WITH[kind], monkeypatch)
+    jogs_by_two_degrees(tx40, arm, new_channel(), kind)
+
+
+def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) -> None:
+    """Drives of a kind, under an arm that is described for them."""
     with (
         SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
-        ArmSession(tx40, channel, allow_jog=True) as session,
+        ArmSession(arm, channel, allow_jog=True) as session,
     ):
         began = session.actual_position()
         result = session.jog("joint_5", np.deg2rad(2.0))

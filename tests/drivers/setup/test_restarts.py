@@ -45,12 +45,12 @@ def test_a_boot_up_message_is_heard_and_the_drive_is_configured_once_more(
         session.attest_position(session.actual_position())
         assert refusal(session) == ""
         # Its maker's own mapping: interpolation data where the master sends the target position.
-        group.drives[2].changed_values[0x1600, 2] = 0x60C1_0120
+        group.drives[2].delivery.changed_values[0x1600, 2] = 0x60C1_0120
         restart(channel, 3)
         assert "joint_3 (node 3) has started anew since it was configured; look at the arm, then" in refusal(
             session
         )
-        del group.drives[2].changed_values[0x1600, 2]
+        del group.drives[2].delivery.changed_values[0x1600, 2]
         assert group.drives[2].dictionary.integer(0x1600, 2) == 0x60C1_0120
         session.acknowledge_faults()
         assert refusal(session) == ""

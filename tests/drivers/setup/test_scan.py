@@ -6,8 +6,10 @@ import tomllib
 
 import pytest
 
+from daq.doctor.scan_words import describe_scan, scan_json
 from drivers import Channel
 from drivers.setup.draft import draft
+from drivers.setup.profiles import Profile, known_profiles
 from drivers.setup.scan import scan
 from drivers.simulated.device import described_devices
 from drivers.simulated.group import DriveGroup
@@ -43,6 +45,11 @@ def test_everybody_is_found_and_nothing_is_written(tx40: Robot, channel: Channel
     assert first.units == "608F 196608/1, 6091 32/1, 6092 6291456/1"
     assert {"ip", "csp", "hm"} <= set(first.modes) and first.torque[0] == (0x6077, 0)
     assert first.limits["607D:01"] < 0 < first.limits["607D:02"]
+    (rpdo,), tpdo = first.rpdos, first.tpdos[0]
+    assert (rpdo.cob_id, rpdo.on, rpdo.type, rpdo.slots) == (0x201, True, 1, 8)
+    assert [str(entry) for entry in rpdo.objects] == ["6040:00", "607A:00"]
+    assert [str(entry) for entry in tpdo.objects] == ["6041:00", "6064:00", "6077:00"]
+    assert not first.tpdos[1].on and first.temperature is None
     tables = tomllib.loads(draft(found))["drive"]
     assert [table["node_id"] for table in tables] == [1, 2, 3, 4, 5, 6]
     assert (tables[0]["encoder_counts"], tables[0]["gear"]) == (196608, 32)
@@ -55,10 +62,25 @@ def test_what_a_drive_does_not_say_is_left_open(tx40: Robot, channel: Channel) -
     with drives(tx40, channel, devices=described_devices(tx40, silent)):
         found = scan(channel)
     assert found[0].units == "nothing" and found[0].torque == () and found[0].heartbeat is None
-    assert found[0].tpdos == tuple(range(1, 9))
+    assert [pdo.number for pdo in found[0].tpdos] == list(range(1, 9))
     text = draft(found)
     assert "# to be filled in: encoder_counts, or counts_per_output_turn" in text
     assert "gear" not in tomllib.loads(text)["drive"][0]
+
+
+def test_a_temperature_that_this_kind_of_drive_tells(
+    tx40: Robot, channel: Channel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kind = Profile("own", "", vendor=0, temperature=(0x2200, 0, 0.1))
+    monkeypatch.setitem(known_profiles(), "own", kind)
+    with drives(tx40, channel):
+        found = scan(channel)
+    assert found[0].profile.name == "own" and found[0].temperature == pytest.approx(25.0, abs=5.0)
+    assert tomllib.loads(draft(found))["drive"][0]["temperature"]["index"] == 0x2200
+    (node, *_) = scan_json(channel, found, "")["nodes"]
+    assert node["temperature"] == found[0].temperature and node["tpdos"][1]["on"] is False
+    assert "temperature: 2" in describe_scan(channel, found)
+    assert "TPDO 1: 0x181, type 1, 6041:00 6064:00 6077:00 (room for 8)" in describe_scan(channel, found)
 
 
 def test_nobody_is_found_on_an_empty_bus(channel: Channel) -> None:

@@ -245,7 +245,7 @@ def test_each_drive_has_proved_that_it_notices_a_lost_master(tx40: Robot, channe
 
 def test_a_drive_that_does_not_notice_is_refused(tx40: Robot, channel: Channel) -> None:
     def deaf(group: DriveGroup) -> None:
-        group.drives[3].hear_heartbeat = lambda node, now: None  # type: ignore[method-assign]
+        group.drives[3].talk.heartbeats.hear = lambda node, now: None  # type: ignore[method-assign]
 
     with (
         drives(tx40, channel, deaf),
@@ -266,7 +266,8 @@ def test_a_drive_that_cannot_watch_at_all_is_refused(tx40: Robot, channel: Chann
     with (
         drives(tx40, channel, blind),
         pytest.raises(
-            DriveError, match=r"joint_3 \(node 3\): 1016: no heartbeat consumer and no RPDO deadline"
+            DriveError,
+            match=r"joint_3 \(node 3\): 1016: no heartbeat consumer \(absent\) and no RPDO deadline",
         ),
         ArmSession(tx40, channel),
     ):

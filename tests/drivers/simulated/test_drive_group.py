@@ -402,7 +402,7 @@ def test_a_following_error_faults_only_its_own_drive(wire: Callable[..., Wire]) 
     assert states.pop(3) == FAULT
     assert states == [ENABLED] * 5
     word = w.group.drives[3].dictionary.integer(0x6041)
-    assert word & 0x2000
+    assert not word & 0x2000, "bit 13 is the mode's, and there is none in a fault"
     assert w.group.drives[3].dictionary.integer(0x603F) == 0x8611
 
 

@@ -86,6 +86,7 @@ def test_the_profile_of_another_library_enables_moves_and_disables_a_drive(profi
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_the_profile_of_another_library_homes_a_drive(profile: BaseNode402) -> None:
     node = profile
     node.HOMING_TIMEOUT_DEFAULT = 20.0

@@ -6,17 +6,13 @@ import json
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from drivers.simulated import Scenario, ScenarioError, load_scenario
-from drivers.simulated.effects.entry import Entry
-from drivers.simulated.scenario import OUTSIDE_VOCABULARY
+from drivers.simulated.scenario import OUTSIDE_VOCABULARY, tables
 from robots import Robot
-from robots.allowed import table_at
-
-PAGE = Path(__file__).parents[3] / "docs/reference/scenario-toml.md"
+from tests.drivers.simulated.scenario_page import PAGE, page
 
 TEXT = """\
 # An arm with play in its third gear and a tool in its hand.
@@ -126,25 +122,12 @@ def test_two_scenarios_make_one() -> None:
         one.merged(Scenario.from_dict({"backlash": [{"drive": 1, "width": 2e-3}]}))
 
 
-def tables() -> dict[str, type[Entry]]:
-    """The entry class of each table of the file."""
-    found: dict[str, type[Entry]] = {}
-    for name in Scenario.model_fields:
-        if name != "format":
-            entry: Any = table_at(Scenario, (name, 0)) or table_at(Scenario, (name,))
-            assert issubclass(entry, Entry)
-            found[name] = entry
-    return found
-
-
-def test_the_reference_page_has_every_table_and_key() -> None:
-    page = PAGE.read_text()
-    sections = dict(re.findall(r"^### `(\w+)`\n(.*?)(?=^##|\Z)", page, re.DOTALL | re.MULTILINE))
-    assert set(sections) == set(tables())
-    for name, entry in tables().items():
-        keys = re.findall(r"^\| `(\w+)` \|", sections[name], re.MULTILINE)
-        assert keys == list(entry.model_fields), name
+def test_the_reference_page_is_that_of_today() -> None:
+    """Else: ``python -m tests.drivers.simulated.scenario_page``."""
+    text = PAGE.read_text(encoding="utf-8")
+    assert page(text) == text
     assert set(OUTSIDE_VOCABULARY) < set(tables())
+    assert "vibration" in OUTSIDE_VOCABULARY and "backlash" not in OUTSIDE_VOCABULARY
 
 
 def test_the_examples_of_the_reference_page_are_scenarios(tmp_path: Path, tx40: Robot) -> None:

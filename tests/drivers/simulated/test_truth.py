@@ -6,13 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 import robots
 from drivers.simulated import PlantTruth, draw_truth, nominal_truth
-from drivers.simulated.truth import link_from_pseudo_inertia, pseudo_inertia
 from robots import Robot, drive_parameter_names, link_parameter_names
 
 
@@ -49,8 +45,3 @@ def test_the_nominal_arm_is_the_description(tx40: Robot) -> None:
 def test_encoder_noise_of_an_unknown_arm_is_half_a_count(emps: Robot) -> None:
     drawn = draw_truth(emps, 0)
     assert np.array(drawn.encoder_noise) * np.abs(emps.counts_per_output_unit) == pytest.approx([0.5])
-
-
-@given(arrays(np.float64, 10, elements=st.floats(-100, 100)))
-def test_pseudo_inertia_there_and_back(link: np.ndarray) -> None:
-    assert link_from_pseudo_inertia(pseudo_inertia(link)) == pytest.approx(link, abs=1e-9)

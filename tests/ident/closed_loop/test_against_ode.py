@@ -16,6 +16,7 @@ from ident import IdentificationError, Recording, RegressorModel
 from ident.closed_loop import SimulatedRun, simulate
 from ident.closed_loop.control_law import ControlLaw
 from ident.effects import FrictionSign, State
+from ident.effects.family import Place, StandardParameter
 from ident.effects.simulated import (
     Bristle,
     DriveChange,
@@ -54,8 +55,7 @@ class Fixed:
     parts: SimulatedParts
     name = "fixed"
     sentence = "parts as they are"
-    parameter_names = ("fixed",)
-    units = ("1",)
+    parameters = (StandardParameter("fixed", Place("arm", ()), "fixed", "1"),)
 
     def columns(self, state: State) -> np.ndarray:
         return np.zeros((*state.velocity.shape, 1))

@@ -61,6 +61,7 @@ def driven(held: float, substeps: int) -> SimulatedRun:
     return simulate(model, model.prior(), multi_sine(held), substeps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", HELD)
 def test_the_simulation_is_that_of_steps_20_times_finer(held: float) -> None:
     usual = round(np.ceil(held / 0.00025))

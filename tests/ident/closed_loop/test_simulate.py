@@ -16,6 +16,7 @@ from ident.closed_loop import SimulatedRun, simulate, simulate_many
 from ident.closed_loop.simulate import leading_of, run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.effects import Effect, FrictionSign, State
+from ident.effects.family import Place, StandardParameter
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.description import Robot
 from tests.ident.closed_loop.held_torque import held_torque
@@ -130,13 +131,7 @@ class Drag:
     name = "drag"
     sentence = "grows with the square of the speed"
 
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return ("drag",)
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        return ("N·m·s²",)
+    parameters = (StandardParameter("drag", Place("arm", ()), "drag", "N·m·s²"),)
 
     def columns(self, state: State) -> np.ndarray:
         return (self.sign(state.velocity) * state.velocity**2)[:, :, np.newaxis]
@@ -160,8 +155,7 @@ class Lagging:
     robot: Robot
     name = "lagging"
     sentence = "torque that comes late"
-    parameter_names = ("lag",)
-    units = ("s",)
+    parameters = (StandardParameter("lag", Place("arm", ()), "lagging", "s"),)
 
     def columns(self, state: State) -> np.ndarray:
         return np.zeros((*state.velocity.shape, 1))

@@ -124,6 +124,7 @@ def test_the_whole_vocabulary_is_here() -> None:
     assert set(CASES) == {family.name for family in VOCABULARY}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("family", "case"),
     [pytest.param(f, case, id=f"{f.name}-{case[0]}") for f in VOCABULARY for case in CASES[f.name]],

@@ -1,4 +1,4 @@
-"""Logs of a plant of another engine (shared data ``foreign``), as recordings of an arm described alike."""
+"""Logs of a plant of another engine (shared data ``foreign``), as recordings of an arm described as it is."""
 
 from __future__ import annotations
 

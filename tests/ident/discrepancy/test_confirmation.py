@@ -18,7 +18,7 @@ from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.discrepancy.verdict import Left, beside_gate, description, verdict_of
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
-from ident.results import ColumnCheck
+from ident.verdicts import ColumnCheck
 
 BLOCKS = np.repeat(np.arange(40), 50)
 
@@ -126,7 +126,7 @@ def test_nothing_is_clean_beside_a_gate_that_rejects(verdict: str, after: str) -
         assert "torque of joint 4: 16 %, margin 5 %" in beside_gate(told, rejected).description
 
 
-def scene(residual: np.ndarray, period: int | None = None) -> Any:
+def piece(residual: np.ndarray, period: int | None = None) -> Any:
     generator = np.random.default_rng(9)
     return SimpleNamespace(
         moving=np.ones(residual.shape, dtype=np.bool_),
@@ -141,7 +141,7 @@ def test_without_repeats_noise_is_what_differs_from_row_to_row() -> None:
     generator, time = np.random.default_rng(3), np.arange(4000)
     noise = generator.normal(size=(4000, 2))
     residual = noise + np.column_stack([2.0 * np.sin(time / 40.0), np.zeros(4000)])
-    first, second = unexplained_of([scene(residual)], [residual])
+    first, second = unexplained_of([piece(residual)], [residual])
     assert (first.joint, second.joint) == (0, 1), "worst joint first"
     assert first.noise == pytest.approx(0.1, rel=0.05)
     assert first.share == pytest.approx(np.sqrt(2.0) / 10.0, rel=0.1)

@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import robots
+from ident.discrepancy.accepted import alternatives
 from ident.discrepancy.bounded import within_bounds
-from ident.discrepancy.decision import _best_pair, _Even, _is_limit, _needed
-from ident.discrepancy.found import alternatives
+from ident.discrepancy.decision import _best_pair, _is_limit, _needed, _TieTolerance
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.refined import beside_factor
 from ident.discrepancy.scoring import Score, best_per_place, singles
@@ -146,7 +146,7 @@ def test_what_another_effect_does_to_other_joints_is_not_for_a_candidate_to_expl
             excess=402.0 + elsewhere,
             torque=np.zeros(200),
         )
-        even = _Even(examination, library, DEFAULTS)
+        even = _TieTolerance(examination, library, DEFAULTS)
         assert even.unexplained(*singles(library, library.score, 200)) == pytest.approx(400.0)
 
 

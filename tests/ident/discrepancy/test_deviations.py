@@ -22,7 +22,7 @@ def _examination(order: int = 0) -> Any:
     coefficients = tuple(np.full(order, 0.3) for _ in range(JOINTS))
     recording = SimpleNamespace(sample_time=0.5 * ROW)
     return SimpleNamespace(
-        scenes=(SimpleNamespace(recording=recording, decimation=2, period=round(PERIOD / (0.5 * ROW))),),
+        prepared=(SimpleNamespace(recording=recording, decimation=2, period=round(PERIOD / (0.5 * ROW))),),
         segment=np.zeros(ROWS, dtype=np.int64),
         used=np.ones((ROWS, JOINTS), dtype=np.bool_),
         whitening=Whitening("ar", coefficients, np.full(JOINTS, 7.0)),

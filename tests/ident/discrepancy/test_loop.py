@@ -17,7 +17,7 @@ from ident.discrepancy.examination import Examination
 from ident.discrepancy.loop import COARSE, FINE, repeated, sample_of, settled, with_standstill_of
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.loop_examination import beside_found, examine_in_loop
-from ident.discrepancy.scene import make_scene
+from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.settings import searching
 from ident.effects import FrictionSign
 from ident.effects.family import Place
@@ -39,7 +39,7 @@ def examined() -> Examination:
     robot = searching(plain, recording)
     base: BaseParameters = base_parameters(RegressorModel.of(robot))
     beta = identify(plain, (recording,)).result.recommended.values
-    return examine_in_loop(base, (make_scene(robot, recording),), None, beta)
+    return examine_in_loop(base, (prepared_recording(robot, recording),), None, beta)
 
 
 def evidence() -> LoopEvidence:
@@ -50,13 +50,13 @@ def evidence() -> LoopEvidence:
 
 def test_a_period_stands_for_all() -> None:
     found = evidence()
-    scene = found.loop.scenes[0]
-    start, period = settled(scene), scene.period or 0
+    piece = found.loop.prepared[0]
+    start, period = settled(piece), piece.period or 0
     index = np.array([0, start - 1, start, start + period - 1, start + period, start + 2 * period])
-    assert list(sample_of(scene, index)) == [0, start - 1, start, start + period - 1, start, start]
+    assert list(sample_of(piece, index)) == [0, start - 1, start, start + period - 1, start, start]
     signal = np.arange(float(start + period))[:, np.newaxis]
-    whole = repeated(signal, scene)
-    assert whole.shape[0] == scene.recording.time.shape[0]
+    whole = repeated(signal, piece)
+    assert whole.shape[0] == piece.recording.time.shape[0]
     assert whole[start + period + 5, 0] == start + 5
 
 
@@ -78,7 +78,7 @@ def test_friction_that_is_smoothed_over_a_speed_is_found_to_be() -> None:
     recording = Recording("smooth", path.time, path.reference, run.position, run.control_signal + noise)
     robot = searching(rig, recording)
     base = base_parameters(RegressorModel.of(robot))
-    found = examine_in_loop(base, (make_scene(robot, recording),), None, base.regroup(model.prior()))
+    found = examine_in_loop(base, (prepared_recording(robot, recording),), None, base.regroup(model.prior()))
     assert found.loop is not None
     (law,) = found.loop.standstill
     assert isinstance(law, FrictionSign)
@@ -107,7 +107,9 @@ def test_friction_that_falls_steeply_with_speed_is_no_jump_at_a_reversal() -> No
     """However coarse the integration, a sign that a film of lubricant takes away is that of bristles."""
     found, place = evidence(), Place("drive", (3,))
     effect = family_named("stribeck_friction").effect(found.robot, place, (0.02, 1.0), found.present)
-    steep = with_standstill_of(found.twin(effect).simulated(np.array([0.8])), found.standstill, found.robot)
+    steep = with_standstill_of(
+        found.variant(effect).simulated(np.array([0.8])), found.standstill, found.robot
+    )
     assert isinstance(steep.friction[0].law, Bristle) and steep.friction[0].speed_factor is not None
     coarse, fine = (found.change(steep, substeps) for substeps in (COARSE, FINE))
     assert coarse is not None and fine is not None

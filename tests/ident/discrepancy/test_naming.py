@@ -57,6 +57,7 @@ def value(found: Diagnosis, name: str) -> tuple[float, float]:
     return parameter.value, parameter.sigma
 
 
+@pytest.mark.slow
 def test_a_clean_arm_gets_no_finding() -> None:
     found = search({})
     assert found.verdict == "clean"
@@ -64,6 +65,7 @@ def test_a_clean_arm_gets_no_finding() -> None:
     assert found.torque.before == pytest.approx(found.torque.floor, rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_payload_is_found_against_the_model_from_before() -> None:
     found = search({"payload": {"mass": 0.25, "centre": [0.0, 0.01, 0.04]}})
     assert named(found) == ("payload", ())
@@ -74,12 +76,14 @@ def test_a_payload_is_found_against_the_model_from_before() -> None:
     assert (found.position.after <= found.position.before * 1.05).all()
 
 
+@pytest.mark.slow
 def test_a_lost_drive_gain_is_found() -> None:
     found = search({"drive_gain_error": [{"drive": 2, "change": -0.05}]})
     assert named(found) == ("drive_gain_error", (2,))
     assert value(found, "gain_error2")[0] == pytest.approx(-0.05 / 0.95, abs=0.004)
 
 
+@pytest.mark.slow
 def test_stribeck_friction_is_found_after_a_refit_too() -> None:
     hidden = Scenario.from_dict(
         {"format": 1, "stribeck_friction": [{"drive": 3, "rise": 0.5, "speed": 0.12}]}
@@ -92,6 +96,7 @@ def test_stribeck_friction_is_found_after_a_refit_too() -> None:
     assert found.findings[0].gap.after[2] < 0.5 * found.findings[0].gap.before[2] + found.torque.floor[2]
 
 
+@pytest.mark.slow
 def test_a_gear_that_warms_itself_is_found_with_its_time() -> None:
     """As warm as its surroundings at the start: nothing settles, the friction follows the motion's power."""
     heated = {"drive": 3, "time_constant": 6.0, "heating": 3.0}
@@ -105,6 +110,7 @@ def test_a_gear_that_warms_itself_is_found_with_its_time() -> None:
     assert found.findings[0].held_out_gain > 0.9
 
 
+@pytest.mark.slow
 def test_static_friction_is_found_at_the_reversals() -> None:
     wide = {"drive": 5, "speed": 0.02, "rise": 0.3, "displacement": 4e-4}
     found = search({"static_friction": [wide]})
@@ -114,6 +120,7 @@ def test_static_friction_is_found_at_the_reversals() -> None:
     assert (gap.after[4] - gap.floor[4]) < 0.7 * (gap.before[4] - gap.floor[4])
 
 
+@pytest.mark.slow
 def test_a_constant_offset_may_be_friction_that_differs_with_the_direction() -> None:
     found = search({"current_offset": [{"drive": 3, "torque": 1.0}]})
     assert found.verdict == "ambiguous"

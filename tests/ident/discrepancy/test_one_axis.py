@@ -21,6 +21,7 @@ def test_nothing_hidden_is_clean() -> None:
     assert examination.excess < 0.1 * examination.torque.shape[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "effect"),
     [

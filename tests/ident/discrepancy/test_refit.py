@@ -64,6 +64,7 @@ def test_an_effect_is_not_made_of_its_own_torque() -> None:
     assert np.abs(present.torque(state) - others.torque(state))[:, 1].max() > 1.0
 
 
+@pytest.mark.slow
 def test_friction_of_a_load_is_that_of_the_payload_too() -> None:
     """Without the payload in its column the friction came out half again as large, and left a third name."""
     hidden = {

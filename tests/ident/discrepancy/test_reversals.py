@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import pytest
+
+from ident.discrepancy.accepted import confusable_with_found, joints_not_told
 from ident.discrepancy.results import Candidate
-from ident.discrepancy.reversals import forms_of_found, joints_not_told
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from tests.ident.discrepancy.blind_search import search
@@ -32,7 +34,7 @@ class Found:
 
 
 def test_friction_that_lets_go_is_a_part_of_friction_that_falls_with_speed() -> None:
-    forms = forms_of_found([Found("stribeck_friction", (2,))])  # type: ignore[list-item]
+    forms = confusable_with_found([Found("stribeck_friction", (2,))])  # type: ignore[list-item]
     assert ("static_friction", (1,)) in forms
     assert ("hysteresis", (1,)) not in forms
     assert ("static_friction", (2,)) not in forms, "another drive may stick as well"
@@ -40,7 +42,7 @@ def test_friction_that_lets_go_is_a_part_of_friction_that_falls_with_speed() -> 
 
 def test_it_does_not_matter_which_of_the_two_names_the_other() -> None:
     delay, lag = (
-        forms_of_found([Found(name, (6,))])  # type: ignore[list-item]
+        confusable_with_found([Found(name, (6,))])  # type: ignore[list-item]
         for name in ("time_delay", "current_loop_lag")
     )
     assert ("current_loop_lag", (5,)) in delay and ("time_delay", (5,)) in lag
@@ -48,7 +50,7 @@ def test_it_does_not_matter_which_of_the_two_names_the_other() -> None:
 
 
 def test_what_sits_nowhere_leaves_everything_to_be_found() -> None:
-    assert not any(joints for _, joints in forms_of_found([Found("base_tilt", ())]))  # type: ignore[list-item]
+    assert not any(joints for _, joints in confusable_with_found([Found("base_tilt", ())]))  # type: ignore[list-item]
 
 
 def test_joints_of_every_name_in_a_set_are_not_told() -> None:
@@ -57,12 +59,14 @@ def test_joints_of_every_name_in_a_set_are_not_told() -> None:
     assert joints_not_told(found) == {2, 5}  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_speed_is_alone_on_its_drive() -> None:
     rising = {"drive": 1, "rise": 0.52, "speed": 0.144}
     found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)
     assert [(one.effect, one.joints) for one in found.findings] == [("stribeck_friction", (1,))]
 
 
+@pytest.mark.slow
 def test_friction_that_no_moving_row_shows_is_not_called_clean() -> None:
     rising = {"drive": 2, "rise": 1.76, "speed": 0.04}
     found = search("tx40", 4242, {"stribeck_friction": [rising]}, duration=8.0, vocabulary=FRICTION)

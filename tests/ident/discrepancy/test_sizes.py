@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from ident.effects.vocabulary import family_named
 from tests.ident.discrepancy.blind_search import search
@@ -10,6 +11,7 @@ from tests.ident.discrepancy.blind_search import search
 TRUTH, DRIVE, AMPLITUDE = 502, 4, 4e-4
 
 
+@pytest.mark.slow
 def test_a_ripple_of_a_gear_whose_links_are_known_to_a_tenth() -> None:
     """The torque is known to a twentieth; that it takes to move the links by the error is not."""
     scenario: dict[str, object] = {"gear_ripple": [{"drive": DRIVE, "amplitude": AMPLITUDE, "order": 2.0}]}

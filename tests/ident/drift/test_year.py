@@ -15,6 +15,7 @@ LEARNING = 8
 AFTER = 11
 
 
+@pytest.mark.slow
 def test_each_change_is_named_at_its_joint_and_nothing_else_is() -> None:
     """Nights of a simulated six-axis arm in a hall whose temperature swings; eight of them teach."""
     made = bench(0, duration=3.0, evaluations=200)

@@ -31,6 +31,14 @@ _PLACES = {
 }
 _SHOWS = {"motion": "in motion", "both": "in motion, at reversals", "reversal": "at reversals"}
 
+_LAWS = """## How the torque is made
+
+All signs are those of the model's side: a positive parameter makes the drive's torque larger in the positive
+direction. q is a joint's position, or the drive's output where the place is a drive; sign is the form that
+the arm's settings ask for.
+
+"""
+
 FORMS = [form for family in VOCABULARY for form in (family, *family.forms)]
 
 
@@ -82,6 +90,7 @@ def tables() -> str:
         for family in VOCABULARY
         for other, how in family.told_from.items()
     )
+    laws = "".join(f"- `{family.name}`: {family.equation}.\n" for family in VOCABULARY)
     parts = (
         head + "|---" * 7 + "|\n" + "".join(map(_row, FORMS)),
         "A refit swallows these, whole or nearly so, since other parameters make up for them:"
@@ -90,6 +99,7 @@ def tables() -> str:
         f"An estimate of the lag between the channels takes these up: {_of('taken_by_alignment')}.\n",
         "| Name | What on the arm shows it, where no motion does |\n|---|---|\n" + settled,
         "| Names | What on the arm tells them apart |\n|---|---|\n" + told,
+        _LAWS + laws,
     )
     return "\n".join(parts)
 

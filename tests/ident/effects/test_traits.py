@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from ident.effects import State
-from ident.effects.gain_drift import WITHOUT_A_NAME
+from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY, confused_with
 from tests.ident.effects.test_vocabulary import MOTION, TIME, TX40, middle, present
 
-FORMS = [form for family in (*VOCABULARY, *WITHOUT_A_NAME) for form in (family, *family.forms)]
+FORMS = [form for family in (*VOCABULARY, *UNNAMED_FAMILIES) for form in (family, *family.forms)]
 NAMES = {family.name for family in VOCABULARY}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pinocchio
@@ -11,10 +12,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import robots
-from ident import RegressorModel
+from ident import RegressorModel, effects
 from ident.effects import State
 from ident.effects.family import Place
-from ident.effects.gain_drift import GAIN_DRIFT
+from ident.effects.gain_drift import GAIN_DRIFT, UNNAMED_FAMILIES
 from ident.effects.placed import Family, Placed
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
@@ -30,12 +31,6 @@ SIGN = friction_sign(TX40)
 BACK = np.linalg.inv(TX40.transmission_matrix)
 STEP = 0.002
 NAMES = [family.name for family in VOCABULARY]
-
-IDENTIFIERS = """viscous_friction coulomb_friction asymmetric_friction stribeck_friction static_friction
-nonlinear_viscous_friction load_dependent_friction directional_efficiency drifting_friction
-position_dependent_friction
-joint_elasticity backlash hysteresis wrist_coupling gear_ripple drive_gain_error current_offset torque_ripple
-saturation rotor_inertia current_loop_lag payload gravity_spring base_tilt time_delay cable_spring contact"""
 
 
 @cache
@@ -86,9 +81,14 @@ def on_joints(row: FloatArray, *values: FloatArray) -> FloatArray:
 # All of them
 
 
-def test_every_name_that_the_method_lists_is_here() -> None:
-    assert set(NAMES) == set(IDENTIFIERS.split())
-    assert len(set(NAMES)) == len(NAMES)
+def test_every_file_of_an_effect_is_found() -> None:
+    """One that forgets its row, or takes that of another, is not lost without a word."""
+    files = [path.read_text() for path in Path(effects.__path__[0]).glob("*.py")]
+    declared = sum(text.count(" = Family(\n") for text in files)
+    forms = {id(form) for family in VOCABULARY for form in (family, *family.forms, *family.further)}
+    assert declared == len(forms | {id(form) for form in UNNAMED_FAMILIES})
+    assert len(NAMES) == len(set(NAMES)) == len({family.row for family in VOCABULARY})
+    assert NAMES[0] == "viscous_friction" and NAMES[-1] == "contact"
 
 
 @pytest.mark.parametrize("robot", [TX40, EMPS], ids=lambda robot: robot.name)
@@ -97,6 +97,7 @@ def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
     state = at(robot, TIME[:200])
     names: list[str] = []
     assert set(family.confused_with) <= set(NAMES) - {family.name}
+    assert family.equation, "how its torque is made, for docs/reference/effects.md"
     for place in family.places(robot):
         for shape in family.shapes(robot, place):
             inside = [shape.lower <= value <= shape.upper for value in shape.grid]
@@ -135,7 +136,7 @@ def test_friction_of_a_drive_that_stands_still_is_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["viscous_friction", "coulomb_friction", "rotor_inertia", "torque_ripple"])
-def test_a_coupled_drive_loads_both_its_joints_alike(name: str) -> None:
+def test_a_coupled_drive_loads_both_its_joints(name: str) -> None:
     """Drive 6 turns with q5 + q6."""
     effect = placed(name, 5, *middle(family_named(name), TX40, Place("drive", (5,))))
     columns = effect.columns(MOTION)
@@ -201,7 +202,7 @@ def test_friction_over_speed() -> None:
 
 
 def test_a_gear_is_heated_by_its_own_friction() -> None:
-    """Each gear by that of its drive, and as if it had been moved alike before a later recording began."""
+    """Each gear by that of its drive, and as if it had moved like that before a later recording began."""
     time = np.arange(0.0, 20.0, 0.01)
     whole = at(TX40, time)
     effect = placed("drifting_friction", 2, 3.0)

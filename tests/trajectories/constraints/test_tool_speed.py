@@ -74,6 +74,7 @@ def reached(trajectory: Trajectory, robot: Robot) -> float:
     return float(differenced(robot, Tool("link_6"), trajectory.motion, 6000).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["ruckig", "fourier"])
 def test_a_plan_keeps_the_speed_of_the_tool(family: str) -> None:
     robot = load("tx40")

@@ -43,11 +43,12 @@ def test_a_payload_is_seen_as_sharply_as_least_squares_says(base: BaseParameters
     trajectory = plan(load("tx40"), cycle_time=0.004, duration=6.0, seed=1, evaluations=60)
     prediction = trajectory.detail.prediction
     assert prediction is not None
-    directions, names = payload_directions(base)
+    directions, parameters = payload_directions(base)
     rows = np.linalg.cholesky(prediction.information.matrix / (100.0 * prediction.row_time)).T
     by_hand = np.sqrt(np.diag(np.linalg.pinv(rows @ directions) @ np.linalg.pinv(rows @ directions).T))
     found = payload_sigma(base, prediction)
-    assert list(found) == ["M6", "MX6", "MY6", "MZ6"] == list(names[:4])
+    assert tuple(found) == parameters[:4]
+    assert [(p.name, p.unit) for p in found] == [("M6", "kg"), *((f"M{axis}6", "kg·m") for axis in "XYZ")]
     np.testing.assert_allclose(list(found.values()), by_hand[:4], rtol=1e-6)
 
 

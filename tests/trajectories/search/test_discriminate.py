@@ -97,6 +97,7 @@ def left_unexplained(arm: Bench, motion: Trajectory, true: PlacedEffect, wrong: 
     return float(np.log(np.abs(np.diag(np.linalg.qr(rest, mode="r")))).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second"),
     [

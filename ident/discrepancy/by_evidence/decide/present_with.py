@@ -11,7 +11,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
 from ident.effects.placed import Placed
-from ident.parameters.identity_cache import Lately
+from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
@@ -23,7 +23,7 @@ class PresentWith:
     model: Present
     beside: Sequence[tuple[Placed, FloatArray]]
     repeats: bool
-    _torques: Lately[FloatArray] = field(default_factory=Lately, repr=False, compare=False)
+    _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
@@ -35,12 +35,12 @@ class PresentWith:
             total = total + effect.columns(state) @ values
         return total
 
-    def calm(self, state: State) -> State:
+    def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques: that of other periods needs no filter of its own for its noise.
 
         Such a filter takes a third off a torque near its cut-off, and the rest would look for another name.
         """
-        return state if self.repeats else self.model.calm(state)
+        return state if self.repeats else self.model.low_cutoff(state)
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
@@ -63,12 +63,21 @@ class PresentWith:
         return self.model.gravity_torque(position, gravity)
 
 
-def present_with(problem: Problem, found: Found) -> PresentWith:
-    """The model at a set's posterior mean. What a load adds to the links passes through the gears, too."""
+def present_with(problem: Problem, found: Found, but: int | None = None) -> PresentWith:
+    """The model at a set's posterior mean. What a load adds to the links passes through the gears, too.
+
+    Args:
+        problem: the data.
+        found: the set.
+        but: a member to leave out: what an effect does is not made of its own torque. A delay of a model that
+            has the delay already comes out half as long, and the rest looks for other names.
+    """
     base = problem.base
     standard = base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
     beside = []
     for number, member in enumerate(found.members):
+        if number == but:
+            continue
         placed, values = member.entry.placed, found.theta(number)[0]
         assert isinstance(placed, Placed)
         links = placed.simulated(values).links

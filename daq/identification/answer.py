@@ -1,0 +1,108 @@
+"""What an identification comes to in one sentence, and what is odd about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from daq.text.numbers import percent, significant
+from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for
+from ident import Estimate, Identification
+from robots import Robot
+
+_POORLY_SEEN = 30.0
+"""σ of a parameter in % of its value from which on the motion is said not to show it, as in the warning."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The sentence that an engineer reads first.
+
+    Attributes:
+        kind: of the verdict.
+        sentence: how good the model is, what to use, what it lacks.
+        odd: what else is to be known, one sentence each.
+    """
+
+    kind: VerdictKind
+    sentence: str
+    odd: tuple[str, ...]
+
+
+def answer_of(
+    result: Identification, model: Path | None = None, truth: Mapping[str, float] | None = None
+) -> Answer:
+    """The answer of an identification.
+
+    Args:
+        result: of the identification.
+        model: the model file that was written; None where there is none.
+        truth: base parameters of a simulated arm by name, SI; None for a real one.
+    """
+    kind = VERDICTS[result.test.verdict].kind
+    parts = [_good_to(result, kind), *_use(kind, model), *_not_seen(result.recommended)]
+    odd = [f"{result.test.recommendation} {asked_for(result)}".strip()]
+    odd += [] if truth is None else [_against(result.recommended, truth)]
+    odd += [_sentence(warning) for warning in result.warnings]
+    return Answer(kind, "; ".join(parts) + ".", tuple(odd))
+
+
+def _good_to(result: Identification, kind: VerdictKind) -> str:
+    estimate = result.recommended
+    fitted = f"{percent(estimate.relative_error_percent)} of torque"
+    if kind == "bad":
+        return f"{VERDICTS[result.test.verdict].headline}; it leaves {fitted}"
+    held = [h.relative_error_percent for h in result.held_out if h.method == estimate.method]
+    other = f"{percent(max(held))} of torque on a motion that it was not fitted to" if held else fitted
+    return f"Model good to {other}" if kind != "unknown" else f"Model not tested; it leaves {other}"
+
+
+def _use(kind: VerdictKind, model: Path | None) -> list[str]:
+    if kind == "bad":
+        return ["armhil diagnose looks for what it lacks"]
+    if model is None:
+        return ["--out FOLDER writes it"]
+    return [f"use {model}" if kind != "unknown" else f"written to {model}"]
+
+
+def _not_seen(estimate: Estimate) -> list[str]:
+    poor = sum(p.percent_sigma > _POORLY_SEEN for p in estimate.parameters)
+    count = len(estimate.parameters)
+    return [
+        f"{poor} of {count} parameters not seen by this motion" if poor else f"all {count} parameters seen"
+    ]
+
+
+def _against(estimate: Estimate, truth: Mapping[str, float]) -> str:
+    away = np.array([abs(p.value - truth[p.name]) / p.sigma for p in estimate.parameters])
+    worst = int(np.argmax(away))
+    return (
+        f"Beside the true parameters of the simulated arm: {int(np.sum(away < 2.0))} of {away.size}"
+        f" within 2 σ, furthest {estimate.parameters[worst].name} by {away[worst]:.1f} σ."
+    )
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}" + ("" if words.endswith(".") else ".")
+
+
+def per_joint(result: Identification, robot: Robot) -> tuple[list[str], list[list[str]]]:
+    """Headings and one row per joint: what the model leaves of its torque, on its own rows and on others.
+
+    Args:
+        result: of the identification.
+        robot: the arm.
+    """
+    estimate = result.recommended
+    held = [h for h in result.held_out if h.method == estimate.method]
+    headings = ["joint", "torque error", "left, rms", *(f"error on {h.recording}" for h in held)]
+    rows = []
+    for number, joint in enumerate(robot.joint):
+        error = float(estimate.relative_error_percent_per_joint[number])
+        others = (percent(float(h.relative_error_percent_per_joint[number])) for h in held)
+        left = f"{significant(float(estimate.torque_rms[number]))} {joint.torque_unit}"
+        rows.append([joint.name, percent(error), left, *others])
+    return headings, rows

@@ -1,0 +1,219 @@
+"""One recording as the search looks at it: measured motion, instruments, torque, and which rows count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.effects import State
+from ident.preparation.observation import observed_torque
+from ident.recording import Recording
+from ident.signals import (
+    DecimationFilter,
+    decimate,
+    decimate_index,
+    decimation_reach,
+    kept_samples,
+    low_pass,
+    motion,
+)
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Identification, Robot
+
+_EDGE = 5.0
+"""Periods of the cut-off frequency at both ends in which a filtered acceleration is not to be trusted."""
+
+_CHANNELS_AT_ONCE = 96
+"""Channels filtered together: bounds the memory of the decimation."""
+
+
+@dataclass(frozen=True)
+class PreparedRecording:
+    """A recording, filtered and trimmed.
+
+    Attributes:
+        recording: what was recorded.
+        started: s from the start of the first recording to the time zero of this one.
+        measured: the motion at the full rate, samples × joints.
+        instruments: the same motion without this sample's own noise: the mean of the other periods where
+            the trajectory repeats, else the measured motion itself (without torque: a measured torque
+            would explain itself).
+        full_torque: at the full rate, samples × joints, N·m (or N).
+        torque: the same decimated, rows × joints.
+        moving: rows × joints, away from reversals and standstills.
+        time: (rows,) s, of the rows.
+        period: samples of the full rate per period of the trajectory, None where it does not repeat.
+        settings: of filters and decimation.
+    """
+
+    recording: Recording
+    started: float
+    measured: State
+    instruments: State
+    full_torque: FloatArray
+    torque: FloatArray
+    moving: BoolArray
+    time: FloatArray
+    period: int | None
+    settings: Identification
+
+    @property
+    def decimation(self) -> int:
+        """Samples per row."""
+        return self.settings.decimation
+
+    @property
+    def decimation_filter(self) -> DecimationFilter:
+        """Before the samples between rows are left out."""
+        return self.settings.decimation_filter
+
+    @property
+    def rows(self) -> int:
+        return int(self.torque.shape[0])
+
+    def thin(self, columns: FloatArray) -> FloatArray:
+        """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
+        return thinned(columns, self.decimation, self.decimation_filter)
+
+    def noise_of(self, residual: FloatArray) -> FloatArray:
+        """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints.
+
+        Friction that changes over the recording is left out: that is a finding, no noise.
+        """
+        if self.period is None:
+            return self.thin(residual)
+        return self.thin(without_drift(self.measured, not_repeating(residual, self.period), self.period))
+
+
+def prepared_recording(
+    robot: Robot, recording: Recording, started: float = 0.0, *, as_identified: bool = False
+) -> PreparedRecording:
+    """Filter one recording.
+
+    Args:
+        robot: the arm and its identification settings.
+        recording: one uninterrupted piece.
+        started: s from the start of the first recording to the start of this one.
+        as_identified: with the rows of an identification: ends trimmed by the settings alone, not as those
+            of a record that is cut in motion, and torque through the filter that the rows go through.
+
+    Raises:
+        IdentificationError: too short, or a cut-off that its sampling does not allow.
+    """
+    settings = robot.identification
+    if not as_identified:
+        settings = edges_trimmed(settings, recording.sample_time)
+    keep = kept_samples(recording.time.shape[0], settings)
+    whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
+    time = recording.time + started
+    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
+    torque = observed_torque(robot, recording, everything, as_rows=as_identified)
+    period = repeat_length(recording.reference, recording.sample_time)
+    if not as_identified and period is not None:
+        # Both sides of the model through one filter: what is quicker then passes for nothing that is slower.
+        # Where nothing repeats noise is told by how little it goes on from row to row, so it stays as it is.
+        torque = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
+    state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
+    measured = _part(state, keep)
+    kept_time = time[keep]
+    return PreparedRecording(
+        recording=recording,
+        started=started,
+        measured=measured,
+        instruments=replace(measured, torque=None)
+        if period is None
+        else _part(_from_other_periods(state, period), keep),
+        full_torque=torque[keep],
+        torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
+        moving=_moving(robot, measured, recording.sample_time, settings),
+        time=kept_time[decimate_index(kept_time.shape[0], settings.decimation)],
+        period=period,
+        settings=settings,
+    )
+
+
+def prepared_recordings(
+    robot: Robot, recordings: Sequence[Recording], *, as_identified: bool = False
+) -> tuple[PreparedRecording, ...]:
+    """Recordings one after the other, as if without a pause; arguments as of :func:`prepared_recording`.
+
+    Raises:
+        IdentificationError: as :func:`prepared_recording`.
+    """
+    prepared, started = [], 0.0
+    for recording in recordings:
+        offset = started - float(recording.time[0])
+        prepared.append(prepared_recording(robot, recording, offset, as_identified=as_identified))
+        started += float(recording.time[-1] - recording.time[0])
+    return tuple(prepared)
+
+
+def edges_trimmed(settings: Identification, sample_time: float) -> Identification:
+    """Settings whose trim covers what the filter of the positions does to a record that is cut in motion."""
+    least = int(np.ceil(_EDGE / (settings.cutoff_hz * sample_time))) + 2 * settings.decimation
+    start, end = settings.trim_samples
+    return settings.model_copy(update={"trim_samples": (max(start, least), max(end, least))})
+
+
+def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> FloatArray:
+    """Decimate samples × joints (× p); channels that are zero throughout are not filtered."""
+    if decimation == 1:
+        return columns
+    samples = columns.shape[0]
+    flat = columns.reshape(samples, -1)
+    index = decimate_index(samples, decimation)
+    thin = np.zeros((index.shape[0], flat.shape[1]))
+    alive = np.flatnonzero(flat.any(axis=0))
+    for start in range(0, alive.size, _CHANNELS_AT_ONCE):
+        chosen = alive[start : start + _CHANNELS_AT_ONCE]
+        thin[:, chosen] = decimate(flat[:, chosen], decimation, kind)
+    return thin.reshape(-1, *columns.shape[1:])
+
+
+def _part(state: State, keep: slice) -> State:
+    time, torque = (None if part is None else part[keep] for part in (state.time, state.torque))
+    return State(state.position[keep], state.velocity[keep], state.acceleration[keep], time, torque)
+
+
+def _from_other_periods(state: State, period: int) -> State:
+    """Each sample's motion as the other periods show it; time stays the sample's own."""
+    return replace(
+        state,
+        position=others_mean(state.position, period),
+        velocity=others_mean(state.velocity, period),
+        acceleration=others_mean(state.acceleration, period),
+        torque=None if state.torque is None else others_mean(state.torque, period),
+    )
+
+
+def _moving(robot: Robot, state: State, sample_time: float, settings: Identification) -> BoolArray:
+    """Rows × joints: every drive that moves with the joint is fast enough, with a margin around."""
+    transmission = robot.transmission_matrix
+    limit = settings.minimum_speed * robot.velocity_limits
+    joints = np.abs(state.velocity) > limit
+    drives = np.abs(state.velocity @ transmission.T) > limit
+    slow = ~joints | (~drives @ (transmission != 0.0))
+    reach = round(settings.standstill_margin / sample_time)
+    reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
+    wide = binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_))
+    return np.asarray(~wide[decimate_index(wide.shape[0], settings.decimation)])
+
+
+def without_drift(motion: State, noise: FloatArray, period: int) -> FloatArray:
+    """Noise less what of it is friction that changes over the recording: that is a finding, no noise."""
+    time = motion.time
+    if time is None:
+        return noise
+    share = ((time - time[0]) / (time[-1] - time[0]))[:, np.newaxis]
+    rest = noise.copy()
+    for joint in range(noise.shape[1]):
+        speed = motion.velocity[:, [joint]]
+        friction = np.hstack([np.sign(speed), speed])
+        basis = not_repeating(np.hstack([share * friction, share**2 * friction]), period)
+        scale = np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
+        rest[:, joint] -= basis / scale @ np.linalg.lstsq(basis / scale, noise[:, joint], rcond=None)[0]
+    return rest

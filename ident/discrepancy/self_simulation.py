@@ -1,0 +1,64 @@
+"""Self-simulation: the present model simulated in closed loop, and examined as if it were the arm.
+
+What it leaves is not a missing effect: it comes of filters, of sampling and of friction at standstill. It
+is taken off what the arm leaves, so that a clean arm leaves noise alone.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+from ident.closed_loop import SimulatedRun, simulate
+from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recording
+from ident.discrepancy.prior import Prior
+from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
+from ident.recording import Recording
+from robots.arrays import FloatArray
+
+_log = logging.getLogger(__name__)
+
+
+def with_self_simulation(
+    examination: Examination, standard: FloatArray, plain: BaseParameters
+) -> Examination:
+    """The examination with its self-simulation's residual beside it.
+
+    Where the arm cannot be simulated (no reference or controller, a mass matrix that is not positive
+    definite) the examination comes back as it is, with the reason in the log.
+
+    Args:
+        examination: of the arm.
+        standard: (p,) the present model's parameters.
+        plain: the model before anything was found, whose parameters come first in the present one's. Its
+            self-simulation serves throughout: play in a gear is too sensitive for a simulation of it to be
+            taken off.
+    """
+    b, p = plain.independent.size, len(plain.model.names)
+    try:
+        runs = [simulate(plain.model, standard[:p], piece.recording) for piece in examination.prepared]
+    except IdentificationError as error:
+        _log.warning("no self-simulation: %s", error)
+        return examination
+    prepared = [
+        _as_prepared(examination, piece, run) for piece, run in zip(examination.prepared, runs, strict=True)
+    ]
+    prior = examination.prior
+    if prior is not None:
+        prior = Prior(examination.beta[:b], prior.covariance[:b, :b], prior.source)
+    only = tuple(examination.used[examination.segment == k] for k in range(len(prepared)))
+    copy = examine(plain, prepared, prior, examination.whitening, only)
+    return replace(examination, self_simulated=copy.residual)
+
+
+def _as_prepared(examination: Examination, piece: PreparedRecording, run: SimulatedRun) -> PreparedRecording:
+    recording = Recording(
+        f"self-simulation of {piece.recording.name}",
+        piece.recording.time,
+        piece.recording.reference,
+        run.position,
+        run.control_signal,
+    )
+    return prepared_recording(examination.base.model.robot, recording, piece.started)

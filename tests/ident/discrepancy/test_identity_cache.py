@@ -1,0 +1,22 @@
+"""Answers that are kept for a while."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.parameters.identity_cache import IdentityCache
+
+
+def test_what_was_asked_last_is_not_made_again_and_the_oldest_is_forgotten() -> None:
+    cache: IdentityCache[int] = IdentityCache(2)
+    made: list[int] = []
+
+    def make(value: int) -> int:
+        made.append(value)
+        return value
+
+    first, second, third = (np.zeros(3) for _ in range(3))
+    for value, asked in ((1, first), (2, second), (9, first), (3, third), (4, first)):
+        cache.of(asked, lambda value=value: make(value))  # type: ignore[misc]
+    assert made == [1, 2, 3, 4]  # equal arrays are not the same; the first was forgotten for the third
+    assert cache.of(first, lambda: make(5)) == 4
