@@ -136,8 +136,8 @@ def stream(session: ArmSession, found: Found, seed: int, count: int, seconds: fl
     with forger(session.channel, seed, count, seconds - 1.0, early) as answers:
         result = session.stream(motion(session, seconds), batches.append)
     samples = Samples.concatenate(batches)
-    per_count = np.array([drive.control_signal.per_count for drive in session.robot.drive])
-    forged = np.abs(samples.control_signal - FORGED * per_count) < 0.01 * per_count
+    per_count = session.robot.control_signal_per_count
+    forged = np.abs(samples.control_signal - FORGED * per_count) < 0.01 * np.abs(per_count)
     sent = sum(json.loads(line)["sent"] for line in answers)
     found.frames += sent
     found.streams += 1

@@ -111,14 +111,14 @@ def _turned_drive(
             there, held = coupling @ posture, drives.copy()
             there[drive] *= of_position
             held[drive] *= of_torque
-            gravity = described_gravity(robot, np.linalg.solve(coupling, there))
+            gravity = described_gravity(robot, np.asarray(np.linalg.solve(coupling, there), dtype=np.float64))
             off = np.abs(coupling.T @ held - gravity)
             if (off <= GRAVITY_TOLERANCE * np.abs(gravity) + slack).all():
                 fitting.setdefault(drive, []).append(keys)
     if len(fitting) != 1:
         return None
-    ((drive, keys),) = fitting.items()
-    return drive, " or ".join(keys)
+    ((turned, found),) = fitting.items()
+    return turned, " or ".join(found)
 
 
 def judge_loop(
