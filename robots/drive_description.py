@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from robots.absent import Omittable, missing
 from robots.consistency import INT32_MAX
 from robots.errors import ValueNotAllowed
 from robots.fields import Frozen, whole_number
@@ -96,7 +97,7 @@ class HomingSearch(Frozen):
         return self
 
 
-class Drive(Frozen):
+class Drive(Omittable):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
     node_id: int = Field(ge=1, le=127)
@@ -151,6 +152,12 @@ class Drive(Frozen):
             )
         return self
 
+    @classmethod
+    def of_log(cls) -> Drive:
+        """A drive of which nothing is known but its torque: the control signal is that torque."""
+        nothing = DriveDynamics(inertia=0.0, viscous=0.0, coulomb=0.0)
+        return cls.model_construct(gain=1.0, gain_relative_uncertainty=0.0, dynamics=nothing)
+
     @property
     def output_counts(self) -> float:
         """Units of the position objects per turn (or metre) of the drive output, without sign.
@@ -159,5 +166,6 @@ class Drive(Frozen):
         """
         if self.counts_per_output_turn is not None:
             return self.counts_per_output_turn
-        assert self.encoder_counts is not None
+        if self.encoder_counts is None:
+            raise missing("drive", "counts_per_output_turn")
         return self.encoder_counts * self.gear

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -9,6 +11,7 @@ from rich.table import Table
 from daq.diagnosis.diagnose import DiagnoseRequest, question_of
 from daq.text.progress import Steps
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
+from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 from ident.effects.family import joint_words
 
@@ -54,17 +57,30 @@ def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
 
 
 def _ranking(answer: EvidenceAnswer) -> Table:
-    table = Table("Effect", "Where", "Probability", title="Names for the first effect", box=SIMPLE_HEAD)
+    columns = ("Effect", "Where", "Probability", "Would be named from")
+    table = Table(*columns, title="Names for the first effect", box=SIMPLE_HEAD)
     for one in answer.ranking[:_RANKED]:
-        place = "" if one.name == "nothing" else joint_words(tuple(joint + 1 for joint in one.joints))
-        table.add_row(one.name.replace("_", " "), place, f"{one.probability:.3f}")
+        joints = tuple(joint + 1 for joint in one.joints)
+        place = "" if one.name == "nothing" else joint_words(joints)
+        table.add_row(one.name.replace("_", " "), place, f"{one.probability:.3f}", _from(answer, one, joints))
     return table
+
+
+def _from(answer: EvidenceAnswer, name: Named, joints: tuple[int, ...]) -> str:
+    """The size from which on a name that was not found would have been, in words."""
+    for one in answer.nameable:
+        if (one.name, one.joints) == (name.name, joints) and isfinite(one.size):
+            return f"{one.parameter} {one.size:.2g}" + (f" {one.unit}" if one.unit != "1" else "")
+    return ""
 
 
 def _joints(answer: EvidenceAnswer) -> Table:
     title = "Torque that stays unexplained on recordings that were not fitted"
-    table = Table("Joint", "Before", "After", "Misfit", "Accepted", title=title, box=SIMPLE_HEAD)
+    columns = ("Joint", "Before", "After", "Misfit", "Accepted", "Nearest name")
+    table = Table(*columns, title=title, box=SIMPLE_HEAD)
     for one in answer.joints:
         cells = (f"{one.before:.1%}", f"{one.after:.1%}", f"{one.kappa:.3g}", f"{one.accepted:.3g}")
-        table.add_row(str(one.joint), *cells)
+        near = one.nearest
+        name = "" if near is None else f"{near.name.replace('_', ' ')}, {near.probability:.2f}"
+        table.add_row(str(one.joint), *cells, name)
     return table

@@ -19,6 +19,7 @@ from robots.description import Identification
 
 Side = Literal["motor", "drive", "joint"]
 PositionUnit = Literal["rad", "deg", "m", "mm"]
+TorqueSide = Literal["motor", "drive", "joint", "current", "sensor"]
 TorqueUnit = Literal["N*m", "mN*m", "N"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
 
@@ -57,10 +58,31 @@ class Position(_Geared):
     offset: tuple[Ratio, ...] | None = Field(default=None, description="rad or m, one per joint")
 
 
-class Torque(_Geared):
-    """Measured torque; armhil keeps control signals, so it is divided by the drive gain."""
+class Torque(_Quantity):
+    """Measured torque, or a current; armhil keeps control signals, so it is divided by the drive gain."""
 
-    unit: TorqueUnit
+    side: TorqueSide = Field(default="joint", description="where the torque comes from")
+    ratio: tuple[Ratio, ...] | None = Field(
+        default=None, description="for side 'motor': motor turns per turn"
+    )
+    gain: tuple[Ratio, ...] | None = Field(
+        default=None, description="for side 'current': N·m or N at the drive output per unit of the column"
+    )
+    unit: TorqueUnit | None = Field(default=None, description="of all sides but 'current'")
+
+    @model_validator(mode="after")
+    def _keys_of_its_side(self) -> Self:
+        wanted = {"motor": "ratio", "current": "gain"}.get(self.side)
+        for key in ("ratio", "gain"):
+            values = getattr(self, key)
+            if (values is not None) != (key == wanted):
+                needs = {"ratio": "motor", "gain": "current"}[key]
+                raise ValueError(f"{key} is needed for side '{needs}' and only allowed there")
+            if values is not None and any(value == 0 for value in values):
+                raise ValueError(f"{key} must not be 0")
+        if (self.unit is None) != (self.side == "current"):
+            raise ValueError("unit is needed for every side but 'current'")
+        return self
 
 
 class ControlSignal(_Quantity):
@@ -131,7 +153,10 @@ def settings_of(columns: ImportMap, robot: Robot, path: Path) -> Identification:
     Raises:
         CaptureError: one line with the file, the key and what is allowed.
     """
-    return merged_settings(columns.identification, robot, path)
+    sensor = columns.torque is not None and columns.torque.side == "sensor"
+    return merged_settings(
+        {**({"rotor_inertia": False} if sensor else {}), **columns.identification}, robot, path
+    )
 
 
 def merged_settings(overrides: Mapping[str, Any], robot: Robot, path: Path) -> Identification:

@@ -34,14 +34,20 @@ _IMPOSSIBLE = 5.0
 """Deviations below zero from which on a friction is taken for negative."""
 
 
-def estimate_of(method: Estimator, base: BaseParameters, stacked: Stacked, fit: LinearFit) -> Estimate:
-    """Values, deviations and how well the rows are fitted."""
+def estimate_of(
+    method: Estimator,
+    base: BaseParameters,
+    stacked: Stacked,
+    fit: LinearFit,
+    half_width: FloatArray | None = None,
+) -> Estimate:
+    """Values, deviations, intervals where they are given (b,), and how well the rows are fitted."""
     residuals = stacked.split(stacked.y - stacked.x @ fit.beta)
     error, per_joint, rms = _errors(stacked, residuals)
     deviation = np.sqrt(np.diag(fit.covariance))
     return Estimate(
         method=method,
-        parameters=_parameters(base, base.names, fit.beta, deviation),
+        parameters=_parameters(base, base.names, fit.beta, deviation, half_width),
         covariance=fit.covariance,
         covariance_kind=fit.covariance_kind,
         condition=fit.condition,
@@ -136,12 +142,17 @@ def _dropped(parameter: Dropped) -> DroppedParameter:
 
 
 def _parameters(
-    base: BaseParameters, names: Sequence[str], values: FloatArray, deviation: FloatArray
+    base: BaseParameters,
+    names: Sequence[str],
+    values: FloatArray,
+    deviation: FloatArray,
+    half_width: FloatArray | None = None,
 ) -> tuple[Parameter, ...]:
     known = {n: (p.unit, e, p) for n, p, e in zip(base.names, base.leading, base.expressions, strict=True)}
+    halves = [None] * len(values) if half_width is None else half_width.tolist()
     return tuple(
-        Parameter(name, float(value), float(sigma), *known[name])
-        for name, value, sigma in zip(names, values, deviation, strict=True)
+        Parameter(name, float(value), float(sigma), *known[name], half)
+        for name, value, sigma, half in zip(names, values, deviation, halves, strict=True)
     )
 
 

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from ident.statistics.restricted import independent_whitening, regression_whitening
+from ident.statistics.restricted import _model, independent_whitening, regression_whitening
 from ident.statistics.whitening import autoregressive_whitening, ljung_box
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -178,3 +178,16 @@ def test_ljung_box_counts_the_fitted_coefficients() -> None:
     statistic, p = ljung_box(series, 10, 3)
     assert p == pytest.approx(float(chi2.sf(statistic, 7)))
     assert statistic == ljung_box(series, 10)[0]
+
+
+def test_a_correction_that_takes_more_than_there_is_is_left_out() -> None:
+    """One period with sticking friction (rows without a gap behind them, a slow process) ended in a crash."""
+    gamma = PHI ** np.arange(4) / (1.0 - PHI**2)
+    products = SAMPLES * toeplitz(gamma)
+    plain = _model([products], [np.zeros((4, 4))], [SAMPLES])
+    left_out = _model([products], [-1.5 * products], [SAMPLES])
+    assert left_out.coefficients[0] == pytest.approx([PHI])
+    assert left_out.coefficients[0] == pytest.approx(plain.coefficients[0])
+    assert left_out.sigma == pytest.approx(plain.sigma)
+    taken = _model([products], [0.5 * products], [SAMPLES])
+    assert taken.sigma[0] == pytest.approx(np.sqrt(1.5) * plain.sigma[0])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.special import expit
 
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Slot, of_nothing, slot
+from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, Slot, of_nothing, slot
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen, smallest_named
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
@@ -19,9 +21,11 @@ from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_fo
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.report.answer import (
+    SURE,
     EvidenceAnswer,
     EvidenceFinding,
     JointMisfit,
+    Nameable,
     parameters_of,
     verdict_of,
 )
@@ -62,7 +66,8 @@ def diagnose_by_evidence(
     held = HeldOut.of(problem, prepare(problem.prepared.robot, question.validation))
     findings = tuple(_finding(search, searched, held, k) for k in range(len(searched.found.members)))
     ranking = of_nothing(search, searched)
-    joints = _joints(problem, searched, held)
+    beside = screen(problem, searched.found, searched.entries)
+    joints = _joints(problem, searched, held, beside)
     nothing = next(one.probability for one in ranking if one.name == NOTHING[0])
     verdict, rejected = verdict_of(findings, nothing, joints), None
     if verdict == "clean":
@@ -73,6 +78,7 @@ def diagnose_by_evidence(
         findings=findings,
         ranking=ranking,
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
+        nameable=tuple(_nameable(one) for one in _best_forms(beside)),
         gate_one_rejected=rejected,
         repeats=problem.prepared.repeats,
         log_evidence=(searched.empty.log_evidence, searched.found.log_evidence),
@@ -80,14 +86,18 @@ def diagnose_by_evidence(
 
 
 def _gate_one_rejects(question: Question, problem: Problem) -> bool | None:
-    """Whether the simulated arm is not the real one; None where it cannot be simulated."""
+    """Whether the simulated arm is not the real one; None where it cannot be simulated.
+
+    Asked of the recordings that the parameters are fitted to, as an identification asks it: on others the
+    margin of 0.5 % of a following error is what two fits of one arm differ by.
+    """
     lag = problem.prepared.robot.identification.control_signal_lag
     settings = question.robot.identification.model_copy(update={"control_signal_lag": lag})
     robot = question.robot.model_copy(update={"identification": settings})
     robot = searching(robot, question.fit[0])
     base = base_parameters(RegressorModel(robot, problem.base.model.effects))
     beta = problem.beta.mean(problem.posterior.known)
-    gate, _ = gate_of(base, beta, problem.prior, question.validation)
+    gate, _ = gate_of(base, beta, problem.prior, question.fit)
     return None if gate is None else gate.passed is False
 
 
@@ -166,7 +176,35 @@ def misfit_of(problem: Problem, found: Found) -> FloatArray:
     return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
 
 
-def _joints(problem: Problem, searched: Searched, held: HeldOut) -> tuple[JointMisfit, ...]:
+def _best_forms(beside: Sequence[Screened]) -> list[Screened]:
+    """Of each name at each place the form that would be named first."""
+    best: dict[tuple[str, tuple[int, ...]], Screened] = {}
+    for one in beside:
+        known = best.setdefault(one.candidate.key, one)
+        if smallest_named(one, SURE)[0] < smallest_named(known, SURE)[0]:
+            best[one.candidate.key] = one
+    return list(best.values())
+
+
+def _nameable(one: Screened) -> Nameable:
+    name, joints = one.candidate.key
+    placed = one.best.entry.placed
+    size = float(smallest_named(one, SURE)[0])
+    return Nameable(name, tuple(j + 1 for j in joints), placed.parameter_names[0], size, placed.units[0])
+
+
+def _nearest(joint: int, beside: Sequence[Screened]) -> Named | None:
+    """The likeliest name that acts at a joint alone, or at least there, with its odds against nothing."""
+    here = [one for one in beside if joint in (one.candidate.place.joints or one.best.entry.white.at)]
+    if not here:
+        return None
+    best = max(here, key=lambda one: one.log_odds)
+    return Named(*best.candidate.key, float(expit(best.log_odds)))
+
+
+def _joints(
+    problem: Problem, searched: Searched, held: HeldOut, beside: Sequence[Screened]
+) -> tuple[JointMisfit, ...]:
     above = above_accepted(problem, searched.found)
     misfit = misfit_of(problem, searched.found)
     before, after = held.unexplained(searched.empty), held.unexplained(searched.found)
@@ -178,6 +216,7 @@ def _joints(problem: Problem, searched: Searched, held: HeldOut) -> tuple[JointM
             kappa=float(misfit[j]),
             accepted=float(problem.misfit.accepted[j]),
             above=float(above[j]),
+            nearest=_nearest(j, beside),
         )
         for j in range(problem.rows.n)
     )

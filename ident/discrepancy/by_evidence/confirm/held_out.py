@@ -5,8 +5,13 @@ leaving the effect out adds
 
     Δ = ‖r + d‖² − ‖r‖² = ‖d‖² + 2 dᵀr
 
-to the sum of squares. The posterior predicts ‖d‖² ± 2 (dᵀ (s² + Φ Φᵀ κ²/m + A Σ Aᵀ) d)^½: noise, misfit,
-and what is not known of the parameters. An effect is confirmed where Δ is positive and not below that.
+to the sum of squares. The posterior predicts ‖d‖² ± 2 σ with
+
+    σ² = dᵀ (s² + Φ Φᵀ κ²/m + A Σ Aᵀ) d + Σ_j ‖d_j‖² N_j (s_j² − 1)
+
+for noise, misfit, what is not known of the parameters, and the form's own error: what repeats at a joint and
+is not smooth may all be that (a lag of 5 ms is not quite 5 ms times the torque's rate), and then it goes
+along with d on other motions, too. An effect is confirmed where Δ is positive and not below that.
 """
 
 from __future__ import annotations
@@ -83,6 +88,7 @@ class HeldOut:
             observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
             kappa, excess = float(found.level.kappa[j]), float(found.level.excess[j])
             variance += excess**2 * size + kappa**2 / max(m, 1) * float(of_misfit @ of_misfit)
+            variance += size * change.size * (excess**2 - 1.0)
             shown += np.concatenate([white[:, :k].T @ change, *(_seen(one, j, change) for one in own)])
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)

@@ -63,12 +63,21 @@ class PresentWith:
         return self.model.gravity_torque(position, gravity)
 
 
-def present_with(problem: Problem, found: Found) -> PresentWith:
-    """The model at a set's posterior mean. What a load adds to the links passes through the gears, too."""
+def present_with(problem: Problem, found: Found, but: int | None = None) -> PresentWith:
+    """The model at a set's posterior mean. What a load adds to the links passes through the gears, too.
+
+    Args:
+        problem: the data.
+        found: the set.
+        but: a member to leave out: what an effect does is not made of its own torque. A delay of a model that
+            has the delay already comes out half as long, and the rest looks for other names.
+    """
     base = problem.base
     standard = base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
     beside = []
     for number, member in enumerate(found.members):
+        if number == but:
+            continue
         placed, values = member.entry.placed, found.theta(number)[0]
         assert isinstance(placed, Placed)
         links = placed.simulated(values).links

@@ -23,11 +23,13 @@ class Screened:
     Attributes:
         best: with the best shape of its grid.
         gain: log evidence over the set without it, its shapes averaged over the grid.
+        information: (p,) of each of its parameters alone, all else integrated, in units of its scale.
         log_odds: coarsened, with its prior.
     """
 
     best: Member
     gain: float
+    information: FloatArray
 
     @property
     def candidate(self) -> Candidate:
@@ -40,24 +42,41 @@ class Screened:
 
 def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Screened]:
     """All candidates that are not in a set, the likeliest first."""
-    gains = _gains(problem, found, entries)
+    gains, known = _gains(problem, found, entries)
     taken = {member.candidate.key for member in found.members if not member.candidate.family.several}
-    grouped: dict[int, list[int]] = {}
+    grouped: dict[Candidate, list[int]] = {}
     for number, entry in enumerate(entries):
         if entry.candidate.key not in taken:
-            grouped.setdefault(id(entry.candidate), []).append(number)
+            grouped.setdefault(entry.candidate, []).append(number)
     screened = []
     for numbers in grouped.values():
         own = np.array([gains[number] for number in numbers])
         mean = float(logsumexp(own) - np.log(own.size))
         best = numbers[int(np.argmax(own))]
         member = Member(entries[best], mean - float(own.max()))
-        screened.append(Screened(member, mean))
+        screened.append(Screened(member, mean, known[best]))
     return sorted(screened, key=lambda one: -one.log_odds)
 
 
-def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArray:
-    """(entries,) log evidence of the set with each of them, less that of the set."""
+def smallest_named(one: Screened, sure: float) -> FloatArray:
+    """(p,) size of each parameter, in its unit, from which on a candidate would get a probability.
+
+    With information I about θ in units of its scale, a θ adds ½ θ² I²/(I + 1) − ½ log(1 + I) nats in mean.
+    Infinite where the data say less of it than its scale does.
+
+    Args:
+        one: a candidate beside a set.
+        sure: the probability, against nothing at all.
+    """
+    scale, information = one.best.entry.white.scale, np.maximum(one.information, 1e-300)
+    wanted = (np.log(sure / (1.0 - sure)) - one.best.log_prior) / TEMPERATURE
+    nats = wanted + 0.5 * np.log1p(information)
+    size = scale * np.sqrt(2.0 * nats * (information + 1.0)) / information
+    return np.where(information > 1.0, size, np.inf)
+
+
+def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> tuple[FloatArray, list[FloatArray]]:
+    """(entries,) log evidence of the set with each of them, less that of the set; and their information."""
     members = [member.entry.white for member in found.members]
     gram = Gram(problem.rows, (*members, *(entry.white for entry in entries)))
     whole, _ = gram.reduced(found.level)
@@ -76,11 +95,13 @@ def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArr
     own = whole[np.ix_(outer, outer)] - beside.T @ solved[:, :-1]
     score = whole[outer, y] - whole[outer, k + 1 : k + 1 + p] @ centre - beside.T @ solved[:, -1]
     gains, start = np.empty(len(entries)), 0
+    known = []
     for number, entry in enumerate(entries):
         part = slice(start, start + entry.white.count)
         gains[number] = _gain(own[part, part], score[part], entry)
+        known.append(np.diag(own)[part])
         start = part.stop
-    return gains
+    return gains, known
 
 
 def _gain(own: FloatArray, score: FloatArray, entry: Entry) -> float:

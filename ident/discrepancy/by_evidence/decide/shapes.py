@@ -55,11 +55,12 @@ class _Search:
         self.best_value = -np.inf
 
     def value(self, entry: Entry) -> float:
-        """Log evidence of the set with the effect like this."""
+        """Log evidence of the set with the effect like this; without it where the data show nothing of it."""
+        effects = (*self.others, entry.white) if entry.white.there else tuple(self.others)
+        gram = Gram(self.problem.rows, effects)
+        value = gram.posterior(self.level, range(len(effects))).log_evidence
         if not entry.white.there:
-            return -np.inf
-        gram = Gram(self.problem.rows, (*self.others, entry.white))
-        value = gram.posterior(self.level, range(len(self.others) + 1)).log_evidence
+            return value
         if value > self.best_value:
             self.best_value, self.best_entry = value, entry
         return value

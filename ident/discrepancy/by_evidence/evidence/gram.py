@@ -49,7 +49,7 @@ class Level:
         return Level(*values)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Posterior:
     """Of one set at a given level of the misfit.
 
@@ -57,13 +57,18 @@ class Posterior:
         log_evidence: nats, up to a constant that all sets on the same rows share.
         known: (k,) mean of the known factors.
         theta: (p,) mean of the effects' parameters, in units of their scales.
-        covariance: (k + p, k + p) of both.
+        factor: (k + p, k + p) lower Cholesky factor of both's precision.
     """
 
     log_evidence: float
     known: FloatArray
     theta: FloatArray
-    covariance: FloatArray
+    factor: FloatArray
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(k + p, k + p) of known factors and θ; most sets are fitted and never asked for it."""
+        return np.asarray(cho_solve((self.factor, True), np.eye(self.factor.shape[0]), check_finite=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,11 +137,12 @@ def solve(
     factor = cholesky(system, lower=True, check_finite=False)
     mean = cho_solve((factor, True), right, check_finite=False)
     log_evidence = 0.5 * (float(right @ mean) - float(power)) - float(np.log(np.diag(factor)).sum())
-    covariance = cho_solve((factor, True), np.eye(k + p), check_finite=False)
     theta = mean[k:] + centre
-    for_bounds = bounds_factor(theta, np.sqrt(np.diag(covariance)[k:]), parts)
+    # θ stands last, so its own block of the factor is that of its precision with all else integrated.
+    own = cho_solve((factor[k:, k:], True), np.eye(p), check_finite=False)
+    for_bounds = bounds_factor(theta, np.sqrt(np.diag(own)), parts)
     unsaid = sum(part.unsaid for part in parts)
-    return Posterior(log_evidence + volume + for_bounds - unsaid, mean[:k], theta, covariance)
+    return Posterior(log_evidence + volume + for_bounds - unsaid, mean[:k], theta, factor)
 
 
 def bounds_factor(mean: FloatArray, deviation: FloatArray, parts: Sequence[WhiteEffects]) -> float:

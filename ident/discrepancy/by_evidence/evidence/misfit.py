@@ -1,8 +1,11 @@
 """The misfit Φ w of a joint: what every real arm has and no vocabulary names (Kennedy and O'Hagan 2001).
 
 Φ is a modest smooth basis over speed, position, acceleration, load and direction of motion of the joint, the
-motion of the others, and time. With w ~ N(0, κ²/m) for m columns of unit root mean square, κ is the root mean
-square of the misfit in N·m (or N).
+motion of the others, and time. Splines overlap: those over speed, position and load each sum up to the
+direction of motion, so with one variance per column friction itself would be the likeliest misfit of all, and
+nothing could be named on an arm whose rows are few. The columns are therefore turned into orthonormal
+directions over the rows, and w ~ N(0, κ²/m) gives each of the m directions the same share: κ is the root mean
+square of the misfit in N·m (or N), and none of its courses is likelier than another.
 """
 
 from __future__ import annotations
@@ -20,13 +23,16 @@ _INNER = (0.005, 0.995)
 _WAVES = (1, 2, 3)
 """Half waves over the recordings: what changes in time without a cause that is known."""
 
+_SHARED = 0.1
+"""Of a column's mean square: a direction with less is a difference of columns that are nearly the same."""
+
 _NOTHING = 1e-9
 
 
 def misfit_columns(
     joint: int, state: State, load: FloatArray, used: BoolArray, sign: FrictionSign
 ) -> FloatArray:
-    """Φ of a joint, rows × m; of unit root mean square over the rows used.
+    """Φ of a joint, rows × m; orthonormal over the rows used, with a root mean square of one.
 
     Args:
         joint: from 0.
@@ -51,10 +57,20 @@ def misfit_columns(
         _of_time(state),
     ]
     columns = np.concatenate(parts, axis=1)
-    columns = columns - columns[used].mean(axis=0) if used.any() else columns
-    size = np.sqrt(np.mean(columns[used] ** 2, axis=0)) if used.any() else np.zeros(columns.shape[1])
+    if not used.any():
+        return np.zeros((columns.shape[0], 0))
+    columns = columns - columns[used].mean(axis=0)
+    size = np.sqrt(np.mean(columns[used] ** 2, axis=0))
     there = size > _NOTHING
-    return np.asarray(columns[:, there] / size[there])
+    return _directions(columns[:, there] / size[there], used)
+
+
+def _directions(columns: FloatArray, used: BoolArray) -> FloatArray:
+    """Rows × m: principal directions of unit columns (rows, k), each of unit root mean square."""
+    inside = columns[used]
+    shares, vectors = np.linalg.eigh(inside.T @ inside / inside.shape[0])
+    kept = shares > _SHARED
+    return np.asarray(columns @ (vectors[:, kept] / np.sqrt(shares[kept])))
 
 
 def _of_others(joint: int, state: State, sign: FrictionSign) -> list[FloatArray]:

@@ -98,6 +98,8 @@ class JointMisfit:
         before, after: share of the torque that is left beyond noise on recordings that were not fitted.
         kappa, accepted: root mean square of the misfit and that of the accepted run, N·m (or N).
         above: probability that it is above the accepted one.
+        nearest: the name that comes nearest to what is left here, against nothing at all; None where the
+            vocabulary has none that acts here.
     """
 
     joint: int
@@ -106,6 +108,24 @@ class JointMisfit:
     kappa: float
     accepted: float
     above: float
+    nearest: Named | None = None
+
+
+@dataclass(frozen=True)
+class Nameable:
+    """What would still have been named on these recordings, beside what is found; joints from 1.
+
+    Attributes:
+        name, joints: the effect and its place.
+        parameter, unit: its first parameter.
+        size: from which on the name would get a probability of 0.9; infinite where nothing shows it.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    parameter: str
+    size: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -117,6 +137,7 @@ class EvidenceAnswer:
         findings: effects of the best set, in the order in which they came.
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
         joints: worst first.
+        nameable: what would still have been named here.
         gate_one_rejected: whether gate 1 of the revised test rejects a model that is otherwise clean; None
             where it was not asked, or the loop cannot be simulated.
         repeats: whether noise was told from repeats of the motion.
@@ -127,6 +148,7 @@ class EvidenceAnswer:
     findings: tuple[EvidenceFinding, ...]
     ranking: tuple[Named, ...]
     joints: tuple[JointMisfit, ...]
+    nameable: tuple[Nameable, ...]
     gate_one_rejected: bool | None
     repeats: bool
     log_evidence: tuple[float, float]

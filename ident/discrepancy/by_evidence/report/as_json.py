@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from ident.discrepancy.by_evidence.decide.names import Named
@@ -22,8 +23,20 @@ def answer_json(answer: EvidenceAnswer) -> dict[str, Any]:
                 "misfit": one.kappa,
                 "misfit_accepted": one.accepted,
                 "probability_above": one.above,
+                "nearest": None if one.nearest is None else _named(one.nearest),
             }
             for one in answer.joints
+        ],
+        "smallest_named": [
+            {
+                "effect": one.name,
+                "joints": list(one.joints),
+                "parameter": one.parameter,
+                "size": one.size,
+                "unit": one.unit,
+            }
+            for one in answer.nameable
+            if isfinite(one.size)
         ],
         "gate_1_rejected": answer.gate_one_rejected,
         "repeats": answer.repeats,

@@ -16,7 +16,7 @@ from ident.discrepancy.by_evidence.accepted import SPREAD as OF_PARAMETERS
 from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import Named, probabilities, smallest
-from ident.discrepancy.by_evidence.decide.problem import pose
+from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit
@@ -133,6 +133,20 @@ def test_misfit_is_likeliest_as_accepted_and_half_as_likely_a_factor_of_e_away()
     assert grid[0] == pytest.approx(0.002)
     assert grid[-1] == pytest.approx(5.0)
     assert grid[1] / grid[0] < 2.0
+
+
+def test_no_course_of_the_misfit_is_likelier_than_another() -> None:
+    """Splines over speed and over position both sum up to the direction of motion: once is enough."""
+    recording = log()
+    data = prepare(arm(recording), [recording])
+    (basis,) = misfit_basis(data, Present(base := RegressorModel.of(EMPS), base.prior()))
+    inside = basis[data.used[:, 0]]
+    assert 15 < basis.shape[1] < 60
+    assert inside.T @ inside / inside.shape[0] == pytest.approx(np.eye(basis.shape[1]), abs=1e-9)
+    direction = np.sign(data.parts[0].at_rows.velocity[data.used[:, 0], 0])
+    direction -= direction.mean()
+    weights = np.linalg.lstsq(inside, direction, rcond=None)[0]
+    assert np.linalg.norm(inside @ weights - direction) < 0.2 * np.linalg.norm(direction)
 
 
 def test_an_autoregressive_noise_is_found_and_its_size() -> None:

@@ -13,6 +13,9 @@ from drivers.simulated.scenario import Scenario
 from ident import Recording
 from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith
+from ident.discrepancy.by_evidence.decide.search import Search
+from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 from ident.discrepancy.prior import Prior
 from ident.effects.placed import Family
@@ -59,6 +62,20 @@ def test_a_clean_arm_gets_no_name() -> None:
     assert answer.joints[0].after < 0.01
 
 
+def test_the_size_that_would_still_be_named_is_said_and_holds() -> None:
+    clean = search({})
+    said = {one.name: one for one in clean.nameable if one.joints == (1,)}
+    viscous = said["viscous_friction"]
+    assert (viscous.parameter, viscous.unit) == ("Fv1", "N·s/m")
+    described = robots.load("emps").drive[0].dynamics.viscous
+    for share, named in ((2.0, True), (0.3, False)):
+        change = share * viscous.size / described
+        answer = search({"viscous_friction": [{"drive": 1, "change": change}]})
+        assert bool(answer.findings) is named, change
+    near = clean.joints[0].nearest
+    assert near is not None and near.probability < 0.5
+
+
 def test_a_change_of_friction_is_named_with_its_size_and_confirmed() -> None:
     answer = search({"viscous_friction": [{"drive": 1, "change": 0.3}]})
     assert answer.verdict == "named"
@@ -77,6 +94,19 @@ def test_what_the_other_recording_does_not_bear_out_is_not_confirmed() -> None:
     answer = search({"viscous_friction": [{"drive": 1, "change": 0.3}]}, validated={})
     assert answer.verdict == "not_confirmed"
     assert "not confirmed" in answer.findings[0].words()
+
+
+def test_every_leader_is_looked_at_with_its_best_shape(monkeypatch: pytest.MonkeyPatch) -> None:
+    shaped: list[str] = []
+    original = Search._shaped
+
+    def noted(self: Search, found: Found, present: PresentWith) -> Found:
+        shaped.append(found.members[-1].candidate.family.name)
+        return original(self, found, present)
+
+    monkeypatch.setattr(Search, "_shaped", noted)
+    search({})
+    assert len(shaped) >= len(FEW)
 
 
 def test_two_runs_give_the_same_bits() -> None:

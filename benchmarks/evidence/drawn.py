@@ -1,0 +1,122 @@
+"""Logs of foreign plants drawn from seeds (:mod:`benchmarks.foreign_plant`), kept on disk once drawn.
+
+A seed rules the arm, its friction, motion and repeats, what is hidden and how large it is. A fifth of the
+logs hides nothing, a fifth two effects, and one in ten something that the vocabulary does not have.
+"""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+
+import robots
+from benchmarks.evidence.case import UNKNOWN, Case, Truth
+from benchmarks.foreign_plant import ARMS, Arm, Effect, Settings, record
+from benchmarks.foreign_plant.files import write_description
+from ident import Recording
+
+_SHARES = {
+    "viscous_friction": ("viscous", 0.4),
+    "coulomb_friction": ("coulomb", 0.4),
+    "asymmetric_friction": ("coulomb", 0.3),
+    "stribeck_friction": ("coulomb", 0.5),
+    "nonlinear_viscous_friction": ("coulomb", 0.3),
+    "hysteresis": ("coulomb", 0.3),
+    "torque_ripple": ("coulomb", 0.2),
+    "current_offset": ("coulomb", 0.3),
+    "rotor_inertia": ("rotor", 0.4),
+    "gravity_spring": ("torque", 0.05),
+    "eddy_brake": ("coulomb", 0.5),
+    "dragging_brake": ("coulomb", 0.4),
+}
+"""Sizes as shares of a figure of the joint."""
+_SIZES = {
+    "load_dependent_friction": 0.15,
+    "drifting_friction": 0.35,
+    "position_dependent_friction": 0.4,
+    "drive_gain_error": 0.06,
+    "current_loop_lag": 0.003,
+    "time_delay": 0.003,
+    "payload": 1.0,
+    "base_tilt": 0.03,
+    "backlash": 0.002,
+    "crosstalk": 0.1,
+    "torque_droop": 0.15,
+}
+"""Sizes in the effects' own units."""
+_OUTSIDE = ("eddy_brake", "crosstalk", "dragging_brake", "torque_droop")
+_KINDS = (0.2, 0.5, 0.2, 0.1)
+"""Chances: nothing, one effect, two, one that the vocabulary does not have."""
+
+_ACCEPTED = 900_000
+"""Seed of the clean log that an arm's prior is made of, and of nothing else."""
+
+
+def settings_of(seed: int) -> tuple[str, Settings]:
+    """The arm and how its log is made."""
+    random = np.random.default_rng([seed, 7])
+    arm = str(random.choice(sorted(ARMS), p=(0.6, 0.2, 0.2)))
+    return arm, Settings(
+        motion=random.choice(("waypoints", "multisine", "fourier"), p=(0.5, 0.25, 0.25)),
+        periods=int(random.choice((3, 1), p=(0.8, 0.2))),
+    )
+
+
+def drawn(seed: int, folder: Path) -> Case:
+    """The case of a seed; ``folder`` keeps logs and descriptions."""
+    name, settings = settings_of(seed)
+    arm, effects = ARMS[name], hidden(seed, ARMS[name])
+    own = folder / f"{name}"
+    if not (own / "robot.toml").exists():
+        write_description(own, arm, settings)
+    robot = robots.load(str(own))
+    clean = _kept(
+        folder / f"{name}-{settings.motion}.pkl", arm, Settings(motion=settings.motion), (), _ACCEPTED, 0
+    )
+    fit, held = (
+        _kept(folder / f"seed-{seed}-{part}.pkl", arm, settings, effects, seed, part) for part in (0, 1)
+    )
+    return Case(f"seed {seed}", "foreign", robot, fit, held, truth_of(effects), clean)
+
+
+def truth_of(effects: tuple[Effect, ...]) -> Truth:
+    """As armhil says it: joints from 1, none for the whole arm."""
+    return tuple(
+        (UNKNOWN if one.name in _OUTSIDE else one.name, () if one.joint < 0 else (one.joint + 1,))
+        for one in effects
+    )
+
+
+def hidden(seed: int, arm: Arm) -> tuple[Effect, ...]:
+    """None, one or two effects of the plant at joints of their own; sizes vary by a third."""
+    random = np.random.default_rng(seed)
+    kind = int(random.choice(4, p=_KINDS))
+    inside = sorted({*_SHARES, *_SIZES} - set(_OUTSIDE))
+    if kind == 3:
+        names = [str(random.choice(_OUTSIDE))]
+    else:
+        names = [str(one) for one in random.choice(inside, size=kind, replace=False)]
+    joints = random.choice(arm.n, size=len(names), replace=False)
+    return tuple(_sized(random, name, int(joint), arm) for name, joint in zip(names, joints, strict=True))
+
+
+def _sized(random: np.random.Generator, name: str, joint: int, arm: Arm) -> Effect:
+    factor = float(np.exp(random.normal(0.0, 0.3)))
+    place = -1 if name in ("payload", "base_tilt") else joint
+    if name in _SIZES:
+        return Effect(name, place, _SIZES[name] * factor)
+    figure, share = _SHARES[name]
+    return Effect(name, place, share * factor * float(getattr(arm.links[joint], figure)))
+
+
+def _kept(
+    path: Path, arm: Arm, settings: Settings, effects: tuple[Effect, ...], seed: int, part: int
+) -> Recording:
+    if path.exists():
+        return Recording(*pickle.loads(path.read_bytes()))
+    log = record(arm, settings, effects, seed, part)
+    values = (path.stem, log.time, log.reference, log.position, log.control_signal)
+    path.write_bytes(pickle.dumps(values))
+    return Recording(*values)

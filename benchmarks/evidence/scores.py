@@ -1,0 +1,105 @@
+"""Scores of answers: right, wrong, missed, clean; and whether probabilities mean what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.evidence.asked import SEARCHES
+
+Line = dict[str, Any]
+Answer = dict[str, Any]
+
+
+def report(lines: Sequence[Line]) -> str:
+    """A table with a column per search, the calibration, and one line per log."""
+    known = [line for line in lines if line["truth"] is not None]
+    hidden = [line for line in known if line["truth"]]
+    clean = [line for line in known if not line["truth"]]
+    figures: list[tuple[str, Sequence[Line], Callable[[Line, Answer], bool]]] = [
+        ("right name and joint first", hidden, first_is_right),
+        ("every hidden effect named, and nothing else", hidden, all_right),
+        ("a name that is not hidden", known, wrong),
+        ("a name that is not hidden, or a wrong one not confirmed", known, shown_wrong),
+        ("clean arm with a finding", clean, lambda line, answer: bool(answer["names"])),
+        ("clean arm called clean", clean, lambda line, answer: answer["verdict"] == "clean"),
+        ("changed arm called clean", hidden, lambda line, answer: answer["verdict"] == "clean"),
+    ]
+    head = ["| figure | " + " | ".join(SEARCHES) + " |", "|---|" + "---|" * len(SEARCHES)]
+    rows = [f"| {title} | {_cells(part, test)} |" for title, part, test in figures]
+    return "\n".join([*head, *rows, "", calibration(known), "", *(f"{_short(line)}" for line in lines)])
+
+
+def _cells(lines: Sequence[Line], test: Callable[[Line, Answer], bool]) -> str:
+    cells = []
+    for search in SEARCHES:
+        asked = [line for line in lines if search in line["answers"]]
+        hits = sum(test(line, line["answers"][search]) for line in asked)
+        cells.append(f"{hits} of {len(asked)}")
+    return " | ".join(cells)
+
+
+def same(truth: Sequence[Any], name: str, joints: Sequence[int]) -> bool:
+    """Whether a name at joints is a hidden one; a pair of joints counts where it holds the joint."""
+    return bool(truth[0] == name and (not truth[1] or not joints or set(joints) & set(truth[1])))
+
+
+def first_is_right(line: Line, answer: Answer) -> bool:
+    """Whether the first name is a hidden one, whether or not it is confirmed."""
+    first = answer["names"][:1]
+    return any(same(one, first[0]["name"], first[0]["joints"]) for one in line["truth"] if first)
+
+
+def all_right(line: Line, answer: Answer) -> bool:
+    named = [one for one in answer["names"] if one["named"]]
+    found = all(any(same(one, n["name"], n["joints"]) for n in named) for one in line["truth"])
+    return found and not wrong(line, answer)
+
+
+def wrong(line: Line, answer: Answer) -> bool:
+    return _not_hidden(line, [one for one in answer["names"] if one["named"]])
+
+
+def shown_wrong(line: Line, answer: Answer) -> bool:
+    return _not_hidden(line, answer["names"])
+
+
+def _not_hidden(line: Line, names: Sequence[dict[str, Any]]) -> bool:
+    return any(not any(same(one, n["name"], n["joints"]) for one in line["truth"]) for n in names)
+
+
+def calibration(lines: Sequence[Line]) -> str:
+    """Expected calibration error of the names' probabilities, coverage and mean size of the 95 % sets."""
+    said, true, held, sizes = [], [], [], []
+    for line in lines:
+        for name in line["answers"].get("evidence", {"names": []})["names"]:
+            said.append(name["probability"])
+            true.append(any(same(one, name["name"], name["joints"]) for one in line["truth"]))
+            held.append(any(same(one, *other[:2]) for one in line["truth"] for other in name["set"]))
+            sizes.append(len(name["set"]))
+    if not said:
+        return "no names of the evidence to calibrate"
+    probability, right = np.array(said), np.array(true, dtype=float)
+    bins = np.minimum((10 * probability).astype(int), 9)
+    error = sum(
+        abs(float(np.sum(probability[bins == b]) - np.sum(right[bins == b]))) for b in np.unique(bins)
+    ) / len(said)
+    return (
+        f"evidence: {len(said)} names, expected calibration error {error:.3f}; 95 % sets hold the truth in"
+        f" {np.mean(held):.0%}, mean size {np.mean(sizes):.2f}"
+    )
+
+
+def _short(line: Line) -> str:
+    parts = [f"{line['name']}: hidden {line['truth']}"]
+    for search, answer in line["answers"].items():
+        names = "; ".join(
+            f"{n['name']} {n['joints']} {n['probability']:.2f}{'' if n['named'] else ' (not named)'}"
+            for n in answer["names"]
+        )
+        parts.append(
+            f"  {search}: {answer['verdict']}: {names or 'no name'} ({answer['processor_seconds']} s)"
+        )
+    return "\n".join(parts)

@@ -1,0 +1,67 @@
+"""The benchmark of the searches counts what it says, and draws what the foreign plant can hide."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.evidence.case import UNKNOWN
+from benchmarks.evidence.drawn import hidden, settings_of, truth_of
+from benchmarks.evidence.scores import all_right, calibration, first_is_right, report, shown_wrong, wrong
+from benchmarks.foreign_plant import ARMS, NAMES
+
+
+def line(truth: list[Any], *names: tuple[str, list[int], float, bool], verdict: str = "named") -> Any:
+    answer = {
+        "verdict": verdict,
+        "processor_seconds": 1.0,
+        "names": [
+            {"name": n, "joints": j, "probability": p, "named": named, "set": [[n, j, p]]}
+            for n, j, p, named in names
+        ],
+    }
+    return {"name": "log", "truth": truth, "answers": {"evidence": answer}}
+
+
+def judged(test: Any, one: Any) -> bool:
+    return bool(test(one, one["answers"]["evidence"]))
+
+
+def test_a_name_counts_with_its_joint_and_only_where_it_is_given() -> None:
+    truth = [["payload", []], ["stribeck_friction", [2]]]
+    both = line(truth, ("payload", [], 0.99, True), ("stribeck_friction", [2], 0.95, True))
+    assert judged(first_is_right, both) and judged(all_right, both) and not judged(wrong, both)
+    elsewhere = line(truth, ("stribeck_friction", [3], 0.95, True))
+    assert not judged(first_is_right, elsewhere) and judged(wrong, elsewhere)
+    unsure = line(truth, ("payload", [], 0.99, True), ("hysteresis", [2], 0.6, False))
+    assert not judged(wrong, unsure) and judged(shown_wrong, unsure) and not judged(all_right, unsure)
+    pair = line([["wrist_coupling", [5]]], ("wrist_coupling", [5, 6], 0.99, True))
+    assert judged(first_is_right, pair)
+    outside = line([[UNKNOWN, [1]]], ("stribeck_friction", [1], 0.99, True))
+    assert judged(wrong, outside)
+    assert not judged(first_is_right, line([["payload", []]], verdict="unnamed"))
+
+
+def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabilities_hold() -> None:
+    clean = line([], verdict="clean")
+    missed = line([["payload", []]], verdict="clean")
+    accused = line([], ("payload", [], 0.7, False), verdict="unnamed")
+    text = report([clean, missed, accused])
+    assert "| clean arm called clean | 1 of 2 | 0 of 0 |" in text
+    assert "| changed arm called clean | 1 of 1 | 0 of 0 |" in text
+    assert "| clean arm with a finding | 1 of 2 | 0 of 0 |" in text
+    right = line([["payload", []]], ("payload", [], 0.8, False))
+    assert "2 names, expected calibration error 0.450" in calibration([right, accused])
+    assert "hold the truth in 50%" in calibration([right, accused])
+
+
+def test_what_is_drawn_the_plant_can_hide() -> None:
+    drawn = [(settings_of(seed), hidden(seed, ARMS[settings_of(seed)[0]])) for seed in range(300)]
+    assert {effect.name for _, effects in drawn for effect in effects} <= set(NAMES)
+    shares = np.bincount([len(effects) for _, effects in drawn], minlength=3) / len(drawn)
+    assert 0.12 < shares[0] < 0.28 and 0.12 < shares[2] < 0.28
+    truths = [truth for _, effects in drawn for truth in truth_of(effects)]
+    assert any(name == UNKNOWN for name, _ in truths)
+    assert all(joints == () for name, joints in truths if name in ("payload", "base_tilt"))
+    assert {arm for (arm, _), _ in drawn} == set(ARMS)
