@@ -52,6 +52,8 @@ def print_identification(
         write(console, f"- {_essential(result.essential)}", indent="  ")
     if result.consistency is not None:
         write(console, f"- Arm that can exist: {result.consistency.sentence}.", indent="  ")
+    if result.signals is not None:
+        write(console, f"- {_signals(result.signals, result.rank)}", indent="  ")
     if parameters:
         print_all(console, result, truth)
     else:
@@ -61,7 +63,7 @@ def print_identification(
 
 
 def print_all(console: Console, result: Identification, truth: Mapping[str, float] | None = None) -> None:
-    """Parameters, links, predictions, settings and gates."""
+    """Parameters, links, predictions and gates."""
     console.print()
     _write_parameters(console, result.recommended, truth)
     if result.consistency is not None:
@@ -69,8 +71,6 @@ def print_all(console: Console, result: Identification, truth: Mapping[str, floa
     if result.held_out:
         _write_held_out(console, result.held_out)
     _write_gates(console, result)
-    if result.signals is not None:
-        write(console, _signals(result.signals, result.rank))
 
 
 def _write_parameters(console: Console, estimate: Estimate, truth: Mapping[str, float] | None) -> None:
