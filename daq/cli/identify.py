@@ -22,6 +22,17 @@ from daq.cli.common import (
     steps_of,
     there,
 )
+from daq.cli.log_options import (
+    GainOfLog,
+    OffsetOfLog,
+    RatioOfLog,
+    SampleRate,
+    SaveMap,
+    SaveRobot,
+    TorqueSensors,
+    UrdfOfLog,
+    guess_request_of,
+)
 
 
 @app.command()
@@ -57,8 +68,9 @@ def identify(
         float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
-    urdf: Annotated[
-        Path | None, typer.Option("--urdf", help="Write the arm's URDF with the identified inertias here.")
+    save_urdf: Annotated[
+        Path | None,
+        typer.Option("--save-urdf", help="Write the arm's URDF with the identified inertias here."),
     ] = None,
     model: Annotated[
         Path | None,
@@ -66,6 +78,14 @@ def identify(
             "--model", help="A model file whose found effects belong to the model.", show_default="usual"
         ),
     ] = None,
+    urdf: UrdfOfLog = None,
+    sample_rate: SampleRate = None,
+    ratio: RatioOfLog = None,
+    gain: GainOfLog = None,
+    offset: OffsetOfLog = None,
+    torque_sensors: TorqueSensors = False,
+    save_map: SaveMap = None,
+    save_robot: SaveRobot = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
     parameters: Parameters = False,
@@ -74,7 +94,9 @@ def identify(
     """Identify an arm from recordings and say whether the model can be trusted.
 
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
+    A log of any arm: [bold]armhil identify log.csv --urdf arm.urdf[/]
     """
+    from daq.identification.guessed_terminal import print_guessed
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
@@ -95,8 +117,17 @@ def identify(
         friction=friction,
         validate=tuple(validate or ()),
         essential=essential,
-        urdf=urdf,
+        urdf=save_urdf,
         model=model,
+        guess=guess_request_of(
+            urdf,
+            robot,
+            sample_rate,
+            {"ratio": ratio, "gain": gain, "offset": offset},
+            torque_sensors,
+            save_map,
+            save_robot,
+        ),
     )
     catalogue = catalogue_of(no_catalogue or out is None)
     result = run_identify(request, steps_of(console, quiet))
@@ -104,6 +135,7 @@ def identify(
         keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
+    print_guessed(console, result.guessed)
     print_identification(console, result.fitted, model=result.model, parameters=parameters)
     if result.report is not None:
         write(console, f"\nReport: {result.report}")

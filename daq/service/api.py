@@ -9,8 +9,9 @@ from fastapi import APIRouter, HTTPException, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
-from daq.catalogue import arms, baselines, checks, findings, models, runs
+from daq.catalogue import arms, checks, findings, models, overview, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.overview import ArmNow
 from daq.catalogue.values import Arm, CatalogueError, CheckRecord, Model, Run
 from daq.check.check_json import baseline_json
 from daq.check.fleet import FleetFileError
@@ -53,11 +54,12 @@ def api_routes(
 def _reading(router: APIRouter, catalogue: Catalogue) -> None:
     @router.get("/api/arms", summary="All arms with the last verdict and the baseline")
     def every_arm() -> list[dict[str, Any]]:
-        return [arm_json(catalogue, arm) for arm in arms.every(catalogue)]
+        return [arm_json(one) for one in overview.every(catalogue)]
 
     @router.get("/api/arms/{label}", summary="One arm")
     def one_arm(label: Label) -> dict[str, Any]:
-        return arm_json(catalogue, arm_of(catalogue, label))
+        (one,) = overview.every(catalogue, arm_of(catalogue, label).label)
+        return arm_json(one)
 
     @router.get("/api/arms/{label}/checks", summary="Verdicts on an arm, newest first")
     def checks_of(label: Label, limit: Limit = 100) -> list[dict[str, Any]]:
@@ -200,17 +202,15 @@ def run_of(catalogue: Catalogue, number: int) -> Run:
         raise HTTPException(404, str(error)) from None
 
 
-def arm_json(catalogue: Catalogue, arm: Arm) -> dict[str, Any]:
+def arm_json(one: ArmNow) -> dict[str, Any]:
     """One arm with what is newest of it."""
-    last = checks.of_arm(catalogue, arm.id, limit=1)
-    baseline = baselines.current(catalogue, arm.id)
     return {
-        "label": arm.label,
-        "name": arm.name,
-        "simulated": arm.simulated,
-        "serials": list(arm.serials),
-        "last_check": check_json(last[0]) if last else None,
-        "baseline": None if baseline is None else baseline_json(baseline),
+        "label": one.arm.label,
+        "name": one.arm.name,
+        "simulated": one.arm.simulated,
+        "serials": list(one.arm.serials),
+        "last_check": None if one.check is None else check_json(one.check),
+        "baseline": None if one.baseline is None else baseline_json(one.baseline),
     }
 
 

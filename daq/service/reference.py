@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,6 +50,11 @@ def routes_of(described: Mapping[str, Any], address: str) -> tuple[Route, ...]:
     )
 
 
+def shared_answers(routes: Sequence[Route]) -> tuple[tuple[str, str], ...]:
+    """What every route may answer, to be said once."""
+    return tuple(one for one in routes[0].answers if all(one in route.answers for route in routes))
+
+
 def _route(verb: str, path: str, operation: Mapping[str, Any], address: str) -> Route:
     parameters = tuple(
         (p["name"], "path" if p["in"] == "path" else "query", _allowed(p["schema"]))
@@ -69,9 +74,9 @@ def _route(verb: str, path: str, operation: Mapping[str, Any], address: str) -> 
 
 def _said(code: str, answer: Mapping[str, Any]) -> str:
     content = ", ".join(answer.get("content", {}))
-    words = str(answer["description"])
-    if code == "422":
-        words = "a parameter that is not allowed"
+    words = {"422": "a parameter that is not allowed", "200": "done", "202": "begun"}.get(
+        code, str(answer["description"])
+    )
     return f"{words} ({content})" if content and code.startswith("2") else words
 
 

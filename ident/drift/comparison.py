@@ -13,7 +13,7 @@ from ident.drift.doubt import course_of, is_doubtful, is_own_warmth, usual_of, w
 from ident.drift.geometry import Geometry
 from ident.drift.history import Expected, Series, expected_of, label_of
 from ident.drift.naming import UNEXPLAINED, Explained, effect_amounts, explain
-from ident.drift.patterns import WARMTH, Pattern
+from ident.drift.patterns import Pattern
 from ident.drift.prior import NIGHTS as PRIOR_NIGHTS
 from ident.drift.values import (
     Alarm,
@@ -225,12 +225,11 @@ def _since(watched: Watch, series: Series, alarms: Sequence[Alarm], settings: Dr
 def _warmth_beside(pattern: Pattern | None, series: Series, watched: Watch) -> FloatArray | None:
     """(N,) warmth that is taken out of the change of all parameters; None where nothing tells it.
 
-    It is that of the chart that the alarm is of. All gears together are no measure of themselves.
+    It is that of the chart that the alarm is of; none beside all gears together, which are no measure of
+    themselves.
     """
     if pattern is None:
         return series.mean_celsius()
-    if pattern.effect == WARMTH and not watched.measured:
-        return None
     place = next(k for k, chart in enumerate(watched.charts) if chart.pattern is pattern)
     return watched.celsius[:, place]
 

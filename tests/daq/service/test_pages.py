@@ -76,6 +76,8 @@ def test_the_reference_of_the_interface_is_whole_and_asks_nobody(client: TestCli
     text = client.get("/docs").text
     described = client.get("/openapi.json").json()["paths"]
     assert "/api/arms/{label}/trend/{parameter}" in described
+    shared = text[text.index('id="answers"') :].partition("</section>")[0]
+    assert shared.count("<dt>") == 5 and "<dt>503</dt>" not in shared
     for path, operations in described.items():
         for verb, operation in operations.items():
             assert f"<code>{verb.upper()} {path}</code></h3>" in text
@@ -84,7 +86,7 @@ def test_the_reference_of_the_interface_is_whole_and_asks_nobody(client: TestCli
             ]
             assert escape(operation["summary"]) in section
             assert all(f"<code>{p['name']}</code>" in section for p in operation.get("parameters", ()))
-            assert all(f"<dt>{code}</dt>" in section for code in operation["responses"])
+            assert all(f"<dt>{code}</dt>" in section + shared for code in operation["responses"])
     assert "whole number, 1 to 1000; 100 where it is left out" in text
     assert "curl -X POST" in text and "http://localhost/api/fleet/{place}/check" in text
     assert '<script src="/static/' in text and text.count("//") == text.count("http://localhost/")
