@@ -34,8 +34,8 @@ from ident.exogeneity.instruments import instruments_gate
 from ident.exogeneity.rank import rank_gate
 from ident.exogeneity.revised import exogeneity_gate
 from ident.preparation.observation import observed_columns
-from ident.results import Verdict
 from ident.statistics.whitening import autoregressive_whitening
+from ident.verdicts import Verdict
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 LEVEL = 0.05

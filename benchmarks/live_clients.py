@@ -36,7 +36,7 @@ from trajectories import Trajectory, plan
 
 CHANNEL = Channel("udp_multicast", "239.74.200.9:29873")
 DURATION = 12.0
-LOOKERS = Path(__file__).with_name("lookers.py")
+SUBSCRIBERS = Path(__file__).with_name("subscribers.py")
 
 
 class Watching:
@@ -98,7 +98,7 @@ def measure(motion: Trajectory, folder: Path, clients: int) -> None:
 
         def begin(self, title: str, trajectory: Trajectory, conduct: Conduct) -> None:
             if clients:
-                words = [sys.executable, str(LOOKERS), str(port), "1", str(clients)]
+                words = [sys.executable, str(SUBSCRIBERS), str(port), "1", str(clients)]
                 looking.append(subprocess.Popen(words, stdout=subprocess.PIPE, text=True))
 
     watching = Starting(robot.bus.cycle_time)

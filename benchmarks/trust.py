@@ -41,7 +41,7 @@ from ident.estimators import instrumental_variables, stack, weighted_least_squar
 from ident.estimators.fit import stack_columns
 from ident.exogeneity import GateSettings, TestedRows, revised_test, simulation_agreement
 from ident.preparation.observation import observe, observed_columns
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots import Identification, Robot
 from robots.arrays import FloatArray
 
@@ -258,7 +258,7 @@ def _closed(gates: list[Gate | None]) -> dict[str, Any]:
     for gate in gates:
         kinds: dict[str, float] = dict.fromkeys(sizes, 0.0)
         for check in gate.columns if gate is not None else ():
-            kind = next((name for name in sizes if check.column.startswith(name)), "regressors")
+            kind = "regressors" if check.kind == "regressor" else check.kind
             kinds[kind] = max(kinds[kind], check.size)
         if gate is not None:
             for kind, size in kinds.items():

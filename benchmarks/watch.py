@@ -22,7 +22,7 @@ from scipy import stats
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.watch_arms import DRIVE, HALLS, SIMULATED, Arm, Hall, Year, arm_of, year_of
-from daq.check.residual import grown_of
+from daq.check.residual import residual_increase_of
 from ident.drift import Comparison, DriftSettings, Geometry, Night, compare, patterns_of
 from ident.drift.comparison import watch_of
 from ident.drift.history import Series, expected_of
@@ -94,11 +94,11 @@ def baseline_geometry(arm: Arm, year: Year) -> Geometry:
     return replace(arm.geometry, beta=year.values[0])
 
 
-def verdict_of(found: Comparison, grown: bool) -> str:
+def verdict_of(found: Comparison, increase: bool) -> str:
     """As ``daq.check.judged`` has it."""
     if found.state == "changed":
         return "failed" if found.large and not found.doubtful else "warning"
-    return "warning" if grown else "ok"
+    return "warning" if increase else "ok"
 
 
 def quiet_alarms(arm: Arm, year: Year) -> list[tuple[int, str]]:
@@ -117,14 +117,14 @@ def quiet_alarms(arm: Arm, year: Year) -> list[tuple[int, str]]:
     found = []
     for k in range(1, len(nights)):
         clean = [i for i in range(k) if nights[i].clean]
-        grown = bool(grown_of(year.torque_rms[clean], tuple(year.torque_rms[k])))
+        increase = bool(residual_increase_of(year.torque_rms[clean], tuple(year.torque_rms[k])))
         said = f"residual {year.torque_rms[k] / year.torque_rms[clean].max(axis=0)}"
         changed = False
         if near[k]:
             comparison = compare(nights[0], nights[1 : k + 1], geometry, SETTINGS)
             changed = comparison.state == "changed"
             said = comparison.sentence if changed else said
-        if changed or grown:
+        if changed or increase:
             nights[k] = replace(nights[k], clean=False)
             found.append((k, said))
     return found
@@ -203,8 +203,8 @@ def judged(
             continue
         found = compare(nights[0], nights[1 : k + 1], geometry, SETTINGS)
         taught = [i for i in range(k) if nights[i].clean]
-        grown = grown_of(year.torque_rms[taught], tuple(year.torque_rms[k]))
-        verdict = verdict_of(found, bool(grown))
+        increase = residual_increase_of(year.torque_rms[taught], tuple(year.torque_rms[k]))
+        verdict = verdict_of(found, bool(increase))
         clean = verdict == "ok"
         nights[k] = replace(nights[k], clean=clean)
         if course[k] > 2.0 * SETTINGS.tolerance:
@@ -212,7 +212,7 @@ def judged(
         if not clean and first is None:
             first = (k, found, verdict)
         if first is not None and k <= first[0] + PATIENCE * step and not right:
-            right = named_right(found, grown, effect, joint)
+            right = named_right(found, increase, effect, joint)
             if found.since is not None:
                 shape_right = found.since.shape == shape
                 since_off = found.since.index - start
@@ -240,10 +240,10 @@ def judged(
     return Outcome(kind, hall, start, float(course[-1]), *what, verdict, float(course[k]), said)
 
 
-def named_right(found: Comparison, grown: Any, effect: str, joint: int | None) -> bool:
+def named_right(found: Comparison, increase: Any, effect: str, joint: int | None) -> bool:
     """The effect at its joint comes first; where no parameter shows it, the joint with the grown residual."""
     if effect == "residual":
-        return bool(grown) and max(grown, key=lambda pair: pair[1])[0] == joint
+        return bool(increase) and max(increase, key=lambda pair: pair[1])[0] == joint
     return bool(found.changes) and (found.changes[0].effect, found.changes[0].joint) == (effect, joint)
 
 

@@ -118,6 +118,20 @@ HALLS = {
 }
 
 
+_LEFT_PER_KELVIN = (
+    (-0.016, -0.066),
+    (-0.007, -0.035),
+    (-0.001, -0.011),
+    (-0.014, -0.086),
+    (0.0, -0.013),
+    (-0.002, -0.029),
+)
+"""Change of the logarithm of a joint's residual per kelvin of the hall, and of the warmth left over from the
+day: means over six arms (seeds 30 to 35 of ``benchmarks/year_nights.py``, 40 nights of a year each)."""
+_LEFT_SPREAD = 0.045
+"""Deviation of what that leaves."""
+
+
 @dataclass(frozen=True)
 class Year:
     """Nights without a change: (N, b) parameters, (N,) thermometer in °C or None, (N, n) residual torque."""
@@ -158,5 +172,7 @@ def year_of(
         values += rng.normal(0.0, 2e-4, nights)[:, None] * made.gain_direction(drive)
     values += rng.normal(size=values.shape) @ np.linalg.cholesky(arm.within).T
     recorded = 22.0 + room + 0.7 * left_over + rng.normal(0.0, 0.3, nights)
-    torque = arm.torque_rms * np.exp(rng.normal(0.0, 0.02, (nights, n)))
+    of_room, of_gear = np.array(_LEFT_PER_KELVIN).T[:, :n]
+    by_warmth = room[:, None] * of_room + left_over[:, None] * of_gear
+    torque = arm.torque_rms * np.exp(by_warmth + rng.normal(0.0, _LEFT_SPREAD, (nights, n)))
     return Year(values, recorded if hall.thermometer else None, torque)

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.year_nights import Bench, Nights, bench, run_nights
 from benchmarks.year_picture import Panel, write_picture
-from daq.check.residual import ENOUGH, Grown, grown_of
+from daq.check.residual import ENOUGH, ResidualIncrease, residual_increase_of
 from ident.drift import Comparison, DriftSettings, Geometry, Night, compare
 from robots.arrays import FloatArray
 
@@ -67,7 +67,7 @@ def judge(
     return found
 
 
-def residual_warnings(torque_rms: FloatArray, clean: Sequence[bool]) -> list[tuple[int, Grown]]:
+def residual_warnings(torque_rms: FloatArray, clean: Sequence[bool]) -> list[tuple[int, ResidualIncrease]]:
     """Nights on which the check says that the model leaves more of the torque than on any clean night before.
 
     Args:
@@ -77,9 +77,9 @@ def residual_warnings(torque_rms: FloatArray, clean: Sequence[bool]) -> list[tup
     found = []
     teaches = np.array(clean)
     for k in range(1, len(torque_rms)):
-        grown = grown_of(torque_rms[:k][teaches[:k]], tuple(torque_rms[k]))
-        if grown:
-            found.append((k, grown))
+        increase = residual_increase_of(torque_rms[:k][teaches[:k]], tuple(torque_rms[k]))
+        if increase:
+            found.append((k, increase))
             teaches[k] = False
     return found
 
@@ -157,7 +157,7 @@ def run_year(
         "seed": seed,
         "nights": len(quiet),
         "false_alarms": [night.label for night, fine in zip(year, clean, strict=True) if not fine],
-        "residual_warnings": [{"night": night, "grown": grown} for night, grown in told],
+        "residual_warnings": [{"night": night, "grown": increase} for night, increase in told],
         "residual_largest": largest_growth(found.torque_rms, clean),
         "tested": len(found.verdict) - found.verdict.count(""),
         "instruments_invalid": found.verdict.count("instruments_invalid"),

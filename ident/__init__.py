@@ -8,7 +8,8 @@ from ident.identification.options import Options
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel, drive_parameters
 from ident.recording import Recording
-from ident.results import Estimate, Gate, Identification, Parameter, RevisedTest, TorqueTrace
+from ident.results import Estimate, Identification, Parameter, TorqueTrace
+from ident.verdicts import Gate, RevisedTest
 
 __all__ = [
     "BaseParameters",

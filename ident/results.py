@@ -8,20 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from ident.effects.family import StandardParameter
 from ident.effects.vocabulary import EffectEntry
+from ident.verdicts import Gate, RevisedTest
 from robots.arrays import FloatArray
 
-Verdict = Literal["exogenous", "endogenous", "instruments_invalid", "not_testable"]
 Estimator = str
 """A key of ``ident.estimators.ESTIMATORS``."""
 Method = str
 """The same, or ``auto``: least squares and IV are computed and the revised test chooses."""
-GateName = Literal["instruments", "rank", "exogeneity"]
 
 
 @dataclass(frozen=True)
@@ -36,6 +34,8 @@ class Parameter:
     """The regrouping relation, e.g. ``ZZ1 + Ia1 + YY2``."""
     leading: StandardParameter
     """The first of those in the relation, which it is named after."""
+    half_width: float | None = None
+    """Half of the interval that covers 95 %, timing and reversals included; None where not computed."""
 
     @property
     def percent_sigma(self) -> float:
@@ -69,42 +69,6 @@ class Estimate:
     def values(self) -> FloatArray:
         """β̂, shape (b,)."""
         return np.array([parameter.value for parameter in self.parameters])
-
-
-@dataclass(frozen=True)
-class ColumnCheck:
-    """One regressor column in one gate: which column, how large, how likely, and whether it passed."""
-
-    column: str
-    size: float
-    limit: float
-    p_value: float | None
-    passed: bool
-
-
-@dataclass(frozen=True)
-class Gate:
-    """One gate of the revised DWH-test. ``passed`` is None where the gate was not reached."""
-
-    name: GateName
-    null: str
-    passed: bool | None
-    statistic: float | None
-    distribution: str
-    df: tuple[float, ...] | None
-    p_value: float | None
-    detail: str
-    columns: tuple[ColumnCheck, ...] = ()
-
-
-@dataclass(frozen=True)
-class RevisedTest:
-    """The revised DWH-test: three gates in order, a verdict, and what to do about it."""
-
-    verdict: Verdict
-    recommendation: str
-    covariance: str
-    gates: tuple[Gate, ...]
 
 
 @dataclass(frozen=True)

@@ -27,12 +27,15 @@ def check_consistency(robot: Robot) -> None:
     Raises:
         ValueNotAllowed: the key that does not fit the others, and what would.
     """
+    if robot.has_drives and not robot.controller.is_given:
+        raise ValueNotAllowed(("controller",), "is missing", "[controller] beside [[drive]], or neither")
     _one_entry_per_axis(robot)
     _names_and_node_ids_differ(robot)
     _transmission_is_invertible(robot)
     _home_is_within_limits(robot)
-    _objects_hold_the_values(robot)
-    _whole_controller_steps_per_sync(robot)
+    if robot.has_drives:
+        _objects_hold_the_values(robot)
+        _whole_controller_steps_per_sync(robot)
 
 
 def _one_entry_per_axis(robot: Robot) -> None:
@@ -43,19 +46,31 @@ def _one_entry_per_axis(robot: Robot) -> None:
         ("transmission",): len(robot.transmission),
     }
     lists |= {("transmission", i): len(row) for i, row in enumerate(robot.transmission)}
+    if robot.controller.is_given:
+        lists |= _controller_lists(robot)
+    for path, length in lists.items():
+        if length == 0:
+            raise ValueNotAllowed(path, "is missing", f"{n} entries, one per joint")
+        if length != n:
+            raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
+
+
+def _controller_lists(robot: Robot) -> dict[tuple[str | int, ...], int]:
+    """Lengths of the controller's lists by key."""
+    lists: dict[tuple[str | int, ...], int] = {}
     for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
         lists[("controller", key)] = len(getattr(robot.controller, key))
     for key in ("friction_feed_forward", "acceleration_feed_forward"):
         gains = getattr(robot.controller, key)
         if gains is not None:
             lists[("controller", key)] = len(gains)
-    for path, length in lists.items():
-        if length != n:
-            raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
+    return lists
 
 
 def _names_and_node_ids_differ(robot: Robot) -> None:
     _all_differ("joint", "name", [joint.name for joint in robot.joint])
+    if not robot.has_drives:
+        return
     _all_differ("drive", "node_id", [drive.node_id for drive in robot.drive])
     master = robot.bus.master_node_id
     if master in {drive.node_id for drive in robot.drive}:

@@ -6,15 +6,15 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from robots.absent import Omittable
 from robots.errors import ValueNotAllowed
-from robots.fields import Frozen
 
 Gain = Annotated[float, Field(ge=1e-9, le=1e9)]
 GainOrNone = Annotated[float, Field(ge=0, le=1e9)]
 Share = Annotated[float, Field(ge=0, le=2)]
 
 
-class Controller(Frozen):
+class Controller(Omittable):
     """The position loop inside the drives (eq. 4 of the paper); gains have one entry per drive.
 
     ``cascade_p_pi``: v = velocity_gain · (position_gain·e + feed_forward·q̇_r − q̇) + its integral,

@@ -157,6 +157,9 @@ class Identification(Frozen):
         description="s; rows this near in time to one below minimum_speed are left out too",
     )
     offset: bool = Field(default=True, description="one torque offset per joint")
+    rotor_inertia: bool = Field(
+        default=True, description="false where torque sensors at the links do not feel the rotors"
+    )
     covariance: Literal["iid", "block", "ar", "hc", "hac", "cluster", "bootstrap"] = Field(
         default="ar",
         description="of the estimates, by name: what is assumed of the errors; block is the paper's",
@@ -200,13 +203,13 @@ class Robot(Frozen):
     description: str
     urdf: str = Field(description="path of the URDF, relative to robot.toml")
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
-    home: tuple[Place, ...] = Field(description="posture where motions start and end, rad or m")
+    home: tuple[Place, ...] = Field(default=(), description="posture where motions start and end, rad or m")
     joint: tuple[Joint, ...] = Field(min_length=1)
-    drive: tuple[Drive, ...] = Field(min_length=1)
+    drive: tuple[Drive, ...] = Field(default=(), description="none: the arm is known from logs alone")
     transmission: tuple[tuple[Coupling, ...], ...] = Field(
-        description="drive output position = transmission · joint position (n × n)"
+        default=(), description="drive output position = transmission · joint position (n × n)"
     )
-    controller: Controller
+    controller: Controller = Field(default_factory=Controller.model_construct)
     bus: Bus = Bus()
     identification: Identification
     # Where the description came from; set by the loader, not by the file.
@@ -219,8 +222,26 @@ class Robot(Frozen):
 
     @model_validator(mode="after")
     def _tables_fit_together(self) -> Self:
+        if not self.drive:
+            self.__dict__.update(self._known_from_logs())
         check_consistency(self)
         return self
+
+    def _known_from_logs(self) -> dict[str, object]:
+        """What a description without drives leaves out, where nothing but logs is to be read."""
+        n = len(self.joint)
+        middle = tuple(min(max(0.0, joint.position[0]), joint.position[1]) for joint in self.joint)
+        identity = tuple(tuple(float(i == k) for k in range(n)) for i in range(n))
+        return {
+            "drive": (Drive.of_log(),) * n,
+            "home": self.home or middle,
+            "transmission": self.transmission or identity,
+        }
+
+    @property
+    def has_drives(self) -> bool:
+        """Whether the drives are described, so that the arm can be driven; else only logs of it are read."""
+        return all(drive.is_given for drive in self.drive)
 
     @property
     def n(self) -> int:
@@ -273,6 +294,11 @@ class Robot(Frozen):
         per_revolution = np.array([2 * np.pi if joint.kind == "revolute" else 1.0 for joint in self.joint])
         counts = np.array([d.sign * d.output_counts for d in self.drive])
         return np.asarray(counts / per_revolution)
+
+    @property
+    def control_signal_per_count(self) -> FloatArray:
+        """Control-signal units per count of each drive's object, signed, (n,)."""
+        return np.array([drive.control_signal_per_count for drive in self.drive])
 
     def joint_torque(self, control_signal: FloatArray) -> FloatArray:
         """Joint torque from the drives' control signals: τ = Tᵀ (g_τ ∘ v_τ), eq. 5.

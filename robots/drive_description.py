@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from robots.absent import Omittable, missing
 from robots.consistency import INT32_MAX
 from robots.errors import ValueNotAllowed
 from robots.fields import Frozen, whole_number
@@ -20,6 +21,10 @@ class ControlSignal(Frozen):
     index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
     per_count: float = Field(ge=1e-9, le=1e6, description="control-signal units per count of the object")
+    sign: Annotated[Literal[-1, 1], BeforeValidator(whole_number)] | None = Field(
+        default=None,
+        description="-1 where a positive value pushes against the drive output; absent: as the position",
+    )
 
 
 class DriveDynamics(Frozen):
@@ -96,7 +101,7 @@ class HomingSearch(Frozen):
         return self
 
 
-class Drive(Frozen):
+class Drive(Omittable):
     """One CiA 402 drive. Its output is the gear's output shaft, in rad (or m)."""
 
     node_id: int = Field(ge=1, le=127)
@@ -151,6 +156,21 @@ class Drive(Frozen):
             )
         return self
 
+    @classmethod
+    def of_log(cls) -> Drive:
+        """A drive of which nothing is known but its torque: the control signal is that torque."""
+        nothing = DriveDynamics(inertia=0.0, viscous=0.0, coulomb=0.0)
+        return cls.model_construct(gain=1.0, gain_relative_uncertainty=0.0, dynamics=nothing)
+
+    @property
+    def control_signal_per_count(self) -> float:
+        """Control-signal units per count of its object, signed, in the sense of the drive output.
+
+        A motor that turns against the output counts position and torque against it, both: so the sign is that
+        of the position, unless the drive turns that of the position alone (607E, bit 7).
+        """
+        return (self.control_signal.sign or self.sign) * self.control_signal.per_count
+
     @property
     def output_counts(self) -> float:
         """Units of the position objects per turn (or metre) of the drive output, without sign.
@@ -159,5 +179,6 @@ class Drive(Frozen):
         """
         if self.counts_per_output_turn is not None:
             return self.counts_per_output_turn
-        assert self.encoder_counts is not None
+        if self.encoder_counts is None:
+            raise missing("drive", "counts_per_output_turn")
         return self.encoder_counts * self.gear

@@ -36,7 +36,9 @@ def description_parts(robot: Robot) -> dict[str, str]:
         RobotFileError: the URDF or a mesh of it cannot be read any more.
     """
     urdf = read_urdf(robot.urdf_path)
-    toml = robot.model_dump(mode="json", exclude_defaults=True, exclude=_FOR_PEOPLE)
+    left_out = set() if robot.has_drives else {"drive"}
+    left_out |= set() if robot.controller.is_given else {"controller"}
+    toml = robot.model_dump(mode="json", exclude_defaults=True, exclude=_FOR_PEOPLE | left_out)
     inertias = {link.name: inertial_text(link.inertial) for link in urdf.links if link.inertial is not None}
     bodies = [[link.name, body_text(body, lambda _: "")] for link, _, body in bodies_of(urdf)]
     meshes = [[link.name, k, _content(robot, urdf, body)] for link, k, body in bodies_of(urdf) if body.mesh]

@@ -42,14 +42,9 @@ def check_plausible(robot: Robot) -> None:
     Raises:
         ValueNotAllowed: the key that contradicts the others, and what would not.
     """
-    checks: tuple[Callable[[Robot], Iterator[Finding]], ...] = (
-        _gravity,
-        _joints,
-        _motor_speeds,
-        _torques,
-        _windows,
-        _homing,
-    )
+    checks: tuple[Callable[[Robot], Iterator[Finding]], ...] = (_gravity, _joints)
+    if robot.has_drives:
+        checks += (_motor_speeds, _torques, _windows, _homing)
     with np.errstate(all="ignore"):
         for check in checks:
             for path, problem, allowed in check(robot):

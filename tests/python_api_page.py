@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import BaseModel
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "python-api.md"
-PACKAGES = ("robots", "ident", "trajectories", "drivers")
+PACKAGES = ("daq.api", "robots", "ident", "trajectories", "drivers")
 """In full."""
 ROOMS = (
     "ident.effects",
@@ -34,9 +34,10 @@ ROOMS = (
 """One line for each name."""
 HEAD = """# Python API
 
-What each package exports; everything else may change without notice. `daq` exports nothing: its interfaces
-are the [command line](cli.md), its [JSON](json.md) and its files. Arrays are samples × joints, units SI and
-rad (m and N on a prismatic axis). This page is made by `python -m tests.python_api_page`.
+What each package exports; everything else may change without notice. `daq.api` is for people who write
+scripts and notebooks; the rest of `daq` has the [command line](cli.md), its [JSON](json.md) and its files as
+interfaces. Arrays are samples × joints, units SI and rad (m and N on a prismatic axis). This page is made by
+`python -m tests.python_api_page`.
 """
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$", re.MULTILINE)
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")

@@ -85,7 +85,7 @@ def current(catalogue: Catalogue, arm_id: int) -> Baseline | None:
 def of_arm(catalogue: Catalogue, arm_id: int) -> tuple[Baseline, ...]:
     """All baselines that an arm had, newest first."""
     with catalogue.reading() as connection:
-        return _found(connection, select(baselines).where(baselines.c.arm_id == arm_id))
+        return found_in(connection, select(baselines).where(baselines.c.arm_id == arm_id))
 
 
 def get_in(connection: Connection, baseline_id: int) -> Baseline:
@@ -94,7 +94,7 @@ def get_in(connection: Connection, baseline_id: int) -> Baseline:
     Raises:
         CatalogueError: there is none.
     """
-    found = _found(connection, select(baselines).where(baselines.c.id == baseline_id))
+    found = found_in(connection, select(baselines).where(baselines.c.id == baseline_id))
     if not found:
         raise CatalogueError(f"baseline {baseline_id}: is not in the catalogue")
     return found[0]
@@ -148,12 +148,12 @@ def _note(
 
 def _current(connection: Connection, arm_id: int) -> Baseline | None:
     wanted = select(baselines).where(baselines.c.arm_id == arm_id, baselines.c.state != "rolled_back")
-    found = _found(connection, wanted.limit(1))
+    found = found_in(connection, wanted.limit(1))
     return found[0] if found else None
 
 
-def _found(connection: Connection, wanted: Select[Any]) -> tuple[Baseline, ...]:
-    """Newest first, each with its events, oldest first."""
+def found_in(connection: Connection, wanted: Select[Any]) -> tuple[Baseline, ...]:
+    """Baselines of a query on their table, newest first, each with its events, oldest first."""
     rows = connection.execute(wanted.order_by(baselines.c.id.desc())).all()
     events: dict[int, list[BaselineEvent]] = {row.id: [] for row in rows}
     e = baseline_events.c

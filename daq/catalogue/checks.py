@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import Row, insert, select, update
+from sqlalchemy import Connection, Row, Select, func, insert, select, update
 
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
@@ -82,10 +82,14 @@ def verdicts_of(catalogue: Catalogue, run_ids: Sequence[int]) -> dict[int, str]:
 
 def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     """Models of the nights since a baseline on which nothing was found, and the baseline's own."""
+    state, grown = checks.c.details["state"].as_string(), checks.c.details[GROWN_JOINTS].as_string()
+    wanted = select(checks.c.model_id).where(
+        checks.c.baseline_id == baseline.id,
+        state == "unchanged",
+        func.coalesce(grown, "[]").in_(("[]", "null")),  # the rest of the details is long and stays there
+    )
     with catalogue.reading() as connection:
-        rows = connection.execute(select(checks).where(checks.c.baseline_id == baseline.id))
-        kept = [row for row in rows if row.details.get("state") == "unchanged"]
-        found = [row.model_id for row in kept if not row.details.get(GROWN_JOINTS)]
+        found = connection.execute(wanted).scalars().all()
     return frozenset(number for number in (*found, baseline.model_id) if number is not None)
 
 
@@ -101,6 +105,11 @@ def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tu
     wanted = select(checks).where(checks.c.arm_id == arm_id).order_by(checks.c.id.desc()).limit(limit)
     with catalogue.reading() as connection:
         return tuple(_check_of(row) for row in connection.execute(wanted))
+
+
+def found_in(connection: Connection, wanted: Select[Any]) -> tuple[CheckRecord, ...]:
+    """Verdicts of a query on their table, inside a transaction."""
+    return tuple(_check_of(row) for row in connection.execute(wanted))
 
 
 def _check_of(row: Row[Any]) -> CheckRecord:

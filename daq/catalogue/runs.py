@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, cast, get_args
 
-from sqlalchemy import Connection, Row, Select, insert, select, update
+from sqlalchemy import Connection, Row, Select, func, insert, select, update
 
 from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms as arms_table
 from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.schema import runs
-from daq.catalogue.values import Arm, ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
+from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
 from daq.recording.steady_clock import SteadyClock
 from daq.recording.who import is_gone, now, this_process, user
 
@@ -200,18 +200,23 @@ def kind_of(text: str | None) -> RunKind | None:
     return cast("RunKind | None", text)
 
 
-def unfinished_check(catalogue: Catalogue, arm: Arm, judged: int) -> Run | None:
-    """The newest check of an arm, where it has ended without a verdict.
+def unjudged(run: Run | None, judged: int) -> Run | None:
+    """A check that has ended without a verdict, else None.
 
     Args:
-        arm: which one.
-        judged: number of the run that was judged last; 0 where none was.
+        run: the newest check of an arm.
+        judged: number of the arm's run that was judged last; 0 where none was.
     """
-    for run in every(catalogue, arm=arm.label, kind="check", limit=1):
-        if run.id > judged and run.state != "running":
-            ended = run.state == "abandoned" or run.outcome != "completed" or run.reason == UNJUDGED
-            return run if ended else None
-    return None
+    if run is None or run.id <= judged or run.state == "running":
+        return None
+    ended = run.state == "abandoned" or run.outcome != "completed" or run.reason == UNJUDGED
+    return run if ended else None
+
+
+def newest_in(connection: Connection, *where: Any) -> tuple[Run, ...]:
+    """The newest run of each arm among those of a condition, inside a transaction."""
+    newest = select(func.max(runs.c.id)).where(*where).group_by(runs.c.arm_id)
+    return tuple(_run_of(row) for row in connection.execute(_select().where(runs.c.id.in_(newest))))
 
 
 def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:

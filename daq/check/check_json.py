@@ -55,11 +55,17 @@ def baseline_json(baseline: Baseline) -> dict[str, Any]:
 
 
 def performance_data(result: CheckResult) -> str:
-    """Nagios performance data: change of the torque per joint in N·m, and the p-value of tonight."""
+    """Nagios performance data (Monitoring Plugins' guidelines, 2.6): ``label=value;warn;crit;min;max``.
+
+    Change of the torque per joint in N·m, critical beyond the tolerance, and the p-value of tonight. There is
+    no limit of a warning: it follows from the arm's charts.
+    """
     compared = result.comparison
     if compared is None:
         return ""
-    parts = [f"'torque_change_{j}'={value:.4g}" for j, value in enumerate(compared.torque_change, start=1)]
+    limits = result.tolerance * compared.torque_rms
+    pairs = enumerate(zip(compared.torque_change, limits, strict=True), start=1)
+    parts = [f"'torque_change_{joint}'={value:.4g};;{limit:.4g};0" for joint, (value, limit) in pairs]
     if compared.between_runs is not None:
         parts.append(f"'p_value'={compared.between_runs.p_value:.3g};;;0;1")
     return " ".join(parts)

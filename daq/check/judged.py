@@ -16,7 +16,7 @@ from daq.check.nights import compare_nights, night_of, nights_since
 from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.reported import write_check_report
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.check.residual import Grown, grown_residuals, grown_words
+from daq.check.residual import ResidualIncrease, residual_increase_words, residual_increases
 from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
 from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
@@ -24,7 +24,7 @@ from daq.identification.results import write_results
 from daq.importing.load import capture_recordings
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import IDENTIFY
-from daq.keeping.keep import Made, keep_diagnose_request, keep_identified
+from daq.keeping.keep import Provenance, keep_diagnose_request, keep_identified
 from daq.recording.reader import read_capture
 from daq.recording.run_facts import report_facts
 from daq.text.progress import Steps
@@ -43,44 +43,47 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     catalogue, robot = request.catalogue, request.arm.robot
     with steps.step("Compare with the baseline"):
         capture = read_capture(recorded.capture)
+        recordings = capture_recordings(capture)
         title = f"{recorded.arm.label}: check"
         report = write_results(
             request.folder,
             robot,
             fitted,
             [recorded.capture],
-            capture_recordings(capture),
+            recordings,
             title=title,
             facts=report_facts(capture),
         )
         settings: dict[str, Any] = {"command": IDENTIFY}
         if fitted.known is not None:
             settings["model"] = found_json(fitted.known)
-        made = Made(robot, [recorded.capture], settings, request.folder / f"{robot.name}{SUFFIX}", report)
-        model = keep_identified(catalogue, fitted, made, recorded.run)
+        provenance = Provenance(
+            robot, [recorded.capture], settings, request.folder / f"{robot.name}{SUFFIX}", report
+        )
+        model = keep_identified(catalogue, fitted, provenance, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
         baseline = baselines.current(catalogue, recorded.arm.id)
         sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
         warnings = list(recorded.warnings)
         compared = None
-        grown: Grown = ()
+        increase: ResidualIncrease = ()
         if baseline is not None:
             compared, lost = _compared(request, recorded, fitted, model, baseline, sha256)
-            grown = grown_residuals(catalogue, baseline, model, sha256)
+            increase = residual_increases(catalogue, baseline, model, sha256)
             warnings += [
                 *lost_words(baseline.run_id, lost),
-                *grown_words(grown),
+                *residual_increase_words(increase),
                 *_suspicions(baseline, recorded),
             ]
     findings: tuple[str, ...] = ()
-    if compared is not None and request.search and (grown or _is_unexplained(compared)):
+    if compared is not None and request.search and (increase or _is_unexplained(compared)):
         findings = _searched(request, recorded, baseline, steps)
-    verdict, sentence = _verdict(compared, fitted, recorded.run, grown, findings)
+    verdict, sentence = _verdict(compared, fitted, recorded.run, increase, findings)
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
     details = _details(request, recorded, sha256, compared, warnings, findings)
-    details[GROWN_JOINTS] = [joint for joint, _ in grown]
+    details[GROWN_JOINTS] = [joint for joint, _ in increase]
     kept = checks.add(
         catalogue,
         recorded.run,
@@ -90,7 +93,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         model_id=model.id,
         baseline_id=None if baseline is None else baseline.id,
     )
-    write_check_report(report, robot, fitted, title, report_facts(capture), kept, baseline)
+    write_check_report(report, robot, fitted, recordings, title, report_facts(capture), kept, baseline)
     return CheckResult(
         recorded.arm.label,
         verdict,
@@ -106,6 +109,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         report,
         findings,
         before[0].verdict if before else "",
+        request.settings.tolerance,
     )
 
 
@@ -158,7 +162,11 @@ def _searched(
 
 
 def _verdict(
-    compared: Comparison | None, fitted: Fitted, run: int, grown: Grown, findings: tuple[str, ...]
+    compared: Comparison | None,
+    fitted: Fitted,
+    run: int,
+    increase: ResidualIncrease,
+    findings: tuple[str, ...],
 ) -> tuple[Verdict, str]:
     if compared is None:
         return (
@@ -172,8 +180,8 @@ def _verdict(
         return (Verdict.FAILED if compared.large and not compared.doubtful else Verdict.WARNING), said
     if findings:
         return Verdict.WARNING, said
-    if grown:
-        return Verdict.WARNING, f"{grown_words(grown)[0]}; {said}"
+    if increase:
+        return Verdict.WARNING, f"{residual_increase_words(increase)[0]}; {said}"
     if fitted.result.test.verdict == "instruments_invalid":
         return Verdict.WARNING, f"the model does not explain the arm (instruments invalid); {said}"
     return Verdict.OK, said

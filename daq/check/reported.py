@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from daq.catalogue.values import Baseline, CheckRecord
 from daq.identification.results import report_content
 from daq.report.check_view import CheckView, check_view
 from daq.report.page import write_report
-from ident import Fitted
+from ident import Fitted, Recording
 from robots import Robot
 
 
@@ -17,6 +17,7 @@ def write_check_report(
     path: Path,
     robot: Robot,
     fitted: Fitted,
+    recordings: Sequence[Recording],
     title: str,
     facts: Mapping[str, str],
     record: CheckRecord,
@@ -28,6 +29,7 @@ def write_check_report(
         path: of the page.
         robot: the arm.
         fitted: tonight's identification.
+        recordings: that it was made from.
         title: of the page.
         facts: how the data was made, label → text.
         record: the verdict, as it was kept.
@@ -37,7 +39,7 @@ def write_check_report(
         ReportError: the file cannot be written.
     """
     view = view_of(record, baseline)
-    write_report(path, report_content(robot, fitted, title=title, facts=facts, check=view))
+    write_report(path, report_content(robot, fitted, recordings, title=title, facts=facts, check=view))
 
 
 def view_of(record: CheckRecord, baseline: Baseline | None) -> CheckView:

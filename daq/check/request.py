@@ -76,6 +76,7 @@ class CheckResult:
         capture, report: files.
         findings: sentences of the search for missing effects.
         previous: verdict of the check before; empty where there was none.
+        tolerance: share of a joint's torque by which it may change.
     """
 
     arm: str
@@ -92,3 +93,4 @@ class CheckResult:
     report: Path
     findings: tuple[str, ...] = ()
     previous: str = ""
+    tolerance: float = DriftSettings.tolerance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import stdtrit
 
 from daq.catalogue import checks, models
 from daq.catalogue.checks import GROWN_JOINTS
@@ -17,13 +18,21 @@ ENOUGH = 5
 GROWN, GROWN_OF_FEW = 1.3, 2.0
 """Times the largest before; of fewer nights than enough more is asked for."""
 
-Grown = tuple[tuple[int, float], ...]
+LEARNING = 30
+"""Nights within which a step that came before there were enough is still looked for."""
+SPREAD, PRIOR_NIGHTS = 0.1, 5
+"""Deviation of the logarithm of a joint's residual from night to night, and nights that this counts as: of
+simulated years 0.05 to 0.15, since what friction's model leaves follows the warmth of the gears."""
+_FALSE_STEPS = 0.05
+"""Steps found by chance on an arm without one, over all joints, places and nights."""
+
+ResidualIncrease = tuple[tuple[int, float], ...]
 """Joints, from 1, and how many times as large their residual torque is as on any clean night before."""
 
 
-def grown_residuals(
+def residual_increases(
     catalogue: Catalogue, baseline: Baseline, tonight: Model, trajectory_sha256: str
-) -> Grown:
+) -> ResidualIncrease:
     """Joints whose residual torque is larger than on every clean night before.
 
     Args:
@@ -41,7 +50,7 @@ def grown_residuals(
         if record.model_id not in (None, tonight.id) and clean and same_motion:
             before.append(models.get(catalogue, int(record.model_id or 0)).torque_rms)
     joints = len(tonight.torque_rms)
-    return grown_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
+    return residual_increase_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
 
 
 def found_nothing(record: CheckRecord) -> bool:
@@ -49,18 +58,45 @@ def found_nothing(record: CheckRecord) -> bool:
     return record.details.get("state") == "unchanged" and not record.details.get(GROWN_JOINTS)
 
 
-def grown_of(before: FloatArray, tonight: tuple[float, ...]) -> Grown:
+def residual_increase_of(before: FloatArray, tonight: tuple[float, ...]) -> ResidualIncrease:
     """The same of arrays: (nights, n) before, and (n,) tonight."""
     if not len(before):
         return ()
     limit = GROWN if len(before) >= ENOUGH else GROWN_OF_FEW
-    times = np.array(tonight) / np.maximum(before.max(axis=0), np.finfo(float).tiny)
-    return tuple((joint, float(time)) for joint, time in enumerate(times, start=1) if time > limit)
+    tiny = np.finfo(float).tiny
+    times = np.array(tonight) / np.maximum(before.max(axis=0), tiny)
+    steps = np.exp(_early_steps(np.log(np.maximum(np.vstack([before, tonight]), tiny))))
+    found = np.where(times > limit, times, np.where(steps > GROWN, steps, 0.0))
+    return tuple((joint, float(time)) for joint, time in enumerate(found, start=1) if time > 0.0)
 
 
-def grown_words(grown: Grown) -> list[str]:
+def _early_steps(logs: FloatArray) -> FloatArray:
+    """(n,) largest sure step of the logarithm (N, n) among the first nights; zeros where there is none.
+
+    A step that came while a residual had to double to be told has taught the nights since. Those before and
+    after it are compared once there are enough after it: Student's t with a variance drawn towards the
+    prior, corrected for joints, places and nights that are tried (Bonferroni).
+    """
+    nights, joints = logs.shape
+    found = np.zeros(joints)
+    if nights > LEARNING:
+        return found
+    level = _FALSE_STEPS / (joints * (ENOUGH - 1) * LEARNING)
+    df = PRIOR_NIGHTS + nights - 2
+    for start in range(1, min(ENOUGH, nights - ENOUGH + 1)):
+        old, new = logs[:start], logs[start:]
+        apart = new.mean(axis=0) - old.mean(axis=0)
+        squares = nights * logs.var(axis=0) - apart**2 * len(old) * len(new) / nights
+        variance = (PRIOR_NIGHTS * SPREAD**2 + squares) / df
+        sure = apart > stdtrit(df, 1.0 - level) * np.sqrt(variance * (1 / len(old) + 1 / len(new)))
+        lasting = logs[-1] - old.mean(axis=0) > np.log(GROWN)
+        found = np.where(sure & lasting, np.maximum(found, apart), found)
+    return found
+
+
+def residual_increase_words(increase: ResidualIncrease) -> list[str]:
     """A warning where the model explains less than it did."""
-    if not grown:
+    if not increase:
         return []
-    parts = ", ".join(f"joint {joint} {time:.2g} times as much" for joint, time in grown)
-    return [f"the model leaves more of the torque than on any night before ({parts}): a new effect?"]
+    parts = ", ".join(f"joint {joint} {time:.2g} times as much" for joint, time in increase)
+    return [f"the model leaves more of the torque than on the nights before ({parts}): a new effect?"]

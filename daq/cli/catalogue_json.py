@@ -14,6 +14,7 @@ from daq.keeping.again import Rerun
 from daq.keeping.compare import ComparedParameter, Comparison
 from daq.keeping.prune import PrunePlan
 from daq.text.numbers import json_number
+from daq.text.parameter_rows import parameter_rows
 
 
 def runs_json(runs: Iterable[Run], verdicts: Mapping[int, str]) -> dict[str, Any]:
@@ -72,10 +73,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "torque_rms": [json_number(value) for value in model.torque_rms],
         "effects": list(model.effects),
         "found": [entry_json(entry) for entry in model.found],
-        "parameters": [
-            {"name": p.name, "value": json_number(p.value), "sigma": json_number(p.sigma), "unit": p.unit}
-            for p in model.parameters
-        ],
+        "parameters": parameter_rows(model.parameters),
         "covariance": model.covariance_kind,
         "settings": dict(model.settings),
         "sources": [{"path": source.path, "sha256": source.sha256} for source in model.sources],
@@ -117,10 +115,7 @@ def rerun_json(rerun: Rerun) -> dict[str, Any]:
         "method": estimate.method,
         "verdict": result.test.verdict,
         "rows": result.rows,
-        "parameters": [
-            {"name": p.name, "value": json_number(p.value), "sigma": json_number(p.sigma), "unit": p.unit}
-            for p in estimate.parameters
-        ],
+        "parameters": parameter_rows(estimate.parameters),
         "report": None if rerun.result.report is None else str(rerun.result.report),
     }
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from daq.cli.app import SAID
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -94,7 +97,8 @@ RunNumber = Annotated[int, typer.Argument(help="Number of a run (see `armhil run
 
 
 def say(text: str) -> None:
-    """One line on standard error; on a terminal it breaks between words."""
+    """One line on standard error, and in the log; on a terminal it breaks between words."""
+    logging.getLogger(SAID).info("%s", text)
     from daq.text.wrapped import width_of, wrapped
 
     sys.stderr.write("\n".join(wrapped(f"armhil: {text}", width_of(sys.stderr))) + "\n")

@@ -8,7 +8,18 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Columns, Json, RobotOfRecording, console_of, print_json, there
+from daq.cli.common import (
+    OK,
+    WARNING,
+    Columns,
+    Json,
+    Quiet,
+    RobotOfRecording,
+    console_of,
+    print_json,
+    steps_of,
+    there,
+)
 
 
 @app.command()
@@ -18,6 +29,7 @@ def controller(
     ],
     robot: RobotOfRecording = None,
     columns: Columns = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Identify the drives' control law from set-points, positions and control signals.
@@ -25,10 +37,9 @@ def controller(
     Example: [bold]armhil controller runs/first/capture.mcap[/]
     """
     from daq.identification.controller import controller_json, print_controller, run_controller
-    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
-    result = run_controller(tuple(paths), robot, columns, TerminalSteps(console))
+    result = run_controller(tuple(paths), robot, columns, steps_of(console, quiet))
     if as_json:
         print_json(controller_json(result, [str(path) for path in paths]))
     print_controller(console, result)

@@ -12,7 +12,7 @@ from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
 from daq.importing.load import capture_recordings
 from daq.keeping.again import IDENTIFY
-from daq.keeping.keep import Made, keep_identified
+from daq.keeping.keep import Provenance, keep_identified
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from daq.recording.run_facts import report_facts
@@ -128,8 +128,8 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
     if request.catalogue is not None:
         model = request.folder / f"{robot.name}{SUFFIX}"
         # Again with nothing but the recording: it describes the arm as this run knows it.
-        made = Made(robot, [capture.path], {"command": IDENTIFY}, model, report)
-        keep_identified(request.catalogue, fitted, made, number)
+        provenance = Provenance(robot, [capture.path], {"command": IDENTIFY}, model, report)
+        keep_identified(request.catalogue, fitted, provenance, number)
     return DemoResult(fitted, truth, capture, report, number)
 
 

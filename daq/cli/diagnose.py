@@ -18,6 +18,7 @@ from daq.cli.common import (
     NoCatalogue,
     NotCommissioned,
     Parameters,
+    Quiet,
     RobotOfRecording,
     Simulated,
     SimulatedSeed,
@@ -89,6 +90,7 @@ def diagnose(
     ] = "rules",
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
     parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
@@ -103,7 +105,6 @@ def diagnose(
     from daq.keeping.keep import keep_diagnose_request
     from daq.recording.capture import CaptureError
     from daq.session.cell import cell_of
-    from daq.text.terminal_steps import TerminalSteps
     from daq.text.wrapped import write
 
     console = console_of(as_json)
@@ -121,12 +122,12 @@ def diagnose(
     )
     if live is None and not paths:
         raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
-    answer = _by_evidence(request, search, console)
+    answer = _by_evidence(request, search, console, quiet)
     if search == "evidence":
         return _only_evidence(answer, console, as_json)
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
-        result = run_diagnose(request, TerminalSteps(console))
+        result = run_diagnose(request, steps_of(console, quiet))
         content = result.content
     else:
         order = arm_order_of(
@@ -141,7 +142,7 @@ def diagnose(
             as_json=as_json,
         )
         confirm = asking(yes, simulated, as_json)
-        found = _live(request, order, cell_of(cell), catalogue, confirm, console, rounds, duration)
+        found = _live(request, order, cell_of(cell), catalogue, confirm, console, rounds, duration, quiet)
         more = {
             "recorded": [str(path) for path in found.recorded],
             "rounds": len(found.results) - 1,
@@ -165,7 +166,7 @@ def diagnose(
     return _EXIT_CODES.get(result.diagnosis.verdict, WARNING)
 
 
-def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
+def _by_evidence(request: Any, search: Searches, console: Any, quiet: bool) -> Any:
     """The answer by evidence; None where it is not asked for, or has no recording.
 
     Raises:
@@ -173,7 +174,6 @@ def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
     """
     from daq.diagnosis.evidence import run_by_evidence
     from daq.recording.capture import CaptureError
-    from daq.text.terminal_steps import TerminalSteps
 
     if search == "rules":
         return None
@@ -183,7 +183,7 @@ def _by_evidence(request: Any, search: Searches, console: Any) -> Any:
         raise CaptureError(
             "--search evidence writes no files yet; allowed: without --out, or --search both with it"
         )
-    return run_by_evidence(request, TerminalSteps(console))
+    return run_by_evidence(request, steps_of(console, quiet))
 
 
 def _only_evidence(answer: Any, console: Any, as_json: bool) -> int:
@@ -205,6 +205,7 @@ def _live(
     console: Any,
     rounds: int,
     duration: float,
+    quiet: bool,
 ) -> Any:
     """The diagnosis with the arm in the loop."""
     from daq.diagnosis.bench import LiveArm
@@ -213,7 +214,7 @@ def _live(
     from daq.session.keyboard import by_keyboard
     from daq.text.wrapped import write
 
-    steps, watcher = steps_of(console, False), watcher_of(console, order.robot, False)
+    steps, watcher = steps_of(console, quiet), watcher_of(console, order.robot, quiet)
     folder = live_folder(request.out, order.robot)
     live = LiveRequest(request, order.robot, folder, rounds=rounds, duration=duration)
     with opened(order, catalogue, steps, "drive", cell) as arm:

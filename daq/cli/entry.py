@@ -5,6 +5,7 @@ Modules that take long to import are imported inside the commands, so that help 
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
@@ -44,7 +45,7 @@ from daq.cli import (
     sim,
     test,
 )
-from daq.cli.app import app
+from daq.cli.app import SAID, app
 from daq.cli.common import FAILED, INTERRUPTED, OK, say
 from daq.session.session_error import RunInterrupted
 from robots.errors import UserError
@@ -109,4 +110,6 @@ def main() -> None:
         sys.exit(FAILED)
     if code == INTERRUPTED:
         say("interrupted")  # Typer makes this code of a KeyboardInterrupt
-    sys.exit(code if isinstance(code, int) else OK)
+    code = code if isinstance(code, int) else OK
+    logging.getLogger(SAID).info("ended with %d", code)
+    sys.exit(code)

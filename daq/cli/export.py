@@ -14,7 +14,9 @@ from daq.cli.common import OK, WARNING, Json, console_of, print_json, there
 @app.command()
 def export(
     capture: Annotated[Path, typer.Argument(help="A capture (.mcap).", callback=there)],
-    kind: Annotated[str, typer.Option("--format", help="csv, parquet, mat, urdf, blf or asc.")] = "csv",
+    kind: Annotated[
+        str, typer.Option("--format", help="csv, parquet, mat, rosbag2, urdf, blf or asc.")
+    ] = "csv",
     out: Annotated[
         Path | None, typer.Option("--out", help="The new file.", show_default="<capture>.<format>")
     ] = None,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, Columns, Json, RobotOfRecording, console_of, print_json, there
+from daq.cli.common import OK, Columns, Json, Quiet, RobotOfRecording, console_of, print_json, steps_of, there
 
 
 @app.command()
@@ -27,6 +27,7 @@ def gain(
     ],
     robot: RobotOfRecording = None,
     columns: Columns = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Identify the drive gains from recordings without and with a known payload.
@@ -34,11 +35,10 @@ def gain(
     Example: [bold]armhil gain runs/a/capture.mcap --loaded runs/b/capture.mcap --payload payload.toml[/]
     """
     from daq.identification.drive_gains import GainRequest, gains_json, print_gains, run_gain
-    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     request = GainRequest(tuple(paths), tuple(loaded), payload, robot, columns)
-    result = run_gain(request, TerminalSteps(console))
+    result = run_gain(request, steps_of(console, quiet))
     if as_json:
         print_json(gains_json(result, request))
     print_gains(console, result)

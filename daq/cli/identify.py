@@ -13,12 +13,25 @@ from daq.cli.common import (
     Json,
     NoCatalogue,
     Parameters,
+    Quiet,
     RobotOfRecording,
     catalogue_of,
     code_of,
     console_of,
     print_json,
+    steps_of,
     there,
+)
+from daq.cli.log_options import (
+    GainOfLog,
+    OffsetOfLog,
+    RatioOfLog,
+    SampleRate,
+    SaveMap,
+    SaveRobot,
+    TorqueSensors,
+    UrdfOfLog,
+    guess_request_of,
 )
 
 
@@ -55,8 +68,9 @@ def identify(
         float | None, typer.Option(min=0.1, help="Rows per second after decimation.", show_default="settings")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report and model file.")] = None,
-    urdf: Annotated[
-        Path | None, typer.Option("--urdf", help="Write the arm's URDF with the identified inertias here.")
+    save_urdf: Annotated[
+        Path | None,
+        typer.Option("--save-urdf", help="Write the arm's URDF with the identified inertias here."),
     ] = None,
     model: Annotated[
         Path | None,
@@ -64,20 +78,30 @@ def identify(
             "--model", help="A model file whose found effects belong to the model.", show_default="usual"
         ),
     ] = None,
+    urdf: UrdfOfLog = None,
+    sample_rate: SampleRate = None,
+    ratio: RatioOfLog = None,
+    gain: GainOfLog = None,
+    offset: OffsetOfLog = None,
+    torque_sensors: TorqueSensors = False,
+    save_map: SaveMap = None,
+    save_robot: SaveRobot = None,
     no_catalogue: NoCatalogue = False,
+    quiet: Quiet = False,
     parameters: Parameters = False,
     as_json: Json = False,
 ) -> int:
     """Identify an arm from recordings and say whether the model can be trusted.
 
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
+    A log of any arm: [bold]armhil identify log.csv --urdf arm.urdf[/]
     """
+    from daq.identification.guessed_terminal import print_guessed
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
     from daq.identification.terminal import print_identification
     from daq.keeping.keep import keep_request
-    from daq.text.terminal_steps import TerminalSteps
     from daq.text.wrapped import write
 
     console = console_of(as_json)
@@ -93,15 +117,25 @@ def identify(
         friction=friction,
         validate=tuple(validate or ()),
         essential=essential,
-        urdf=urdf,
+        urdf=save_urdf,
         model=model,
+        guess=guess_request_of(
+            urdf,
+            robot,
+            sample_rate,
+            {"ratio": ratio, "gain": gain, "offset": offset},
+            torque_sensors,
+            save_map,
+            save_robot,
+        ),
     )
     catalogue = catalogue_of(no_catalogue or out is None)
-    result = run_identify(request, TerminalSteps(console))
+    result = run_identify(request, steps_of(console, quiet))
     if catalogue is not None:
         keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))
+    print_guessed(console, result.guessed)
     print_identification(console, result.fitted, model=result.model, parameters=parameters)
     if result.report is not None:
         write(console, f"\nReport: {result.report}")

@@ -8,7 +8,19 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import FAILED, OK, UNKNOWN, WARNING, Json, Periods, RobotArgument, console_of, print_json
+from daq.cli.common import (
+    FAILED,
+    OK,
+    UNKNOWN,
+    WARNING,
+    Json,
+    Periods,
+    Quiet,
+    RobotArgument,
+    console_of,
+    print_json,
+    steps_of,
+)
 
 
 @app.command()
@@ -48,6 +60,7 @@ def plan(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-plan-<robot>")
     ] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Plan an exciting trajectory, or judge any trajectory, before anything moves.
@@ -59,7 +72,6 @@ def plan(
     from daq.planning.plan_json import plan_json
     from daq.planning.plan_options import criterion_of, family_of, posture_of, words_of
     from daq.planning.plan_terminal import print_plan
-    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     request = PlanRequest(
@@ -83,7 +95,7 @@ def plan(
         earlier=earlier,
         out=out,
     )
-    result = run_plan(request, TerminalSteps(console))
+    result = run_plan(request, steps_of(console, quiet))
     if as_json:
         print_json(plan_json(result))
     print_plan(console, result)

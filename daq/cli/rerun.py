@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, RunNumber, console_of, print_json
+from daq.cli.common import OK, WARNING, Json, Quiet, RunNumber, console_of, print_json, steps_of
 
 
 class Analysis(StrEnum):
@@ -31,6 +31,7 @@ def rerun(
         Path | None,
         typer.Option("--out", help="Folder for report and model file; the model is kept too."),
     ] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
     """Analyse again what a run recorded, with the settings of then: is it identical? Nothing ever moves.
@@ -39,7 +40,6 @@ def rerun(
     """
     from daq.catalogue.database import Catalogue
     from daq.keeping.rerun_choice import chosen_analysis
-    from daq.text.terminal_steps import TerminalSteps
 
     console = console_of(as_json)
     with Catalogue() as catalogue:
@@ -49,7 +49,7 @@ def rerun(
             Analysis.DIAGNOSIS: _diagnosis,
             Analysis.CHECK: _check,
         }[wanted]
-        return again(catalogue, run, TerminalSteps(console), out, console, as_json)
+        return again(catalogue, run, steps_of(console, quiet), out, console, as_json)
 
 
 def _identification(

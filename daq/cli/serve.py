@@ -8,7 +8,10 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, say
+from daq.cli.common import OK, console_of, say
+
+VARIABLES = ("ARMHIL_CATALOGUE", "ARMHIL_SERVICE", "ARMHIL_FLEET", "ARMHIL_NOTIFY", "ARMHIL_STATE")
+"""What the service has to find as whoever installs it does."""
 
 
 @app.command()
@@ -26,6 +29,9 @@ def serve(
     out: Annotated[Path, typer.Option("--out", help="Folder for checks that are started here.")] = Path(
         "runs"
     ),
+    unit: Annotated[
+        bool, typer.Option("--unit", help="Only print a systemd unit that serves with these options.")
+    ] = False,
 ) -> int:
     """Show arms, runs, trends and live runs in a browser; REST and Prometheus metrics beside it.
 
@@ -33,7 +39,15 @@ def serve(
     """
     from daq.service.serve import serve as run_service
     from daq.service.settings import read_service
+    from daq.service.units import serving_unit
 
+    if unit:
+        given = {"--host": host, "--port": port, "--config": config, "--out": out.absolute()}
+        options = [word for name, value in given.items() if value is not None for word in (name, str(value))]
+        console_of(False).print(
+            serving_unit(tuple(options), Path.cwd(), VARIABLES), soft_wrap=True, highlight=False, markup=False
+        )
+        return OK
     run_service(
         read_service(config, host, port), out, lambda address: say(f"serving {address}; Ctrl-C ends it")
     )

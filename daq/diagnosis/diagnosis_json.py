@@ -13,7 +13,7 @@ from daq.text.numbers import json_number
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
 from ident.discrepancy.confirmation import Confirmation, Shown
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import FloatArray
 from trajectories.information.separation import Separation
 

@@ -6,7 +6,7 @@ from daq.diagnosis.settled_by import settled_by
 from daq.text.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, Gate
 from robots import Joint
 
 
@@ -109,14 +109,11 @@ def gate_words(before: ModelCheck, after: ModelCheck) -> str:
         return f"cannot be run: {before.reason or after.reason}"
     worst = worst_check(before.gate)
     then = next((check for check in after.gate.columns if check.column == worst.column), worst)
-    what = worst.column if worst.column.startswith(_LOOP) else f"regressor {worst.column}"
+    what = f"regressor {worst.column}" if worst.kind == "regressor" else worst.column
     return (
         f"{_passed(before.gate)} → {_passed(after.gate)}; what the simulation lacks of the {what} goes from"
         f" {percent(100 * worst.size)} to {percent(100 * then.size)} (margin {percent(100 * worst.limit)})"
     )
-
-
-_LOOP = ("torque", "following error")
 
 
 def worst_check(gate: Gate) -> ColumnCheck:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from daq.exporting.raw_frames import write_frames
+from daq.exporting.rosbag2 import write_rosbag2
 from daq.exporting.tables import (
     flat_name,
     import_map,
@@ -22,10 +24,11 @@ from daq.recording.capture import Capture, CaptureError
 from daq.recording.described_arm import described
 from daq.recording.reader import read_capture
 
-Format = Literal["csv", "parquet", "mat", "urdf", "blf", "asc"]
+Format = Literal["csv", "parquet", "mat", "rosbag2", "urdf", "blf", "asc"]
 FORMATS = get_args(Format)
 _TABLES = ("csv", "parquet", "mat")
 _FRAMES = ("blf", "asc")
+BAG = "rosbag2"
 MAP_SUFFIX = ".import.toml"
 
 
@@ -34,7 +37,7 @@ class Exported:
     """What was written.
 
     Attributes:
-        path: the file.
+        path: the file; the folder of a rosbag2.
         rows: samples or frames in it; None for a URDF.
         map: the column map that reads it back; None where there is none.
         warnings: what the capture lacks, one sentence each.
@@ -60,19 +63,26 @@ def export_capture(source: Path, kind: str, out: Path | None = None) -> Exported
     """
     if kind not in FORMATS:
         raise CaptureError(f"--format {kind!r} is not known; allowed: {', '.join(FORMATS)}")
-    capture = read_capture(source, allow_empty=kind not in _TABLES)
-    path = out if out is not None else source.with_suffix(f".{kind}")
+    capture = read_capture(source, allow_empty=kind not in (*_TABLES, BAG))
+    path = out if out is not None else source.with_suffix("" if kind == BAG else f".{kind}")
+    if kind == BAG and out is None:
+        path = path.with_name(f"{path.name}-{BAG}")
     _refuse_overwriting(path)
     rows, map_path = None, None
     try:
         if kind in _TABLES:
             rows, map_path = _write_table(capture, kind, path)
+        elif kind == BAG:
+            with described(None, capture.path) as (robot, _):
+                rows = write_rosbag2(path, capture, robot)
         elif kind in _FRAMES:
             rows = _write_raw_frames(capture, kind, path)
         else:
             path.write_text(capture.urdf_text, encoding="utf-8")
     except BaseException as error:
         # Neither was there before: see above.
+        if path.is_dir():
+            shutil.rmtree(path)
         path.unlink(missing_ok=True)
         map_of(path).unlink(missing_ok=True)
         if isinstance(error, OSError):

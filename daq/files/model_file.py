@@ -20,7 +20,8 @@ from daq.files.toml_text import TomlTextError, toml_text
 from ident import Fitted
 from ident.effects.vocabulary import EffectEntry
 from ident.estimators import ESTIMATORS
-from ident.results import Parameter, Verdict
+from ident.results import Parameter
+from ident.verdicts import Verdict
 from robots import Identification, Robot
 from robots.arrays import FloatArray
 from robots.errors import UserError, ValueNotAllowed

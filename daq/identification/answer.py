@@ -46,7 +46,7 @@ def answer_of(
     parts = [_good_to(result, kind), *_use(kind, model), *_not_seen(result.recommended)]
     odd = [f"{result.test.recommendation} {asked_for(result)}".strip()]
     odd += [] if truth is None else [_against(result.recommended, truth)]
-    odd += [_sentence(warning) for warning in result.warnings]
+    odd += [f"warning: {_ended(warning)}" for warning in result.warnings]
     return Answer(kind, "; ".join(parts) + ".", tuple(odd))
 
 
@@ -85,8 +85,8 @@ def _against(estimate: Estimate, truth: Mapping[str, float]) -> str:
     )
 
 
-def _sentence(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}" + ("" if words.endswith(".") else ".")
+def _ended(words: str) -> str:
+    return words if words.endswith(".") else f"{words}."
 
 
 def per_joint(result: Identification, robot: Robot) -> tuple[list[str], list[list[str]]]:

@@ -14,14 +14,13 @@ from ident.results import (
     DroppedParameter,
     Essential,
     Estimate,
-    Gate,
     HeldOut,
     Identification,
     Parameter,
     Rank,
-    RevisedTest,
     Signals,
 )
+from ident.verdicts import Gate, RevisedTest
 
 
 def identification_json(
@@ -86,6 +85,7 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "sigma": json_number(parameter.sigma),
         "percent_sigma": json_number(parameter.percent_sigma),
         "t_value": json_number(parameter.t_value),
+        "half_width": json_number(parameter.half_width),
         "unit": parameter.unit,
     }
 

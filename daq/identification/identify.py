@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
 from daq.files.found_model import read_found_model
@@ -13,6 +16,7 @@ from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
+from daq.importing.guess_log import GuessRequest, guess_log, save_guess
 from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
 from daq.recording.capture import Capture
 from daq.recording.described_arm import described
@@ -42,6 +46,7 @@ class IdentifyRequest:
         validate: captures or logs that are predicted and not fitted to.
         essential: look for the essential parameters too.
         urdf: file for the arm's URDF with the identified inertias; not written where None.
+        guess: what a log is to be taken for by its URDF; None where its arm is described.
         model: a model file whose found effects are part of the model, or what it held; the usual model
             where None.
     """
@@ -59,15 +64,17 @@ class IdentifyRequest:
     essential: bool = False
     urdf: Path | None = None
     model: Path | FoundModel | None = None
+    guess: GuessRequest | None = None
 
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """What came out; ``report`` and ``urdf`` are None where they were not asked for."""
+    """What came out; ``report`` and ``urdf`` are None where not asked for; ``guessed`` is of a log."""
 
     fitted: Fitted
     report: Path | None
     urdf: Path | None = None
+    guessed: tuple[str, ...] = ()
 
     @property
     def model(self) -> Path | None:
@@ -83,13 +90,13 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         ArmMismatch: the recordings are of two arms.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
-    with described(request.robot, request.paths[0]) as (robot, first):
+    with _arm_of(request, steps) as (robot, first, columns, guessed):
         if request.urdf is not None:
             check_urdf_path(request.urdf, robot)
         found = read_found_model(request.model, robot) if isinstance(request.model, Path) else request.model
         with steps.step("Read recordings"):
-            loaded = [_load(path, robot, request.columns, first) for path in request.paths]
-            held_out = [_load(path, robot, request.columns, first) for path in request.validate]
+            loaded = [_load(path, robot, columns, first) for path in request.paths]
+            held_out = [_load(path, robot, columns, first) for path in request.validate]
         refuse_two_arms(loaded)
         doubts = doubts_of_arm(loaded, held_out, robot)
         recordings = _recordings(loaded)
@@ -118,7 +125,23 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         report = None if folder is None else _write(folder, fitted.base.model.robot, loaded, fitted)
         if request.urdf is not None:
             write_urdf(request.urdf, fitted, [part.path for part in loaded])
-    return IdentifyResult(fitted, report, request.urdf)
+    return IdentifyResult(fitted, report, request.urdf, guessed)
+
+
+@contextmanager
+def _arm_of(
+    request: IdentifyRequest, steps: Steps
+) -> Iterator[tuple[Robot, Capture | None, Path | None, tuple[str, ...]]]:
+    """The arm, the capture that described it, the column map, and what was guessed."""
+    if request.guess is None:
+        with described(request.robot, request.paths[0]) as (robot, first):
+            yield robot, first, request.columns, ()
+        return
+    with TemporaryDirectory(prefix="armhil-") as folder:
+        with steps.step("Guess the columns"):
+            guessed = guess_log(request.paths[0], request.guess.urdf, Path(folder), request.guess.hints)
+            save_guess(Path(folder), request.guess)
+        yield guessed.robot, None, request.columns, tuple(guessed.words)
 
 
 def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:

@@ -6,12 +6,14 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from daq.files.found_model import found_words
 from daq.files.model_file import write_model
 from daq.identification.identification_json import identification_json
 from daq.identification.torque_noise import torque_noise
 from daq.report.check_view import CheckView
-from daq.report.page import ReportContent, write_report
+from daq.report.page import MotionTrace, ReportContent, write_report
 from ident import Fitted, Recording
 from robots import Robot
 
@@ -48,13 +50,15 @@ def write_results(
     noise = torque_noise(robot, fitted.base.model.effects, recordings)
     write_model(folder / f"{robot.name}.model.toml", fitted, captures, robot, noise)
     report = folder / "report.html"
-    write_report(report, report_content(robot, fitted, title=title, facts=facts, truth=truth))
+    content_of = report_content(robot, fitted, recordings, title=title, facts=facts, truth=truth)
+    write_report(report, content_of)
     return report
 
 
 def report_content(
     robot: Robot,
     fitted: Fitted,
+    recordings: Sequence[Recording],
     *,
     title: str,
     facts: Mapping[str, str],
@@ -64,7 +68,7 @@ def report_content(
     """What the report shows.
 
     Args:
-        robot, fitted, title, facts, truth: as of :func:`write_results`.
+        robot, fitted, recordings, title, facts, truth: as of :func:`write_results`.
         check: that the identification was made for; None where it was made for itself.
     """
     if fitted.result.found:
@@ -76,5 +80,17 @@ def report_content(
         joint_names=tuple(joint.name for joint in robot.joint),
         truth=truth,
         facts=facts,
+        motion=_motion(recordings),
         check=check,
     )
+
+
+def _motion(recordings: Sequence[Recording]) -> MotionTrace | None:
+    """Positions beside their references, of all recordings that have both."""
+    with_reference = [(one, one.reference) for one in recordings if one.reference is not None]
+    if not with_reference:
+        return None
+    time = [one.time - one.time[0] for one, _ in with_reference]
+    measured = [one.position for one, _ in with_reference]
+    reference = [reference for _, reference in with_reference]
+    return MotionTrace(np.concatenate(time), np.concatenate(measured), np.concatenate(reference))

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from daq.files.found_model import found_words
 from daq.identification.answer import answer_of, per_joint
-from daq.text.numbers import percent, probability, setting, significant, with_sigma
+from daq.text.numbers import NOTHING, percent, probability, setting, significant, with_sigma
 from daq.text.verdict_words import VerdictKind, words_of
 from daq.text.wrapped import Column, write, write_table
 from ident import Estimate, Fitted, Identification
@@ -52,6 +52,8 @@ def print_identification(
         write(console, f"- {_essential(result.essential)}", indent="  ")
     if result.consistency is not None:
         write(console, f"- Arm that can exist: {result.consistency.sentence}.", indent="  ")
+    if result.signals is not None:
+        write(console, f"- {_signals(result.signals, result.rank)}", indent="  ")
     if parameters:
         print_all(console, result, truth)
     else:
@@ -61,7 +63,7 @@ def print_identification(
 
 
 def print_all(console: Console, result: Identification, truth: Mapping[str, float] | None = None) -> None:
-    """Parameters, links, predictions, settings and gates."""
+    """Parameters, links, predictions and gates."""
     console.print()
     _write_parameters(console, result.recommended, truth)
     if result.consistency is not None:
@@ -69,21 +71,21 @@ def print_all(console: Console, result: Identification, truth: Mapping[str, floa
     if result.held_out:
         _write_held_out(console, result.held_out)
     _write_gates(console, result)
-    if result.signals is not None:
-        write(console, _signals(result.signals, result.rank))
 
 
 def _write_parameters(console: Console, estimate: Estimate, truth: Mapping[str, float] | None) -> None:
     columns = [Column("parameter", right=False), Column("unit", right=False)]
-    columns += [Column("value"), Column("σ"), Column("% σ", spare=1), Column("t", spare=3)]
+    columns += [Column("value"), Column("σ"), Column("% σ", spare=1), Column("± 95 %")]
     if truth is not None:
         columns += [Column("truth", spare=2), Column("off by")]
     rows = []
     for parameter in estimate.parameters:
         true = None if truth is None else truth[parameter.name]
-        value, sigma, *rest = with_sigma(parameter.value, parameter.sigma, *([] if true is None else [true]))
+        value, sigma, half, *rest = with_sigma(
+            parameter.value, parameter.sigma, parameter.half_width, *([] if true is None else [true])
+        )
         cells = [parameter.name, parameter.unit, value, sigma, percent(parameter.percent_sigma)]
-        cells.append(significant(parameter.t_value))
+        cells.append(half if parameter.half_width is not None else NOTHING)
         if true is not None:
             away = (parameter.value - true) / parameter.sigma
             cells += [*rest, f"{away:+.1f} σ".replace("-", "−")]

@@ -25,11 +25,13 @@ def check_urdf_path(path: Path, robot: Robot) -> None:
     """
     require_solver()
     if not path.parent.is_dir():
-        raise OutputError(f"--urdf {path}: no folder {path.parent}; allowed: a file in a folder that exists")
+        raise OutputError(
+            f"--save-urdf {path}: no folder {path.parent}; allowed: a file in an existing folder"
+        )
     if path.is_dir():
-        raise OutputError(f"--urdf {path}: is a folder; allowed: a file")
+        raise OutputError(f"--save-urdf {path}: is a folder; allowed: a file")
     if path.resolve() == robot.urdf_path.resolve():
-        raise OutputError(f"--urdf {path}: is the arm's own description; allowed: another file")
+        raise OutputError(f"--save-urdf {path}: is the arm's own description; allowed: another file")
 
 
 def write_urdf(path: Path, fitted: Fitted, sources: Sequence[Path]) -> None:
@@ -56,7 +58,7 @@ def write_urdf(path: Path, fitted: Fitted, sources: Sequence[Path]) -> None:
     try:
         path.write_bytes(text)
     except OSError as error:
-        raise OutputError(f"--urdf {path}: cannot be written: {error.strerror}") from error
+        raise OutputError(f"--save-urdf {path}: cannot be written: {error.strerror}") from error
 
 
 def _standard(fitted: Fitted) -> FloatArray:
@@ -66,7 +68,7 @@ def _standard(fitted: Fitted) -> FloatArray:
     standard = consistent_standard(fitted.base, fitted.result.recommended.values)
     if standard is None:
         raise IdentificationError(
-            "--urdf: no arm that can exist has these base parameters, however they are split over its links;"
+            "--save-urdf: no arm that can exist has these base parameters, however they are split over links;"
             " identify with --method consistent, which finds the nearest one that can"
         )
     return standard

@@ -19,10 +19,14 @@ from robots.description import Identification
 
 Side = Literal["motor", "drive", "joint"]
 PositionUnit = Literal["rad", "deg", "m", "mm"]
+TorqueSide = Literal["motor", "drive", "joint", "current", "sensor"]
 TorqueUnit = Literal["N*m", "mN*m", "N"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
 
-Ratio = Annotated[float, Field(allow_inf_nan=False)]
+Ratio = Annotated[float, Field(ge=-1e5, le=1e5)]
+LEAST_RATIO = 1e-3
+"""In size; the same bounds as of a drive's ``gear``."""
+Offset = Annotated[float, Field(ge=-1e3, le=1e3)]
 Names = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
 
 
@@ -45,8 +49,8 @@ class _Geared(_Quantity):
     def _ratio_goes_with_motor(self) -> Self:
         if (self.side == "motor") != (self.ratio is not None):
             raise ValueError("ratio is needed for side 'motor' and only allowed there")
-        if self.ratio is not None and any(value == 0 for value in self.ratio):
-            raise ValueError("ratio must not be 0")
+        if self.ratio is not None and any(abs(value) < LEAST_RATIO for value in self.ratio):
+            raise ValueError(f"ratio must be at least {LEAST_RATIO:g} in size")
         return self
 
 
@@ -54,19 +58,40 @@ class Position(_Geared):
     """Measured or reference position; offset is added to the joint position."""
 
     unit: PositionUnit
-    offset: tuple[Ratio, ...] | None = Field(default=None, description="rad or m, one per joint")
+    offset: tuple[Offset, ...] | None = Field(default=None, description="rad or m, one per joint")
 
 
-class Torque(_Geared):
-    """Measured torque; armhil keeps control signals, so it is divided by the drive gain."""
+class Torque(_Quantity):
+    """Measured torque, or a current; armhil keeps control signals, so it is divided by the drive gain."""
 
-    unit: TorqueUnit
+    side: TorqueSide = Field(default="joint", description="where the torque comes from")
+    ratio: tuple[Ratio, ...] | None = Field(
+        default=None, description="for side 'motor': motor turns per turn"
+    )
+    gain: tuple[Ratio, ...] | None = Field(
+        default=None, description="for side 'current': N·m or N at the drive output per unit of the column"
+    )
+    unit: TorqueUnit | None = Field(default=None, description="of all sides but 'current'")
+
+    @model_validator(mode="after")
+    def _keys_of_its_side(self) -> Self:
+        wanted = {"motor": "ratio", "current": "gain"}.get(self.side)
+        for key in ("ratio", "gain"):
+            values = getattr(self, key)
+            if (values is not None) != (key == wanted):
+                needs = {"ratio": "motor", "gain": "current"}[key]
+                raise ValueError(f"{key} is needed for side '{needs}' and only allowed there")
+            if values is not None and any(value == 0 for value in values):
+                raise ValueError(f"{key} must not be 0")
+        if (self.unit is None) != (self.side == "current"):
+            raise ValueError("unit is needed for every side but 'current'")
+        return self
 
 
 class ControlSignal(_Quantity):
     """The control signal v_τ itself, multiplied by ``scale``."""
 
-    scale: Annotated[float, Field(allow_inf_nan=False, gt=0)] = 1.0
+    scale: Annotated[float, Field(ge=1e-9, le=1e9)] = 1.0
 
 
 class Complete(_Quantity):
@@ -79,7 +104,7 @@ class Time(_Frozen):
     column: str | None = None
     file: str | None = None
     unit: TimeUnit = "s"
-    sample_rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    sample_rate_hz: Annotated[float, Field(ge=1e-3, le=1e7)] | None = None
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -131,7 +156,10 @@ def settings_of(columns: ImportMap, robot: Robot, path: Path) -> Identification:
     Raises:
         CaptureError: one line with the file, the key and what is allowed.
     """
-    return merged_settings(columns.identification, robot, path)
+    sensor = columns.torque is not None and columns.torque.side == "sensor"
+    return merged_settings(
+        {**({"rotor_inertia": False} if sensor else {}), **columns.identification}, robot, path
+    )
 
 
 def merged_settings(overrides: Mapping[str, Any], robot: Robot, path: Path) -> Identification:

@@ -24,6 +24,7 @@ from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
+from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
 from robots import Identification, Robot
 from robots.arrays import BoolArray, FloatArray
@@ -199,7 +200,15 @@ def log_recording(
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
+    step = (
+        2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
+    )
+    position, wrong = without_outliers(path.name, "position", time, position, step)
+    limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
+    control_signal, odd = without_outliers(path.name, "torque", time, control_signal, limit)
     recording, warnings = uniform_recording(path.name, time, reference, position, control_signal)
+    warnings = (*wrong, *odd, *warnings)
     if columns.complete is None:
         return recording, np.ones((len(recording.time), robot.n), dtype=np.bool_), warnings
     return recording, complete_at(recording.time, time, complete), warnings
@@ -248,7 +257,7 @@ def _position(source: _Source, columns: Position, robot: Robot) -> FloatArray:
     _check_count("position columns", len(columns.columns), robot, source.path)
     values: FloatArray = source.pick(columns.file, columns.columns) * POSITION_UNITS[columns.unit]
     if columns.side == "motor":
-        values = np.asarray(values / _ratio(columns.ratio, robot, source.path))
+        values = np.asarray(values / _factors("ratios", columns.ratio, robot, source.path))
     if columns.side != "joint":
         values = np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T, dtype=np.float64)
     if columns.offset is not None:
@@ -257,9 +266,9 @@ def _position(source: _Source, columns: Position, robot: Robot) -> FloatArray:
     return values
 
 
-def _ratio(ratio: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
-    values = np.array(ratio or (), dtype=np.float64)
-    _check_count("ratios", len(values), robot, path)
+def _factors(what: str, given: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
+    values = np.array(given or (), dtype=np.float64)
+    _check_count(what, len(values), robot, path)
     return values
 
 
@@ -275,11 +284,14 @@ def _control_signal(source: _Source, columns: ImportMap, robot: Robot) -> FloatA
 def _signal_of_torque(source: _Source, columns: Torque, robot: Robot) -> FloatArray:
     """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
     _check_count("torque columns", len(columns.columns), robot, source.path)
-    torque = source.pick(columns.file, columns.columns) * TORQUE_UNITS[columns.unit]
-    if columns.side == "joint":
+    torque = source.pick(columns.file, columns.columns)
+    torque = torque * (1.0 if columns.unit is None else TORQUE_UNITS[columns.unit])
+    if columns.side in ("joint", "sensor"):
         return robot.control_signal(torque)
     if columns.side == "motor":
-        torque = torque * _ratio(columns.ratio, robot, source.path)
+        torque = torque * _factors("ratios", columns.ratio, robot, source.path)
+    if columns.side == "current":
+        torque = torque * _factors("gains", columns.gain, robot, source.path)
     return np.asarray(torque / robot.gains)
 
 

@@ -34,8 +34,9 @@ Columns = dict[str, NDArray[np.float64]]
 
 
 def read_mat(path: Path) -> Columns:
-    """Numeric variables of a MATLAB file. A vector may lie or stand; a matrix has one column per joint,
-    named name:1, name:2 …
+    """Numeric variables of a MATLAB file; those inside structs as ``struct.field``.
+
+    A vector may lie or stand; of a matrix the longer side is time, with columns named name:1, name:2 …
 
     Raises:
         CaptureError: not a MATLAB file that can be read.
@@ -53,9 +54,23 @@ def read_mat(path: Path) -> Columns:
         raise CaptureError(f"{path}: {reason}") from error
     columns: Columns = {}
     for name, value in content.items():
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iufb":
-            _add(columns, name, np.asarray(value, dtype=np.float64))
+        _add_variable(columns, name, value)
     return columns
+
+
+_DEEPEST = 6
+"""Structs within structs that are looked into."""
+
+
+def _add_variable(columns: Columns, name: str, value: Any, depth: int = 0) -> None:
+    """A numeric variable, or those of the fields of one struct; cells, objects and texts are left out."""
+    if not isinstance(value, np.ndarray) or depth > _DEEPEST or name.startswith("__"):
+        return
+    if value.dtype.names and value.size == 1:
+        for field in value.dtype.names:
+            _add_variable(columns, f"{name}.{field}", value.ravel()[0][field], depth + 1)
+    elif value.dtype.kind in "iufb" and value.ndim <= 2 and value.size:
+        _add(columns, name, np.asarray(value, dtype=np.float64))
 
 
 def read_parquet(path: Path) -> Columns:
@@ -97,6 +112,7 @@ def _is_number(types: Any, kind: Any) -> bool:
 
 def _add(columns: Columns, name: str, value: NDArray[np.float64]) -> None:
     if value.ndim == 2 and min(value.shape) > 1:
+        value = value.T if value.shape[0] < value.shape[1] else value
         columns |= {f"{name}:{k + 1}": value[:, k].copy() for k in range(value.shape[1])}
     else:
         columns[name] = value.ravel()

@@ -29,7 +29,7 @@ from robots.arrays import FloatArray
 
 
 @dataclass(frozen=True)
-class Made:
+class Provenance:
     """How something was made of recordings.
 
     Attributes:
@@ -58,7 +58,7 @@ def run_of(catalogue: Catalogue, robot: Robot, path: Path) -> int:
     return runs.finish(catalogue, begun.id, "completed", capture_sha256=sha256).id
 
 
-def new_model(fitted: Fitted, made: Made) -> NewModel:
+def new_model(fitted: Fitted, provenance: Provenance) -> NewModel:
     """The model that an identification recommends, as the catalogue takes it."""
     result = fitted.result
     estimate = result.recommended
@@ -78,24 +78,26 @@ def new_model(fitted: Fitted, made: Made) -> NewModel:
         ),
         covariance_kind=estimate.covariance_kind,
         covariance=estimate.covariance,
-        **_origin(made),
+        **_origin(provenance),
     )
 
 
-def keep_identified(catalogue: Catalogue, fitted: Fitted, made: Made, run_id: int | None = None) -> Model:
+def keep_identified(
+    catalogue: Catalogue, fitted: Fitted, provenance: Provenance, run_id: int | None = None
+) -> Model:
     """Keep an identification.
 
     Args:
         catalogue: where.
         fitted: the identification.
-        made: how.
+        provenance: how.
         run_id: whose recording it was made from, where that is known.
 
     Raises:
         CatalogueError: it cannot be written.
     """
-    number = run_of(catalogue, made.robot, made.paths[0]) if run_id is None else run_id
-    return models.add(catalogue, number, new_model(fitted, made))
+    number = run_of(catalogue, provenance.robot, provenance.paths[0]) if run_id is None else run_id
+    return models.add(catalogue, number, new_model(fitted, provenance))
 
 
 def keep_request(catalogue: Catalogue, request: IdentifyRequest, result: IdentifyResult) -> Model | None:
@@ -108,8 +110,10 @@ def keep_request(catalogue: Catalogue, request: IdentifyRequest, result: Identif
         return None
     robot = result.fitted.base.model.robot
     file = result.report.parent / f"{robot.name}{SUFFIX}"
-    made = Made(robot, request.paths, identify_settings(request, result.fitted.known), file, result.report)
-    return keep_identified(catalogue, result.fitted, made)
+    provenance = Provenance(
+        robot, request.paths, identify_settings(request, result.fitted.known), file, result.report
+    )
+    return keep_identified(catalogue, result.fitted, provenance)
 
 
 def keep_rerun(catalogue: Catalogue, again: Rerun) -> Model:
@@ -124,11 +128,11 @@ def keep_rerun(catalogue: Catalogue, again: Rerun) -> Model:
     settings = {"command": IDENTIFY} if again.earlier is None else again.earlier.settings
     robot = fitted.base.model.robot
     file = None if report is None else report.parent / f"{robot.name}{SUFFIX}"
-    return keep_identified(catalogue, fitted, Made(robot, paths, settings, file, report), again.run.id)
+    return keep_identified(catalogue, fitted, Provenance(robot, paths, settings, file, report), again.run.id)
 
 
 def keep_diagnosed(
-    catalogue: Catalogue, diagnosis: Diagnosis, model: ModelFile, made: Made
+    catalogue: Catalogue, diagnosis: Diagnosis, model: ModelFile, provenance: Provenance
 ) -> tuple[Model, tuple[CatalogueFinding, ...]]:
     """Keep a diagnosis: the model that it ends with, and its findings.
 
@@ -136,12 +140,12 @@ def keep_diagnosed(
         catalogue: where.
         diagnosis: of the search.
         model: the file that was written of it.
-        made: how.
+        provenance: how.
 
     Raises:
         CatalogueError: it cannot be written.
     """
-    number = run_of(catalogue, made.robot, made.paths[0])
+    number = run_of(catalogue, provenance.robot, provenance.paths[0])
     estimate = model.estimate
     new = NewModel(
         method=estimate.estimator,
@@ -158,7 +162,7 @@ def keep_diagnosed(
         ),
         covariance_kind=estimate.covariance,
         covariance=model.covariance,
-        **_origin(made),
+        **_origin(provenance),
     )
     kept = models.add(catalogue, number, new)
     found = tuple(_finding(finding) for finding in diagnosis.findings)
@@ -187,8 +191,8 @@ def keep_diagnose_request(
         "prior": absolute(request.prior),
         "found": None if request.found is None else found_json(request.found),
     }
-    made = Made(result.robot, request.fit, settings, file, result.folder / "diagnosis.html")
-    return keep_diagnosed(catalogue, result.diagnosis, read_model(file), made)[0]
+    provenance = Provenance(result.robot, request.fit, settings, file, result.folder / "diagnosis.html")
+    return keep_diagnosed(catalogue, result.diagnosis, read_model(file), provenance)[0]
 
 
 def _finding(finding: Finding) -> NewFinding:
@@ -209,12 +213,12 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _origin(made: Made) -> dict[str, Any]:
+def _origin(provenance: Provenance) -> dict[str, Any]:
     return {
-        "settings": dict(made.settings),
-        "sources": tuple(Source(str(path.absolute()), source_sha256(path)) for path in made.paths),
-        "description_sha256": description_of(made.robot).sha256,
+        "settings": dict(provenance.settings),
+        "sources": tuple(Source(str(path.absolute()), source_sha256(path)) for path in provenance.paths),
+        "description_sha256": description_of(provenance.robot).sha256,
         "armhil": version("armhil"),
-        "file": None if made.file is None else str(made.file.absolute()),
-        "report": None if made.report is None else str(made.report.absolute()),
+        "file": None if provenance.file is None else str(provenance.file.absolute()),
+        "report": None if provenance.report is None else str(provenance.report.absolute()),
     }

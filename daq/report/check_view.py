@@ -130,7 +130,7 @@ def _headline(verdict: str, compared: Mapping[str, Any], details: Mapping[str, A
         more = len(compared["changes"]) - 1
         return f"{first['words']} {_share(first)}{f' and {more} more' if more else ''}"
     if details.get("grown"):
-        return "The model leaves more of the torque than on any night before"
+        return "The model leaves more of the torque than on the nights before"
     return "Nothing has moved" if verdict == "ok" else "Nothing has moved, with a warning"
 
 

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from daq.report.pictures import Tick, dot_row, nice_ticks, scaled, tick_text
 from daq.text.numbers import NOTHING, percent, setting, significant
-from ident.results import ColumnCheck, Gate, GateName
+from ident.verdicts import ColumnCheck, Gate, GateName
 
 _LEAST_P = 1e-6
 """Smaller p-values are drawn at the edge: their distance says nothing more."""

@@ -11,7 +11,8 @@ from daq.report.columns import ColumnPlot, column_plot
 from daq.report.pictures import GateState, gate_picture, icon
 from daq.text.numbers import count, percent, probability, significant
 from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
-from ident.results import Gate, GateName, Identification, Verdict
+from ident.results import Identification
+from ident.verdicts import Gate, GateName, Verdict
 
 POORLY_SEEN_PERCENT = 30.0
 

@@ -12,7 +12,7 @@ from daq.report.gates import gate_views, statistic_text, verdict_view
 from daq.report.parameters import joint_heading, parameter_groups, third_estimate, truth_summaries
 from daq.report.signals import essential_view, held_out_rows, signals_view
 from daq.report.templates import templates, write_page
-from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
+from daq.report.traces import PLOTS, POLICY, TraceFigure, pixels_per_trace, position_figure, trace_figure
 from daq.text.numbers import NOTHING, correlation, count, percent, probability, setting, significant
 from daq.text.verdict_words import words_of
 from ident.results import Estimate, Identification
@@ -32,6 +32,15 @@ class ClosedLoopTrace:
 
 
 @dataclass(frozen=True)
+class MotionTrace:
+    """Joint positions beside their references, rad or m, samples × joints, recording after recording."""
+
+    time: FloatArray
+    measured: FloatArray
+    reference: FloatArray
+
+
+@dataclass(frozen=True)
 class ReportContent:
     """Everything that the page shows."""
 
@@ -44,6 +53,8 @@ class ReportContent:
     facts: Mapping[str, str] = field(default_factory=dict)
     """How the data was made, label → text, in the order shown."""
     closed_loop: ClosedLoopTrace | None = None
+    motion: MotionTrace | None = None
+    """What was recorded; None where no reference was."""
     check: CheckView | None = None
     """Of the check that the identification was made for; its page begins with it."""
 
@@ -92,6 +103,9 @@ def render(content: ReportContent) -> str:
             textbook_p=probability(textbook.p_value) if textbook is not None else "",
             figures=_torque_figures(content),
             loop_figures=_closed_loop_figures(content),
+            motion_figures=_motion_figures(content),
+            script=PLOTS,
+            policy=POLICY,
             joints=[joint_heading(j, name) for j, name in enumerate(content.joint_names)],
             joint_units=[joint.torque_unit for joint in content.robot.joint],
             estimators=_estimators(identification),
@@ -157,6 +171,17 @@ def _closed_loop_figures(content: ReportContent) -> list[TraceFigure]:
             pixels,
         )
         for j, name in enumerate(content.joint_names)
+    ]
+
+
+def _motion_figures(content: ReportContent) -> list[TraceFigure]:
+    motion = content.motion
+    if motion is None:
+        return []
+    joints = zip(content.joint_names, content.robot.joint, strict=True)
+    return [
+        position_figure(j, name, joint.unit, motion.time, motion.measured[:, j], motion.reference[:, j])
+        for j, (name, joint) in enumerate(joints)
     ]
 
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from daq.report.gates import POORLY_SEEN_PERCENT
 from daq.report.pictures import forest_row
-from daq.text.numbers import percent, significant, with_sigma
+from daq.text.numbers import NOTHING, percent, significant, with_sigma
 from ident.estimators import ESTIMATORS
 from ident.results import Estimate, Identification, Parameter
 
@@ -25,10 +25,11 @@ class ParameterRow:
     value: str
     sigma: str
     percent_sigma: str
-    t_value: str
+    half: str
     remark: str
     iv_value: str
     iv_sigma: str
+    iv_half: str
     truth: str
     error: str
     far: bool
@@ -144,8 +145,10 @@ def _sigmas_text(error: float | None) -> str:
 def _row(
     parameter: Parameter, iv: Parameter | None, third: Parameter | None, truth: float | None
 ) -> ParameterRow:
-    value, sigma, truth_text = with_sigma(parameter.value, parameter.sigma, truth)
-    iv_value, iv_sigma = with_sigma(iv.value, iv.sigma) if iv is not None else ("", "")
+    value, sigma, half, truth_text = with_sigma(parameter.value, parameter.sigma, parameter.half_width, truth)
+    iv_value, iv_sigma, iv_half = ("", "", "")
+    if iv is not None:
+        iv_value, iv_sigma, iv_half = with_sigma(iv.value, iv.sigma, iv.half_width)
     error, iv_error = _in_sigmas(parameter, truth), _in_sigmas(iv, truth)
     return ParameterRow(
         name=parameter.name,
@@ -154,10 +157,11 @@ def _row(
         value=value,
         sigma=sigma,
         percent_sigma=percent(parameter.percent_sigma),
-        t_value=significant(parameter.t_value, 3),
+        half=half if parameter.half_width is not None else NOTHING,
         remark=_remark(parameter),
         iv_value=iv_value,
         iv_sigma=iv_sigma,
+        iv_half=iv_half,
         truth=truth_text,
         error=_sigmas_text(error),
         far=error is not None and abs(error) > _FAR_SIGMAS,

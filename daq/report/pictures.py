@@ -43,11 +43,13 @@ def nice_ticks(low: float, high: float, least: int) -> list[float]:
 
 
 def tick_text(value: float, ticks: list[float]) -> str:
-    """A tick's number with as many decimals as the step between ticks needs."""
+    """A tick's number with as many digits as the step between ticks needs, so that no two read the same."""
     step = ticks[1] - ticks[0] if len(ticks) > 1 else abs(value) or 1.0
     decimals = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     if decimals > 4 or abs(value) >= 1e6:
-        return f"{value:.2g}".replace("-", "−")
+        largest = max(abs(tick) for tick in (value, *ticks))
+        digits = math.floor(math.log10(largest)) - math.floor(math.log10(step) + 1e-9) + 1 if largest else 1
+        return ("0" if abs(value) < 1e-9 * step else f"{value:.{max(digits, 2)}g}").replace("-", "−")
     text = f"{value:.{decimals}f}"
     return ("0" if float(text) == 0 else text).replace("-", "−")
 

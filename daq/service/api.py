@@ -9,20 +9,23 @@ from fastapi import APIRouter, HTTPException, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
-from daq.catalogue import arms, baselines, checks, findings, models, runs
+from daq.catalogue import arms, checks, findings, models, overview, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.overview import ArmNow
 from daq.catalogue.values import Arm, CatalogueError, CheckRecord, Model, Run
 from daq.check.check_json import baseline_json
 from daq.check.fleet import FleetFileError
 from daq.check.judged import plain
 from daq.check.request import CheckError
 from daq.files.found_model import entry_json
+from daq.report.traces import POLICY
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
-from daq.service.live import Hub, TooManyError
+from daq.service.live import Broadcaster, EventStream, TooManyError
 from daq.service.metrics import metrics_text
 from daq.service.settings import Service
 from daq.session.spool import spool_path
+from daq.text.parameter_rows import parameter_rows
 
 LARGEST = 2**31 - 1
 Number = Annotated[int, PathParameter(ge=1, le=LARGEST)]
@@ -37,11 +40,13 @@ _REFUSALS: dict[int | str, dict[str, Any]] = {
 }
 
 
-def api_routes(service: Service, catalogue: Catalogue, hub: Hub, driving: Driving) -> APIRouter:
+def api_routes(
+    service: Service, catalogue: Catalogue, broadcaster: Broadcaster, driving: Driving
+) -> APIRouter:
     """All routes below /api, and /metrics."""
     router = APIRouter(responses=_REFUSALS)
     _reading(router, catalogue)
-    _live(router, catalogue, hub)
+    _live(router, catalogue, broadcaster)
     _driving(router, service, driving)
     return router
 
@@ -49,11 +54,12 @@ def api_routes(service: Service, catalogue: Catalogue, hub: Hub, driving: Drivin
 def _reading(router: APIRouter, catalogue: Catalogue) -> None:
     @router.get("/api/arms", summary="All arms with the last verdict and the baseline")
     def every_arm() -> list[dict[str, Any]]:
-        return [arm_json(catalogue, arm) for arm in arms.every(catalogue)]
+        return [arm_json(one) for one in overview.every(catalogue)]
 
     @router.get("/api/arms/{label}", summary="One arm")
     def one_arm(label: Label) -> dict[str, Any]:
-        return arm_json(catalogue, arm_of(catalogue, label))
+        (one,) = overview.every(catalogue, arm_of(catalogue, label).label)
+        return arm_json(one)
 
     @router.get("/api/arms/{label}/checks", summary="Verdicts on an arm, newest first")
     def checks_of(label: Label, limit: Limit = 100) -> list[dict[str, Any]]:
@@ -107,7 +113,7 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
         if path is None or path.suffix != ".html" or not path.is_file():
             raise HTTPException(404, f"run {number} has no report, or it was deleted")
         # A page of its own: it may style and run itself, and reaches nothing here.
-        policy = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+        policy = f"sandbox allow-scripts; {POLICY}"
         return FileResponse(
             path,
             media_type="text/html",
@@ -121,14 +127,14 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
         return Response(metrics_text(catalogue), media_type="text/plain; version=0.0.4; charset=utf-8")
 
 
-def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
+def _live(router: APIRouter, catalogue: Catalogue, broadcaster: Broadcaster) -> None:
     @router.get(
         "/api/runs/{number}/live",
         summary="Server-sent events of a run under way",
         response_class=StreamingResponse,
         responses={503: {"description": "too many look on"}},
     )
-    async def live(number: Number) -> StreamingResponse:
+    async def live(number: Number) -> EventStream:
         run = run_of(catalogue, number)
         if run.capture is None:
             raise HTTPException(404, f"run {number} records nothing")
@@ -137,10 +143,9 @@ def _live(router: APIRouter, catalogue: Catalogue, hub: Hub) -> None:
             return runs.get(catalogue, number).state != "running"
 
         try:
-            events = hub.events(spool_path(Path(run.capture)), is_over)
+            return EventStream(broadcaster.events(spool_path(Path(run.capture)), is_over))
         except TooManyError as error:
             raise HTTPException(503, str(error), {"Retry-After": "10"}) from None
-        return StreamingResponse(events, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 
 def _driving(router: APIRouter, service: Service, driving: Driving) -> None:
@@ -197,17 +202,15 @@ def run_of(catalogue: Catalogue, number: int) -> Run:
         raise HTTPException(404, str(error)) from None
 
 
-def arm_json(catalogue: Catalogue, arm: Arm) -> dict[str, Any]:
+def arm_json(one: ArmNow) -> dict[str, Any]:
     """One arm with what is newest of it."""
-    last = checks.of_arm(catalogue, arm.id, limit=1)
-    baseline = baselines.current(catalogue, arm.id)
     return {
-        "label": arm.label,
-        "name": arm.name,
-        "simulated": arm.simulated,
-        "serials": list(arm.serials),
-        "last_check": check_json(last[0]) if last else None,
-        "baseline": None if baseline is None else baseline_json(baseline),
+        "label": one.arm.label,
+        "name": one.arm.name,
+        "simulated": one.arm.simulated,
+        "serials": list(one.arm.serials),
+        "last_check": None if one.check is None else check_json(one.check),
+        "baseline": None if one.baseline is None else baseline_json(one.baseline),
     }
 
 
@@ -238,10 +241,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "relative_error_percent": plain(model.relative_error_percent),
         "effects": list(model.effects),
         "found": [entry_json(entry) for entry in model.found],
-        "parameters": [
-            {"name": p.name, "value": plain(p.value), "sigma": plain(p.sigma), "unit": p.unit}
-            for p in model.parameters
-        ],
+        "parameters": parameter_rows(model.parameters),
         "gates": plain(dict(model.gates)),
     }
 

@@ -13,7 +13,7 @@ from daq.catalogue.database import Catalogue
 from daq.service.api import api_routes
 from daq.service.driving import Driving
 from daq.service.guard import Guard
-from daq.service.live import Hub
+from daq.service.live import Broadcaster
 from daq.service.pages import page_routes
 from daq.service.settings import Service
 
@@ -41,8 +41,8 @@ def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
         docs_url=None,  # those pages load scripts from elsewhere
         redoc_url=None,
     )
-    hub = Hub()
-    app.include_router(api_routes(service, catalogue, hub, driving))
+    broadcaster = Broadcaster()
+    app.include_router(api_routes(service, catalogue, broadcaster, driving))
     app.include_router(page_routes(service, catalogue))
     app.add_middleware(Guard, service=service)
     return app

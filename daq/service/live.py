@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from pathlib import Path
+
+from starlette.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 POLL = 0.1
 """s between two looks at the file, and so between two pieces that are sent."""
@@ -31,7 +34,7 @@ class TooManyError(Exception):
     """More look on than are allowed."""
 
 
-class _Looker:
+class _Subscriber:
     """One who looks on: what it has not been sent yet."""
 
     def __init__(self) -> None:
@@ -43,33 +46,73 @@ class _Run:
     """One run that somebody looks on."""
 
     def __init__(self) -> None:
-        self.lookers: set[_Looker] = set()
+        self.subscribers: set[_Subscriber] = set()
         self.begin: bytes | None = None
         self.recent: deque[bytes] = deque(maxlen=MOST_LINES)
         self.is_over = False
         self.reader: asyncio.Task[None] | None = None
 
-    def join(self, looker: _Looker) -> None:
+    def join(self, subscriber: _Subscriber) -> None:
         """Who comes late is sent the last lines at once."""
-        self.lookers.add(looker)
+        self.subscribers.add(subscriber)
         if self.recent:
-            looker.pieces.append(b"".join(self.recent))
-        looker.news.set()
+            subscriber.pieces.append(b"".join(self.recent))
+        subscriber.news.set()
 
     def tell(self, events: Sequence[bytes]) -> None:
         piece = b"".join(events)
         self.recent.extend(events)
-        for looker in self.lookers:
+        for subscriber in self.subscribers:
             if piece:
-                looker.pieces.append(piece)
-            looker.news.set()
+                subscriber.pieces.append(piece)
+            subscriber.news.set()
 
     def end(self) -> None:
         self.is_over = True
         self.tell(())
 
 
-class Hub:
+class Subscription:
+    """One place among those who look on: its pieces, and how it is given back, whether or not one was sent.
+
+    Args:
+        pieces: what it is sent.
+        leave: gives the place back; may be called twice.
+    """
+
+    def __init__(self, pieces: AsyncGenerator[bytes], leave: Callable[[], None]) -> None:
+        self._pieces = pieces
+        self.leave = leave
+
+    async def __aiter__(self) -> AsyncGenerator[bytes]:
+        try:
+            async for piece in self._pieces:
+                yield piece
+        finally:
+            self.leave()
+
+
+class EventStream(StreamingResponse):
+    """Server-sent events. A client that is gone before the first one gives its place back too.
+
+    Args:
+        subscription: what is sent.
+    """
+
+    def __init__(self, subscription: Subscription) -> None:
+        headers = {"X-Accel-Buffering": "no"}
+        super().__init__(aiter(subscription), media_type="text/event-stream", headers=headers)
+        self._subscription = subscription
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._subscription.leave()
+
+
+class Broadcaster:
     """Hands what is new in live files to everybody who looks on."""
 
     def __init__(self) -> None:
@@ -78,14 +121,14 @@ class Hub:
     @property
     def looking(self) -> int:
         """Open connections."""
-        return sum(len(run.lookers) for run in self._runs.values())
+        return sum(len(run.subscribers) for run in self._runs.values())
 
     @property
     def reading(self) -> int:
         """Files that are read."""
         return len(self._runs)
 
-    def events(self, path: Path, is_over: Callable[[], bool]) -> AsyncGenerator[bytes]:
+    def events(self, path: Path, is_over: Callable[[], bool]) -> Subscription:
         """Server-sent events of a file until its run ends; the line of its beginning comes first to each.
 
         Args:
@@ -98,22 +141,19 @@ class Hub:
         if self.looking >= MOST_LOOKING:
             raise TooManyError(f"more than {MOST_LOOKING} look on already")
         run = self._runs.setdefault(path, _Run())
-        looker = _Looker()
-        run.join(looker)
+        subscriber = _Subscriber()
+        run.join(subscriber)
         if run.reader is None:
             run.reader = asyncio.create_task(self._read(run, path, is_over))
-        return self._pieces(run, path, looker)
 
-    async def _pieces(self, run: _Run, path: Path, looker: _Looker) -> AsyncGenerator[bytes]:
-        try:
-            async for piece in _sent(run, looker):
-                yield piece
-        finally:
-            run.lookers.discard(looker)
-            if not run.lookers and self._runs.get(path) is run:
+        def leave() -> None:
+            run.subscribers.discard(subscriber)
+            if not run.subscribers and self._runs.get(path) is run:
                 del self._runs[path]
                 if run.reader is not None:
                     run.reader.cancel()
+
+        return Subscription(_sent(run, subscriber), leave)
 
     async def _read(self, run: _Run, path: Path, is_over: Callable[[], bool]) -> None:
         try:
@@ -147,21 +187,21 @@ class Hub:
                 await asyncio.sleep(POLL)
 
 
-async def _sent(run: _Run, looker: _Looker) -> AsyncIterator[bytes]:
+async def _sent(run: _Run, subscriber: _Subscriber) -> AsyncGenerator[bytes]:
     """What one who looks on is sent."""
     greeted: bytes | None = None
     while True:
         try:
-            await asyncio.wait_for(looker.news.wait(), PATIENCE)
+            await asyncio.wait_for(subscriber.news.wait(), PATIENCE)
         except TimeoutError:
             yield STILL_THERE
             continue
-        looker.news.clear()
+        subscriber.news.clear()
         if run.begin is not None and run.begin is not greeted:
             greeted = run.begin
             yield run.begin
-        while looker.pieces:
-            yield looker.pieces.popleft()
+        while subscriber.pieces:
+            yield subscriber.pieces.popleft()
         if run.is_over:
             yield OVER
             return

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from prometheus_client import CollectorRegistry, Gauge, generate_latest
 
-from daq.catalogue import arms, baselines, checks, runs
+from daq.catalogue import overview, runs
 from daq.catalogue.database import Catalogue
 
 VERDICTS = ("ok", "warning", "failed", "unknown")
@@ -28,26 +28,23 @@ def metrics_text(catalogue: Catalogue) -> bytes:
     unfinished = gauge("check_unfinished", "1 where the newest check has ended without a verdict")
     suspect = gauge("baseline_suspect", "1 where the baseline is doubted")
     runs.settle_abandoned(catalogue)
-    for arm in arms.every(catalogue):
-        last = checks.of_arm(catalogue, arm.id, limit=1)
-        judged = last[0].run_id if last else 0
-        unfinished.labels(arm.label).set(float(runs.unfinished_check(catalogue, arm, judged) is not None))
-        if last:
+    for one in overview.every(catalogue):
+        label, last, baseline = one.arm.label, one.check, one.baseline
+        unfinished.labels(label).set(float(one.unfinished is not None))
+        if last is not None:
             for word in VERDICTS:
-                verdict.labels(arm.label, word).set(float(last[0].verdict == word))
-            when.labels(arm.label).set(last[0].created.timestamp())
-            compared = last[0].details.get("comparison") or {}
+                verdict.labels(label, word).set(float(last.verdict == word))
+            when.labels(label).set(last.created.timestamp())
+            compared = last.details.get("comparison") or {}
             pairs = zip(compared.get("torque_change", ()), compared.get("torque_rms", ()), strict=False)
             for joint, (change, usual) in enumerate(pairs, start=1):
-                share.labels(arm.label, str(joint)).set(change / usual if usual else 0.0)
+                share.labels(label, str(joint)).set(change / usual if usual else 0.0)
             between = compared.get("between_runs")
             if between and between.get("p_value") is not None:
-                p_value.labels(arm.label).set(between["p_value"])
-        done = runs.every(catalogue, arm=arm.label, limit=1)
-        if done and done[0].facts.get("missed_cycles") is not None:
-            missed.labels(arm.label).set(float(done[0].facts["missed_cycles"]))
-        baseline = baselines.current(catalogue, arm.id)
+                p_value.labels(label).set(between["p_value"])
+        if one.run is not None and one.run.facts.get("missed_cycles") is not None:
+            missed.labels(label).set(float(one.run.facts["missed_cycles"]))
         if baseline is not None:
-            age.labels(arm.label).set((datetime.now(tz=UTC) - baseline.accepted).total_seconds())
-            suspect.labels(arm.label).set(float(baseline.state == "suspect"))
+            age.labels(label).set((datetime.now(tz=UTC) - baseline.accepted).total_seconds())
+            suspect.labels(label).set(float(baseline.state == "suspect"))
     return generate_latest(registry)

@@ -12,9 +12,11 @@ from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.requests import ClientDisconnect
 
-from daq.catalogue import arms, baselines, checks, findings, models, runs
+from daq.catalogue import arms, baselines, checks, findings, models, overview, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.overview import ArmNow
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
 from daq.check.fleet import FleetFileError, fleet_words, read_fleet
 from daq.check.reported import view_of
@@ -25,13 +27,21 @@ from daq.report.pictures import icon
 from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, Guesses, is_read_token
+from daq.service.reference import routes_of, shared_answers
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
 from daq.text.numbers import percent, significant, with_sigma
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
-_STATIC = {"service.css": "text/css", "report.css": "text/css", "service.js": "text/javascript"}
+_STATIC = {
+    "service.css": "text/css",
+    "report.css": "text/css",
+    "service.js": "text/javascript",
+    "plots.js": "text/javascript",
+}
+_OF_REPORTS = ("report.css", "plots.js")
+_MONITORING = {"alerts.yml": "text/yaml", "prometheus.yml": "text/yaml", "grafana.json": "application/json"}
 _DAY = 86400
 
 Page = Callable[..., HTMLResponse]
@@ -55,7 +65,7 @@ class ArmCard:
 
 
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
-    """All pages and the three files that they need."""
+    """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
 
@@ -77,8 +87,13 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
     def every_arm() -> HTMLResponse:
         runs.settle_abandoned(catalogue)
         fleet, problem = _fleet(service)
-        cards = [_card(catalogue, arm) for arm in arms.every(catalogue)]
+        cards = [_card(one) for one in overview.every(catalogue)]
         return page("arms", cards=cards, fleet=fleet, fleet_problem=problem)
+
+    @router.get("/docs")
+    def docs(request: Request) -> HTMLResponse:
+        routes = routes_of(request.app.openapi(), str(request.base_url))
+        return page("docs", routes=routes, shared=shared_answers(routes))
 
     @router.get("/runs")
     def every_run(arm: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
@@ -92,7 +107,8 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
     @router.get("/arms/{label}")
     def one_arm(label: Label, parameter: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
         arm = arm_of(catalogue, label)
-        baseline = baselines.current(catalogue, arm.id)
+        (one,) = overview.every(catalogue, arm.label)
+        baseline = one.baseline
         accepted = None if baseline is None else baseline.model_id
         by_name: dict[str, list[TrendPoint]] = {}
         for point in models.trend(catalogue, arm.id):
@@ -102,7 +118,7 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
         clean = frozenset[int]() if baseline is None else checks.clean_models(catalogue, baseline)
         return page(
             "arm",
-            card=_card(catalogue, arm),
+            card=_card(one),
             baselines=baselines.of_arm(catalogue, arm.id),
             checks=found,
             marks=_MARKS,
@@ -151,7 +167,10 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
 
     @router.post("/login")
     async def enter(request: Request) -> Response:
-        form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        try:
+            form = parse_qs((await request.body()).decode("utf-8", "replace"))
+        except ClientDisconnect:  # gone or cut before it had said all
+            return Response(status_code=400)
         after = _inside(form.get("after", ["/"])[0])
         given = form.get("token", [""])[0]
         host = request.client.host if request.client is not None else ""
@@ -177,10 +196,18 @@ def _entrance(router: APIRouter, service: Service, page: Page) -> None:
     def static(name: str) -> Response:
         if name not in _STATIC:
             return Response(status_code=404)
-        place = files("daq").joinpath("templates", *(() if name == "report.css" else ("service",)), name)
+        place = files("daq").joinpath("templates", *(() if name in _OF_REPORTS else ("service",)), name)
         return Response(
             place.read_bytes(), media_type=_STATIC[name], headers={"Cache-Control": "max-age=300"}
         )
+
+    @router.get("/monitoring/{name}")
+    def monitoring(name: str) -> Response:
+        """Files for Prometheus and Grafana, to be fetched by whoever sets them up."""
+        if name not in _MONITORING:
+            return Response(status_code=404)
+        place = files("daq").joinpath("templates", "monitoring", name)
+        return Response(place.read_bytes(), media_type=_MONITORING[name])
 
 
 def _inside(path: str) -> str:
@@ -188,21 +215,19 @@ def _inside(path: str) -> str:
     return path if path.startswith("/") and not path.startswith(("//", "/\\")) and "\\" not in path else "/"
 
 
-def _card(catalogue: Catalogue, arm: Arm) -> ArmCard:
-    last = checks.of_arm(catalogue, arm.id, limit=1)
-    newest = runs.every(catalogue, arm=arm.label, limit=1)
-    baseline = baselines.current(catalogue, arm.id)
-    verdict = last[0].verdict if last else "unknown"
+def _card(one: ArmNow) -> ArmCard:
+    last = one.check
+    verdict = "unknown" if last is None else last.verdict
     return ArmCard(
-        arm,
+        one.arm,
         KINDS[verdict],
-        WORDS[verdict] if last else "never checked",
+        "never checked" if last is None else WORDS[verdict],
         icon(KINDS[verdict]),  # type: ignore[arg-type]
-        last[0].sentence if last else "no check has been made",
-        f"{last[0].created:%Y-%m-%d %H:%M} UTC, {_age(last[0].created)}" if last else "",
-        _baseline_words(baseline),
-        newest[0] if newest else None,
-        runs.unfinished_check(catalogue, arm, last[0].run_id if last else 0),
+        "no check has been made" if last is None else last.sentence,
+        "" if last is None else f"{last.created:%Y-%m-%d %H:%M} UTC, {_age(last.created)}",
+        _baseline_words(one.baseline),
+        one.run,
+        one.unfinished,
     )
 
 

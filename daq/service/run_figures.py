@@ -17,12 +17,12 @@ from daq.recording.described_arm import robot_of
 from daq.recording.reader import read_capture
 from daq.report.gates import GateView, gate_view
 from daq.report.parameters import joint_heading
-from daq.report.traces import TraceFigure, pixels_per_trace, trace_figure
-from daq.text.numbers import percent, significant
+from daq.report.traces import TraceFigure, pixels_per_trace, position_figure, trace_figure
+from daq.text.numbers import percent
 from ident import IdentificationError, base_parameters
 from ident.identification.found_effects import end_to_end
 from ident.preparation.observation import observe
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, Gate
 from robots import Robot, RobotFileError
 
 
@@ -74,20 +74,18 @@ def _curves(path: str, sha256: str, kept: _Kept) -> Curves:
 
 def _positions(capture: Capture, robot: Robot) -> tuple[TraceFigure, ...]:
     samples = capture.samples
-    pixels = pixels_per_trace(4 * robot.n)
     time = np.asarray(samples.cycle * capture.period, dtype=np.float64)
-    found = []
-    for j, joint in enumerate(robot.joint):
-        error = samples.reference[:, j] - samples.position[:, j]
-        unit = joint.unit
-        numbers = (("largest following error", f"{significant(float(np.abs(error).max()))} {unit}"),)
-        heading = joint_heading(j, joint.name)
-        found.append(
-            trace_figure(
-                heading, unit, numbers, time, samples.position[:, j], samples.reference[:, j], pixels
-            )
+    return tuple(
+        position_figure(
+            j,
+            joint.name,
+            joint.unit,
+            time,
+            samples.position[:, j],
+            samples.reference[:, j],
         )
-    return tuple(found)
+        for j, joint in enumerate(robot.joint)
+    )
 
 
 def _torques(capture: Capture, robot: Robot, model: Model | None) -> tuple[TraceFigure, ...]:

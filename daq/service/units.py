@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,6 +107,46 @@ class Schedule:
         environment = "" if self.catalogue is None else f"ARMHIL_CATALOGUE={shlex.quote(self.catalogue)} "
         line = f"{minute} {hour} * * {weekday} cd {folder} && {environment}{words}"
         return line.replace("%", r"\%")  # cron makes a new line of a bare one
+
+
+def serving_unit(options: tuple[str, ...], folder: Path, variables: Sequence[str]) -> str:
+    """The unit of the service itself; what it may not do is said to systemd (systemd.exec(5)).
+
+    Args:
+        options: of ``armhil serve``.
+        folder: working folder, where runs/ goes.
+        variables: of the environment that it needs: where catalogue, settings and fleet are. Tokens do not
+            belong in a unit, which everybody may read: they come from a file beside it, which need not be
+            there.
+    """
+    words = " ".join(map(_quoted, (sys.executable, "-m", "daq", "serve", *options)))
+    kept = [
+        f"Environment={_quoted(f'{name}={os.environ[name]}')}" for name in variables if name in os.environ
+    ]
+    lines = [
+        "[Unit]",
+        "Description=armhil serve: arms, runs and verdicts in a browser",
+        "After=network.target",
+        "",
+        "[Service]",
+        f"WorkingDirectory={_plain(str(folder))}",
+        *kept,
+        "EnvironmentFile=-%h/.config/armhil/tokens",
+        f"ExecStart={words}",
+        "Restart=on-failure",
+        "KillSignal=SIGINT",
+        # A check that was started here outlives the service only until it has brought its arm to rest.
+        "KillMode=mixed",
+        "TimeoutStopSec=60",
+        "UMask=0077",
+        "NoNewPrivileges=true",
+        "ProtectSystem=full",
+        "",
+        "[Install]",
+        "WantedBy=default.target",
+        "",
+    ]
+    return "\n".join(lines)
 
 
 def unit_folder(system: bool) -> Path:

@@ -67,6 +67,7 @@ class Spooling:
                 "joints": [joint.name for joint in joints],
                 "units": units,
                 "cycles": self._total,
+                "duration": round(self._total * self._robot.bus.cycle_time, 4),
             }
         )
 

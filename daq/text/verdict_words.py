@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ident.estimators import ESTIMATORS
-from ident.results import Estimator, Identification, Verdict
+from ident.results import Estimator, Identification
+from ident.verdicts import Verdict
 
 VerdictKind = Literal["good", "switch", "bad", "unknown"]
 

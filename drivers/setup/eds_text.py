@@ -39,7 +39,7 @@ def sections_of(text: str, findings: list[Finding]) -> dict[str, dict[str, str]]
     sections: dict[str, dict[str, str]] = {}
     names: dict[str, str] = {}
     current: dict[str, str] | None = None
-    strange, doubled = 0, Counter[str]()
+    ignored, doubled = 0, Counter[str]()
     for raw in text.splitlines():
         line = raw.strip()
         if not line or line.startswith((";", "#")):
@@ -55,12 +55,12 @@ def sections_of(text: str, findings: list[Finding]) -> dict[str, dict[str, str]]
             continue
         key, equals, value = line.partition("=")
         if not equals or current is None:
-            strange += 1
+            ignored += 1
             continue
         current.setdefault(key.strip().lower(), value.split(";", 1)[0].strip())
-    if strange:
+    if ignored:
         findings.append(
-            Finding("info", "lines", f"{strange} that are neither section nor key were passed over")
+            Finding("info", "lines", f"{ignored} that are neither section nor key were passed over")
         )
     if doubled:
         shown = ", ".join(sorted(doubled)[:4])

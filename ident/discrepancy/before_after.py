@@ -34,7 +34,7 @@ from ident.parameters.base import BaseParameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
 from ident.recording import Recording
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 

@@ -9,7 +9,7 @@ from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.results import Gate
+from ident.verdicts import Gate
 
 
 @dataclass(frozen=True)

@@ -146,9 +146,10 @@ def _changed(
 ) -> Comparison | None:
     """What has moved and since when; None where it is not worth reporting."""
     since = _since(watched, series, alarms, settings)
-    change, covariance, count = _change(series, usual, since, settings)
-    explained = explain(change, covariance, usual.patterns, geometry, settings.level)
     pattern = _strongest(alarms, watched)
+    celsius = _warmth_beside(pattern, series, watched)
+    change, covariance, count = _change(series, usual, since, celsius, settings)
+    explained = explain(change, covariance, usual.patterns, geometry, settings.level)
     alone = 0.0 if pattern is None else float(effect_amounts(change, covariance, pattern.directions)[0])
     torque = _torque_of(change, covariance, explained, pattern, geometry)
     rms = unchanged.torque_rms
@@ -215,21 +216,35 @@ def _since(watched: Watch, series: Series, alarms: Sequence[Alarm], settings: Dr
         last = len(series.nights) - 1
         return ChangePoint(last, float(series.day[last]), "step", label_of(series.nights[last]))
     chart = words.index(alarm.chart)
-    warmth = None
-    if watched.celsius is not None:
-        weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
-        warmth = Warmth(watched.celsius[:, chart], watched.prior.slope[chart], weight)
+    weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
+    warmth = Warmth(watched.celsius[:, chart], watched.prior.slope[chart], weight)
     index, shape = find_change(watched.series[:, chart], series.day, warmth, 1)
     return ChangePoint(index, float(series.day[index]), shape, label_of(series.nights[index]))
 
 
+def _warmth_beside(pattern: Pattern | None, series: Series, watched: Watch) -> FloatArray | None:
+    """(N,) warmth that is taken out of the change of all parameters; None where nothing tells it.
+
+    It is that of the chart that the alarm is of; none beside all gears together, which are no measure of
+    themselves.
+    """
+    if pattern is None:
+        return series.mean_celsius()
+    place = next(k for k, chart in enumerate(watched.charts) if chart.pattern is pattern)
+    return watched.celsius[:, place]
+
+
 def _change(
-    series: Series, usual: Expected, since: ChangePoint, settings: DriftSettings
+    series: Series,
+    usual: Expected,
+    since: ChangePoint,
+    celsius: FloatArray | None,
+    settings: DriftSettings,
 ) -> tuple[FloatArray, FloatArray, int]:
     """Change (b,) of all parameters with the shape of the change point, its covariance, and nights left."""
     column = change_shape(series.day, since.index, since.shape)
     matrix, values = np.ones((column.size, 1)), series.values
-    if (celsius := series.mean_celsius()) is not None:
+    if celsius is not None:
         weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
         warmth = Warmth(celsius, usual.prior.slope, weight)
         matrix, values = warmth.regressors(), warmth.observed(values)

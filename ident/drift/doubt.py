@@ -103,7 +103,7 @@ def _usual(watched: Watch, expected: Expected, k: int, chart: Chart, allowed: fl
         float(predicted.interval[1, k]) * abs(scale),
         allowed * abs(scale),
     )
-    if watched.celsius is None or chart.pattern.scale is None:
+    if not watched.measured or chart.pattern.scale is None:
         return usual
     place = int(np.argmax(np.abs(chart.direction)))
     per = scale / float(chart.direction[place])
@@ -136,7 +136,7 @@ def course_of(watched: Watch, series: Series, changes: Sequence[NamedChange]) ->
         k = int(np.argmax(np.abs(watched.scores[-1])))
     scale, unit = _scale(watched.charts[k])
     slope = watched.predicted.slope[k]
-    warm = np.zeros(len(series.day)) if watched.celsius is None else watched.celsius[:, k]
+    warm = watched.celsius[:, k]
     amount = (watched.series[:, k] - slope * (warm - warm[0])) * scale
     expected = amount[-1] - watched.predicted.error[-1, k] * scale
     allowed = float(watched.allowed[k]) * abs(scale)

@@ -15,12 +15,13 @@ from ident.drift.charts import (
     trend_threshold,
 )
 from ident.drift.geometry import Geometry
-from ident.drift.patterns import WARMTH, Pattern
+from ident.drift.patterns import WARMTH, Pattern, warmth_share
 from ident.drift.predictive import ChartPrior, Predicted, predict
 from ident.drift.prior import NightPrior, largest_share
 from ident.drift.run_to_run import Recursive, recursive_residuals
 from ident.drift.values import Alarm, DriftSettings
 from ident.drift.wald import solve_covariance
+from ident.drift.warmth import warmth_of_gears
 from robots.arrays import BoolArray, FloatArray
 
 OTHER = "anything else"
@@ -53,7 +54,9 @@ class Watch:
     Attributes:
         charts: c of them.
         series: (N, c) amount of each effect, as if nothing else had moved.
-        celsius: (N, c) temperature that belongs to each; None where any night has none.
+        celsius: (N, c) temperature that belongs to each: of the thermometers, or what the friction of the
+            other gears makes of it, K beside any zero.
+        measured: whether thermometers say it.
         prior: of each chart.
         predicted: each night beside what those before make of it.
         up, down: (N, c) CUSUMs.
@@ -65,7 +68,8 @@ class Watch:
 
     charts: tuple[Chart, ...]
     series: FloatArray
-    celsius: FloatArray | None
+    celsius: FloatArray
+    measured: bool
     prior: ChartPrior
     predicted: Predicted
     up: FloatArray
@@ -109,9 +113,14 @@ def watch(
     """
     charts = _charts(patterns)
     weights = _functionals(charts, spread)
-    warm = None if celsius is None else _temperatures(celsius, [c.pattern.joint for c in charts])
+    measured = celsius is not None
+    if celsius is None:
+        of_charts = [chart.pattern for chart in charts]
+        warm = warmth_of_gears(values, within + prior.covariance, of_charts, prior.unmeasured)
+    else:
+        warm = _temperatures(celsius, [chart.pattern for chart in charts], settings)
     series = values @ weights
-    chart_prior = _chart_prior(charts, weights, within, prior, warm is not None)
+    chart_prior = _chart_prior(charts, weights, within, prior, measured, settings)
     predicted = predict(series, warm, clean, chart_prior)
     first = min(1 + int(np.searchsorted(np.cumsum(clean[1:]), settings.learning_nights)) + 1, len(values) - 1)
     other = _other(values, None if celsius is None else celsius.mean(axis=1), clean, spread, first)
@@ -121,15 +130,19 @@ def watch(
         trend_threshold(budget.trend, len(charts)),
         one_night_threshold(budget.other, 1, sides=1),
     )
-    up, down = cusum(np.where(_follows_seasons(charts, warm), np.nan, predicted.scores))
+    up, down = cusum(np.where(_follows_seasons(charts, measured), np.nan, predicted.scores))
     # What nothing explains has to be there again the next night: how the arm varies is not normal far out.
     lasting = float(np.min(other[-2:])) if other.size > 1 else np.nan
     words = [chart.words for chart in charts]
     alarms = _alarms(words, predicted.scores[-1], np.maximum(up[-1], down[-1]), lasting, limits)
     per_unit = np.array([largest_share(chart.direction, geometry) for chart in charts])
+    is_warmth = np.array([chart.pattern.effect == WARMTH for chart in charts])
+    per_unit = np.where(is_warmth, settings.tolerance / settings.possible_warmth, per_unit)
     alarms = alarms or _large(charts, predicted.scores[-1], np.abs(predicted.error[-1]) * per_unit, settings)
     allowed = _allowed(charts, predicted, limits[0], per_unit, settings)
-    return Watch(charts, series, warm, chart_prior, predicted, up, down, other, *limits, allowed, alarms)
+    return Watch(
+        charts, series, warm, measured, chart_prior, predicted, up, down, other, *limits, allowed, alarms
+    )
 
 
 def _charts(patterns: Sequence[Pattern]) -> tuple[Chart, ...]:
@@ -149,26 +162,47 @@ def _functionals(charts: Sequence[Chart], spread: FloatArray) -> FloatArray:
 
 
 def _chart_prior(
-    charts: Sequence[Chart], weights: FloatArray, within: FloatArray, prior: NightPrior, measured: bool
+    charts: Sequence[Chart],
+    weights: FloatArray,
+    within: FloatArray,
+    prior: NightPrior,
+    measured: bool,
+    settings: DriftSettings,
 ) -> ChartPrior:
-    sigma = np.sqrt(np.einsum("bc,bd,dc->c", weights, within + prior.covariance, weights))
     # Some weeks of a hall without a thermometer do not show what its year holds.
-    least = np.array([float(chart.pattern.effect == WARMTH and not measured) for chart in charts])
+    unseen = _follows_seasons(charts, measured)
+    # Where the other gears tell the warmth, a chart knows the hall as well as a thermometer does.
+    told = prior.covariance - (1.0 - (settings.thermometer_sigma / settings.hall_sigma) ** 2) * prior.hall
+    variance = [
+        np.einsum("bc,bd,dc->c", weights, within + known, weights) for known in (told, prior.covariance)
+    ]
     steep = np.sqrt(np.einsum("bc,bd,dc->c", weights, prior.slope_covariance, weights))
-    slope = prior.slope @ weights
-    if not measured:
-        slope, steep = np.zeros_like(slope), np.zeros_like(steep)
-    return ChartPrior(sigma, least, slope, steep)
+    return ChartPrior(
+        np.sqrt(np.where(unseen, variance[1], variance[0])),
+        unseen.astype(np.float64),
+        np.where(unseen, 0.0, prior.slope @ weights),
+        np.where(unseen, 0.0, steep),
+    )
 
 
-def _follows_seasons(charts: Sequence[Chart], warm: FloatArray | None) -> BoolArray:
+def _follows_seasons(charts: Sequence[Chart], measured: bool) -> BoolArray:
     """(c,) charts whose slow course says nothing: the warmth of all gears where no thermometer tells it."""
-    return np.array([chart.pattern.effect == WARMTH and warm is None for chart in charts])
+    return np.array([chart.pattern.effect == WARMTH and not measured for chart in charts])
 
 
-def _temperatures(celsius: FloatArray, joints: Sequence[int | None]) -> FloatArray:
+def _temperatures(celsius: FloatArray, patterns: Sequence[Pattern], settings: DriftSettings) -> FloatArray:
+    """(N, c) temperature of each chart beside the baseline's, so that a line describes friction.
+
+    Friction falls exponentially with the warmth of its gear (as the viscosity of its grease does, after
+    Reynolds 1886): over 12 K a line would be off by ½(0.015 · 12)² = 1.6 % of viscous friction. Kelvin are
+    counted as (1 − exp(−aΔ))/a with the prior's coefficient a.
+    """
     mean = celsius.mean(axis=1)
-    return np.column_stack([mean if joint is None else celsius[:, joint - 1] for joint in joints])
+    found = np.column_stack([mean if p.joint is None else celsius[:, p.joint - 1] for p in patterns])
+    found = found - found[0]
+    share = np.array([warmth_share(pattern.effect, settings)[0] for pattern in patterns])
+    curved = -np.expm1(-share * found) / np.where(share > 0.0, share, 1.0)
+    return np.asarray(np.where(share > 0.0, curved, found))
 
 
 def _other(
@@ -221,13 +255,16 @@ def _alarms(
 def _large(
     charts: Sequence[Chart], scores: FloatArray, shares: FloatArray, settings: DriftSettings
 ) -> tuple[Alarm, ...]:
-    """Charts off by more torque than the tolerance with less certainty than an alarm otherwise asks for."""
+    """Charts off by more torque than the tolerance with less certainty than an alarm otherwise asks for.
+
+    All gears together are judged by kelvin: a hall may differ by so much, and by no more.
+    """
     found = []
     for chart, score, share in zip(charts, np.abs(scores), shares, strict=True):
-        if chart.pattern.effect == WARMTH or share <= settings.tolerance:
-            continue
         limit = _SERIOUS_DOUBT if share > 2.0 * settings.tolerance else _DOUBT
-        if score > limit:
+        if chart.pattern.effect == WARMTH:
+            limit = _SERIOUS_DOUBT
+        if share > settings.tolerance and score > limit:
             found.append(Alarm(chart.words, "size", float(score), limit))
     return tuple(found)
 
@@ -238,7 +275,7 @@ def _allowed(
     """(c,) amounts up to which neither the chart of one night nor the size of a change would speak."""
     found = predicted.allowed(limit)
     warmth = np.array([chart.pattern.effect == WARMTH for chart in charts])
-    for score, times in ((_DOUBT, 1.0), (_SERIOUS_DOUBT, 2.0)):
+    for score, times in ((_DOUBT, 1.0), (_SERIOUS_DOUBT, np.where(warmth, 1.0, 2.0))):
         sure = np.maximum(predicted.allowed(score), times * settings.tolerance / per_unit)
-        found = np.where(warmth, found, np.minimum(found, sure))
+        found = np.where(warmth & (score == _DOUBT), found, np.minimum(found, sure))
     return np.asarray(found)

@@ -20,7 +20,7 @@ from ident.effects.placed import (
     as_filter_shows,
     drive_row,
     drive_torque,
-    each_drive,
+    each_geared_drive,
 )
 from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
 from ident.effects.torque_ripple import ripple_shapes
@@ -107,7 +107,7 @@ GEAR_RIPPLE = Family(
     "gear_ripple",
     "kinematic error of the gear, periodic in the motor's angle",
     "drive",
-    each_drive,
+    each_geared_drive,
     _make,
     _shapes,
     confused_with=("torque_ripple",),

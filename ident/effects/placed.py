@@ -171,6 +171,16 @@ def each_drive(robot: Robot) -> tuple[Place, ...]:
     return tuple(Place("drive", (drive,)) for drive in range(robot.n))
 
 
+def each_geared_drive(robot: Robot) -> tuple[Place, ...]:
+    """One place per drive whose gear ratio is described; of an arm known from logs alone it may not be."""
+    return each_drive(robot) if robot.has_drives else ()
+
+
+def each_limited_drive(robot: Robot) -> tuple[Place, ...]:
+    """One place per drive whose saturation is described."""
+    return each_drive(robot) if robot.controller.is_given else ()
+
+
 def drive_row(robot: Robot, place: Place) -> FloatArray:
     """(n,) how the output of a place's drive moves with the joints, and how its torque falls on them."""
     return np.asarray(robot.transmission_matrix[place.joints[0]])

@@ -13,7 +13,7 @@ from ident.effects.placed import (
     along,
     drive_row,
     drive_torque,
-    each_drive,
+    each_limited_drive,
     torque_unit,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
@@ -57,7 +57,7 @@ SATURATION = Family(
     "saturation",
     "torque that stops growing below the described limit",
     "drive",
-    each_drive,
+    each_limited_drive,
     _make,
     _shapes,
     confused_with=("drive_gain_error",),

@@ -15,7 +15,7 @@ from ident.effects.placed import (
     as_filter_shows,
     drive_row,
     drive_torque,
-    each_drive,
+    each_geared_drive,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
@@ -72,7 +72,7 @@ TORQUE_RIPPLE = Family(
     "torque_ripple",
     "torque that is periodic in the motor's angle",
     "drive",
-    each_drive,
+    each_geared_drive,
     _make,
     _shapes,
     confused_with=("gear_ripple",),

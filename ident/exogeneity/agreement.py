@@ -19,9 +19,9 @@ from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
 from ident.preparation.observation import observed_torque
 from ident.recording import Recording
-from ident.results import ColumnCheck
 from ident.signals import decimate, kept_samples, low_pass, motion
 from ident.statistics.restricted import regression_whitening
+from ident.verdicts import ColumnCheck, ColumnKind
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
 
@@ -138,7 +138,7 @@ def torque_checks(
         )
         for joint in range(difference.shape[1])
     ]
-    return _checks("torque of joint", found, level, margin)
+    return _checks("torque", "joint", found, level, margin)
 
 
 def following_checks(
@@ -166,11 +166,11 @@ def following_checks(
         )
         for drive in range(difference.shape[1])
     ]
-    return _checks("following error of drive", found, level, margin)
+    return _checks("following error", "drive", found, level, margin)
 
 
 def _checks(
-    name: str, found: Sequence[tuple[float, float]], level: float, margin: float
+    kind: ColumnKind, axes: str, found: Sequence[tuple[float, float]], level: float, margin: float
 ) -> tuple[ColumnCheck, ...]:
     """One check per axis, from size and p; the p of all together are Holm's, so ``level`` is that of the arm.
 
@@ -179,7 +179,7 @@ def _checks(
     """
     adjusted = holm([p for _, p in found])
     return tuple(
-        ColumnCheck(f"{name} {axis}", size, margin, p, bool(size <= margin or p >= level))
+        ColumnCheck(f"{kind} of {axes} {axis}", size, margin, p, bool(size <= margin or p >= level), kind)
         for axis, ((size, _), p) in enumerate(zip(found, adjusted, strict=True), start=1)
     )
 

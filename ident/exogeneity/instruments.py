@@ -11,8 +11,8 @@ from ident.exogeneity.relevance import conditional_f
 from ident.exogeneity.sign_flips import sign_flip_test
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows
-from ident.results import ColumnCheck, Gate
 from ident.statistics.whitening import Whitening
+from ident.verdicts import ColumnCheck, ColumnKind, Gate
 from robots.arrays import BoolArray, FloatArray
 
 INSTRUMENTS_NULL = "Π = I: the simulation gives the regressors, X = Z + V"
@@ -142,7 +142,7 @@ def _loop_checks(
     return torque + following
 
 
-def _largest(checks: tuple[ColumnCheck, ...], kind: str) -> str:
-    of_kind = [check for check in checks if check.column.startswith(kind)]
+def _largest(checks: tuple[ColumnCheck, ...], kind: ColumnKind) -> str:
+    of_kind = [check for check in checks if check.kind == kind]
     worst = max(of_kind, key=lambda check: check.size)
     return f"simulation lacks {100 * worst.size:.2g} % of the {worst.column} (margin {100 * worst.limit:g} %)"

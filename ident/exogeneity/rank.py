@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from ident.exogeneity.textbook import WhiteRows
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, Gate
 from robots.arrays import FloatArray, IntArray
 
 RANK_NULL = "[X V̂] adds nothing to X above the noise floor"

@@ -13,7 +13,7 @@ from ident.exogeneity.instruments import INSTRUMENTS_NULL, GateSettings, instrum
 from ident.exogeneity.rank import RANK_NULL, rank_gate
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows, single_p_values, wald_f
-from ident.results import ColumnCheck, Gate, RevisedTest
+from ident.verdicts import ColumnCheck, Gate, RevisedTest
 from robots.arrays import FloatArray, IntArray
 
 _EXOGENEITY = "γ = 0: the regressors are uncorrelated with the errors"
@@ -132,8 +132,8 @@ def _say_invalid(gate: Gate) -> str:
             "Do not trust this model: the simulated motion does not span the measured one, so nothing can be"
             " tested with it. Record a more exciting trajectory, or search for what is missing."
         )
-    loop = [c for c in failed if c.column.startswith("following error")]
-    torque = [c for c in failed if c.column.startswith("torque")]
+    loop = [c for c in failed if c.kind == "following error"]
+    torque = [c for c in failed if c.kind == "torque"]
     columns = [c for c in failed if c not in loop and c not in torque]
     reasons = []
     if torque:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.stats import f as f_distribution
 
-from ident.results import Gate
+from ident.verdicts import Gate
 from robots.arrays import FloatArray, IntArray
 
 _MACHINE_NULL = 1e-9

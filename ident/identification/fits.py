@@ -123,6 +123,8 @@ def _instrumental(
 
     if any(recording.reference is None for recording in recordings):
         raise IdentificationError("no position reference was recorded, so the loop cannot be simulated")
+    if not prepared.base.model.robot.controller.is_given:
+        raise IdentificationError("robot.toml describes no controller, so the loop cannot be simulated")
     standard = nearest_arm if options.method == "consistent" else None
     return iterate_instruments(
         prepared.base, recordings, prepared.rows, prepared.stacked, start, step, standard

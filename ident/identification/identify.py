@@ -23,13 +23,16 @@ from ident.identification.alignment import LagEstimate, estimate_lag
 from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
+from ident.identification.intervals import deviations
 from ident.identification.options import Options
 from ident.identification.summary import (
     essential_of,
     estimate_of,
     held_out,
+    not_of_a_rotor,
     poorly_seen,
     refuse_negative_friction,
+    refuse_nothing_explained,
     trace_of,
     with_consistent,
 )
@@ -42,8 +45,9 @@ from ident.preparation.noise import noise_estimate
 from ident.preparation.observation import Rows, observe
 from ident.preparation.spectrum import PositionSpectrum, position_spectrum
 from ident.recording import Recording
-from ident.results import Gate, Identification, Rank, RevisedTest, Signals
+from ident.results import Identification, Rank, Signals
 from ident.statistics.restricted import regression_whitening
+from ident.verdicts import Gate, RevisedTest
 from robots.description import Robot
 
 _LEVEL = 0.05
@@ -112,11 +116,13 @@ def identify(
     fits = all_fits(prepared, recordings, options, progress)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(prepared, recordings, fits)
-    least_squares = estimate_of("ls", base, stacked, fits.least_squares)
+    half = deviations(prepared, recordings, fits.least_squares, None).half_width
+    least_squares = estimate_of("ls", base, stacked, fits.least_squares, half)
     refuse_negative_friction(least_squares, robot.n)
     computed = {"ls": least_squares}
-    if fits.instrumental is not None:
-        computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental)
+    if fits.instrumental is not None and fits.instruments is not None:
+        half = deviations(prepared, recordings, fits.instrumental, fits.instruments.columns).half_width
+        computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental, half)
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
     signals = _signals(prepared, recordings, spectrum, proposal)
@@ -133,6 +139,7 @@ def identify(
             *warnings,
             *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
+            *not_of_a_rotor(least_squares),
             *poorly_seen(least_squares),
         ),
         method=options.method,
@@ -140,6 +147,7 @@ def identify(
         signals=signals,
         essential=essential_of(base, rows) if options.essential else None,
     )
+    refuse_nothing_explained(result.recommended, prepared.rank)
     consistent = None
     if options.method == "consistent":
         progress("physically consistent fit", 0.95)

@@ -44,7 +44,9 @@ class RegressorModel:
         """The usual model: links, rotors, viscous and Coulomb friction, coupled drives, offsets."""
         settings = robot.identification
         sign = FrictionSign(settings.friction_sign, settings.friction_width)
-        effects: list[Effect] = [RigidBody(robot), RotorInertia(robot)]
+        effects: list[Effect] = [RigidBody(robot)]
+        if settings.rotor_inertia:
+            effects.append(RotorInertia(robot))
         if settings.friction == "asymmetric":
             effects.append(AsymmetricFriction(robot, sign))
         else:

@@ -23,12 +23,14 @@ from robots.description import Robot
 def with_mean_control_signal(robot: Robot, recording: Recording) -> Recording:
     """The recording with the mean course of its control signals in place of their samples.
 
-    Unchanged where no reference was recorded, or the controller runs once per sample.
+    Unchanged where no reference was recorded, the controller is not described or runs once per sample.
 
     Args:
         robot: its controller says how set-points become control signals.
         recording: the control signal is what the controller puts out at each sample.
     """
+    if not robot.controller.is_given:
+        return recording
     per_sample = round(recording.sample_time / robot.controller.sample_time)
     if recording.reference is None or per_sample < 2:
         return recording

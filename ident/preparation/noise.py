@@ -44,6 +44,11 @@ class NoiseEstimate:
         return float(_SIGN_CHATTERS_BELOW * self.velocity.max())
 
 
+def narrowest_friction_width(spectrum: PositionSpectrum, settings: Identification) -> float:
+    """As :attr:`NoiseEstimate.friction_width`, from the spectrum of the positions alone."""
+    return float(_SIGN_CHATTERS_BELOW * _velocity_deviation(spectrum, settings).max())
+
+
 def noise_estimate(
     robot: Robot, recordings: tuple[Recording, ...], spectrum: PositionSpectrum, settings: Identification
 ) -> NoiseEstimate:

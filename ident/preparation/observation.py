@@ -196,6 +196,8 @@ class ObservedTorque:
 
 def _hold(robot: Robot, recording: Recording, settings: Identification) -> float:
     """For how long a recorded control signal acts, s; 0 where it is a mean over more than that already."""
+    if not robot.controller.is_given:
+        return 0.0
     held = robot.controller.sample_time
     per_sample = round(recording.sample_time / held)
     return held if settings.control_signal_reading == "sampled" or per_sample <= 1 else 0.0

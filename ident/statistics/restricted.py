@@ -15,6 +15,7 @@ leaves of the motion in r makes the next model slower still, and so on without e
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,12 +65,12 @@ def regression_whitening(
         used: samples × joints, the rows of the fit.
     """
     omega = independent_whitening(target, regressor, segment, used)
-    fit = _fit(omega, target, regressor, used)
+    fit = fit_of(omega, target, regressor, used)
     residual = target - regressor @ fit.beta
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
     products = [_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)]
-    taken = _Taken.of(fit.basis, segment)
+    taken = Taken.of(fit.basis, segment)
     counts = [_whole(segment, used[:, j], largest) for j in _axes(used)]
     for _ in range(_ITERATIONS):
         missing = _missing(whitening, taken, omega.sigma, segment, used, largest)
@@ -89,13 +90,13 @@ def independent_whitening(
     """
     whitening = _start(target, used)
     for _ in range(2):
-        fit = _fit(whitening, target, regressor, used)
+        fit = fit_of(whitening, target, regressor, used)
         whitening = block_whitening(target - regressor @ fit.beta, used, regressor.shape[2])
     return whitening
 
 
 @dataclass(frozen=True)
-class _Fit:
+class OmegaFit:
     """Weighted least squares: β̂ (b,), and U, samples × joints × b', orthonormal over the weighted rows."""
 
     beta: FloatArray
@@ -113,7 +114,7 @@ def _start(target: FloatArray, used: BoolArray) -> Whitening:
     return Whitening("block", empty, np.where(size > 0, size, 1.0))
 
 
-def _fit(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> _Fit:
+def fit_of(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> OmegaFit:
     weight = used / omega.sigma
     x = regressor * weight[:, :, np.newaxis]
     scale = np.sqrt(np.sum(x**2, axis=(0, 1)))
@@ -125,11 +126,11 @@ def _fit(omega: Whitening, target: FloatArray, regressor: FloatArray, used: Bool
     root = directions[:, held] / np.sqrt(values[held])
     basis = x @ root
     shares = basis.reshape(flat.shape[0], -1).T @ (target * weight).ravel()
-    return _Fit((root @ shares) / scale, np.asarray(basis))
+    return OmegaFit((root @ shares) / scale, np.asarray(basis))
 
 
 @dataclass(frozen=True)
-class _Taken:
+class Taken:
     """U with its Fourier transforms per recording: samples × joints × b', and frequencies × joints × b'."""
 
     basis: FloatArray
@@ -137,19 +138,22 @@ class _Taken:
     spectra: tuple[ComplexArray, ...]
 
     @classmethod
-    def of(cls, basis: FloatArray, segment: IntArray) -> _Taken:
+    def of(cls, basis: FloatArray, segment: IntArray) -> Taken:
         pieces = tuple(np.flatnonzero(segment == name) for name in np.unique(segment))
         spectra = tuple(rfft(basis[chosen], _circle(chosen.size), axis=0) for chosen in pieces)
         return cls(basis, pieces, spectra)
 
-    def moved(self, whitening: Whitening, omega: FloatArray) -> FloatArray:
-        """ΓU with the model's covariance Γ of each joint, recording by recording; samples × joints × b'."""
+    def moved(self, covariance: Callable[[int, int], FloatArray]) -> FloatArray:
+        """ΓU recording by recording; samples × joints × b'.
+
+        Args:
+            covariance: of the weighted errors of a joint (from 0) at so many lags from 0 on.
+        """
         moved = np.empty_like(self.basis)
         for chosen, spectrum in zip(self.pieces, self.spectra, strict=True):
             samples, circle = chosen.size, _circle(chosen.size)
-            for joint, coefficients in enumerate(whitening.coefficients):
-                sigma = float(whitening.sigma[joint] / omega[joint])
-                gamma = autocovariance(coefficients, sigma, samples)
+            for joint in range(self.basis.shape[1]):
+                gamma = covariance(joint, samples)
                 # A Toeplitz matrix is a corner of a circulant one, which the transform makes diagonal.
                 around = np.concatenate([gamma, np.zeros(circle - 2 * samples + 1), gamma[:0:-1]])
                 gain = rfft(around).real[:, np.newaxis]
@@ -164,14 +168,19 @@ def _circle(samples: int) -> int:
 
 def _missing(
     whitening: Whitening,
-    taken: _Taken,
+    taken: Taken,
     omega: FloatArray,
     segment: IntArray,
     used: BoolArray,
     largest: int,
 ) -> list[FloatArray]:
     """Per joint: lagged products of e that the fit has taken from those of r, if the model is right."""
-    basis, moved = taken.basis, taken.moved(whitening, omega)
+
+    def covariance(joint: int, lags: int) -> FloatArray:
+        sigma = float(whitening.sigma[joint] / omega[joint])
+        return autocovariance(whitening.coefficients[joint], sigma, lags)
+
+    basis, moved = taken.basis, taken.moved(covariance)
     columns = basis.shape[2]
     between = basis.reshape(-1, columns).T @ moved.reshape(-1, columns)
     found = []

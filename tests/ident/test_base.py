@@ -13,7 +13,7 @@ import pytest
 import robots
 from ident import BaseParameters, RegressorModel, base_parameters, drive_parameters
 from ident.effects import State
-from ident.parameters.base import random_states
+from ident.parameters.base import _expression, _independent_columns, _relation, random_states
 
 
 @pytest.fixture(scope="module")
@@ -135,3 +135,61 @@ def test_at_standstill_nothing_chatters() -> None:
     state = State(np.zeros((100, robot.n)), noise, np.zeros((100, robot.n)))
     coulomb = [k for k, name in enumerate(model.names) if name.startswith("Fc")]
     assert np.abs(model.columns(state)[:, :, coulomb]).max() < 0.02
+
+
+def test_expressions_in_print() -> None:
+    names = ("a", "b", "c", "d", "e")
+    assert (
+        _expression(np.array([2.0, -1.0, 0.0, 1.0 + 1e-10, -0.51234567]), names) == "2 a − b + d − 0.512346 e"
+    )
+    assert _expression(np.array([0.0, -1.0, 0.5, 0.0, 0.0]), names) == "−b + 0.5 c"
+    assert _expression(np.array([1.0 + 1e-6, 0.0, 0.0, 0.0, 0.0]), names) == "1 a"
+    assert _expression(np.array([-2.5, 0.0, 0.0, 0.0, 1.0]), names) == "−2.5 a + e"
+
+
+def test_a_column_that_depends_on_those_before_it_goes() -> None:
+    """By less than 1e-8 of its norm; the order is kept."""
+    e = np.eye(6)
+    columns = [e[0], (e[0] + 0.9e-8 * e[1]), e[2], (e[0] + e[2]) / np.sqrt(2), (e[2] + 1.1e-8 * e[3]), e[4]]
+    assert _independent_columns(np.column_stack(columns)).tolist() == [0, 2, 4, 5]
+
+
+def test_relations_are_what_least_squares_says_and_rounding_is_none() -> None:
+    """c = 3 a − 0.5 b in columns of sizes 10 and 0.1; 1e-8 of the columns' scale is rounding."""
+    q = np.linalg.qr(np.random.default_rng(1).normal(size=(8, 3)))[0]
+    a, b = 10.0 * q[:, 0], 0.1 * q[:, 1]
+    rows = np.column_stack([a, b, 3.0 * a - 0.5 * b, a + 1e-8 * q[:, 1], np.zeros(8)])
+    scale = np.linalg.norm(rows, axis=0)
+    relation = _relation(rows, scale, np.array([0, 1]), np.array([0, 1, 2, 3]))
+    expected = [[1.0, 0.0, 3.0, 1.0, 0.0], [0.0, 1.0, -0.5, 0.0, 0.0]]
+    assert np.allclose(relation, expected, atol=1e-9)
+    assert relation[1, 3] == 0.0
+    assert relation[0, 2] == np.round(relation[0, 2], 12)
+
+
+def test_random_states_fill_the_limits_and_leave_none() -> None:
+    robot = robots.load("tx40")
+    state = random_states(robot, 0, 4000)
+    assert state.position.shape == state.velocity.shape == state.acceleration.shape == (4000, 6)
+    middle, half = (robot.upper + robot.lower) / 2, (robot.upper - robot.lower) / 2
+    for values, centre, limit in (
+        (state.position, middle, half),
+        (state.velocity, np.zeros(6), robot.velocity_limits),
+        (state.acceleration, np.zeros(6), robot.acceleration_limits),
+    ):
+        share = (values - centre) / limit
+        assert np.all(np.abs(share) <= 1.0)
+        assert np.all(share.min(axis=0) < -0.99)
+        assert np.all(share.max(axis=0) > 0.99)
+    again = random_states(robot, 0, 4000)
+    assert np.array_equal(again.velocity, state.velocity)
+    assert not np.array_equal(random_states(robot, 1, 4000).velocity, state.velocity)
+
+
+def test_names_and_units_belong_to_what_stays(tx40: BaseParameters) -> None:
+    for row, name, column in zip(tx40.relation, tx40.names, tx40.independent, strict=True):
+        assert row[column] == 1.0
+        others = np.flatnonzero(row).size - 1
+        assert name == tx40.model.names[column] + ("R" if others else "")
+    standard = {name: float(k) for k, name in enumerate(tx40.model.names)}
+    assert np.allclose(tx40.regroup(standard), tx40.relation @ np.arange(len(standard)))

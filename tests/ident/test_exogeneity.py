@@ -17,7 +17,7 @@ from ident.exogeneity import (
     textbook_test,
 )
 from ident.exogeneity.rank import rank_gate
-from ident.results import RevisedTest
+from ident.verdicts import RevisedTest
 from robots.arrays import FloatArray
 
 NAMES = ("a", "b", "c", "d")

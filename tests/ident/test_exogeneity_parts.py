@@ -22,7 +22,7 @@ from ident.exogeneity.revised import (
     no_such_arm,
 )
 from ident.exogeneity.textbook import informative, residual_sum, single_p_values, trailing_diagonal, wald_f
-from ident.results import ColumnCheck, Gate
+from ident.verdicts import ColumnCheck, ColumnKind, Gate
 from robots.arrays import FloatArray
 
 SMALL = 12
@@ -273,8 +273,14 @@ def test_the_floor_knows_what_other_columns_hold_of_one() -> None:
 # Words
 
 
+KINDS: dict[str, ColumnKind] = {"torque": "torque", "following error": "following error"}
+
+
 def invalid(*checks: tuple[str, float, float]) -> str:
-    columns = tuple(ColumnCheck(name, size, limit, 0.0, size <= limit) for name, size, limit in checks)
+    columns = tuple(
+        ColumnCheck(name, size, limit, 0.0, size <= limit, KINDS.get(name.partition(" of ")[0], "regressor"))
+        for name, size, limit in checks
+    )
     return _say_invalid(Gate("instruments", "", False, 1.0, "F", None, None, "", columns))
 
 

@@ -52,7 +52,9 @@ def test_every_key_has_its_row_with_its_default(heading: str) -> None:
     for key, (_type, _allowed, default, meaning) in rows.items():
         value = model.model_fields[key].default
         assert meaning
-        if value is PydanticUndefined:
+        if value == () or model.model_fields[key].default_factory is not None:
+            assert default.startswith("absent"), key
+        elif value is PydanticUndefined:
             assert default == "required", key
         elif value is None:
             assert default.startswith("absent"), key

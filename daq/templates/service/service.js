@@ -83,42 +83,88 @@
           return value;
         });
         caption.append(heading, numbers);
-        const above = picture("", ["position", "reference"]);
-        const below = picture("torque", ["zero", "effort"]);
-        figure.append(caption, above.svg, below.svg);
-        root.append(figure);
         const [length, effort] = (line.units || [])[j] || ["", ""];
-        return { values, above, below, length, effort, rows: [] };
+        const above = picture(`position, ${length}`, "", ["reference", "position"]);
+        const middle = picture(`following error, m${length}`, "strip", ["zero", "effort"]);
+        const below = picture(`torque, ${effort}`, "strip", ["zero", "effort"]);
+        const axis = document.createElement("div");
+        axis.className = "time";
+        axis.setAttribute("aria-hidden", "true");
+        marks(0, line.duration || 0).forEach((time, k, all) => {
+          const label = document.createElement("span");
+          label.textContent = written(time, all) + (k === all.length - 1 ? " s" : "");
+          label.style.left = `${(100 * time) / (line.duration || 1)}%`;
+          if (time > 0.97 * line.duration) label.className = "end";
+          axis.append(label);
+        });
+        figure.append(caption, above.panel, middle.panel, below.panel, axis);
+        root.append(figure);
+        return { values, above, middle, below, length, effort, rows: [] };
       });
     }
 
-    function picture(kind, names) {
+    function picture(words, kind, names) {
+      const panel = document.createElement("div");
+      panel.className = `panel ${kind}`;
+      panel.setAttribute("aria-hidden", "true");
       const svg = document.createElementNS(SVG, "svg");
-      svg.setAttribute("class", kind);
       svg.setAttribute("viewBox", "0 0 300 100");
       svg.setAttribute("preserveAspectRatio", "none");
-      svg.setAttribute("aria-hidden", "true");
+      const what = document.createElement("span");
+      what.className = "what";
+      what.textContent = words;
       const paths = names.map((name) => {
         const path = document.createElementNS(SVG, "path");
         path.setAttribute("class", name);
         svg.append(path);
         return path;
       });
-      return { svg, paths };
+      panel.append(svg, what);
+      return { panel, paths, lines: [] };
     }
 
-    // Columns of rows over the share of the run that is done, in the range that they have.
-    function draw(paths, rows, columns, range) {
-      const low = Math.min(...range);
-      const span = Math.max(...range) - low || 1;
+    // Round numbers between two, three to six of them.
+    function marks(low, high) {
+      if (!(high > low)) return [low];
+      const power = 10 ** Math.floor(Math.log10(high - low));
+      const step = [0.1, 0.2, 0.5, 1, 2, 5].map((k) => k * power).find((k) => (high - low) / k <= 5);
+      const found = [];
+      for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) found.push(k * step);
+      return found;
+    }
+
+    // With as many decimals as the step between marks needs, so that no two read the same.
+    function written(value, all) {
+      const step = all.length > 1 ? all[1] - all[0] : Math.abs(value) || 1;
+      return value.toFixed(Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)))).replace("-", "−");
+    }
+
+    // Columns of rows over the share of the run that is done, with marks of the range that they have.
+    function draw(shown, rows, columns, least) {
+      const values = rows.flatMap((row) => columns.map((column) => row[column]));
+      let low = Math.min(...values, ...least);
+      let high = Math.max(...values, ...least);
+      const margin = 0.06 * (high - low) || Math.abs(high) || 1;
+      low -= margin;
+      high += margin;
+      const height = (value) => (100 * (high - value)) / (high - low);
       columns.forEach((column, k) => {
-        const points = rows.map((row) => {
-          const height = 95 - (90 * (row[column] - low)) / span;
-          return `${((300 * row[0]) / cycles).toFixed(1)} ${height.toFixed(2)}`;
-        });
-        paths[k].setAttribute("d", `M${points.join("L")}`);
+        const points = rows.map((row) => `${((300 * row[0]) / cycles).toFixed(1)} ${height(row[column]).toFixed(2)}`);
+        shown.paths[shown.paths.length - columns.length + k].setAttribute("d", `M${points.join("L")}`);
       });
-      return 95 + (90 * low) / span;
+      const all = marks(low, high);
+      shown.lines.forEach((line) => line.remove());
+      shown.lines = all.map((value) => {
+        const line = document.createElement("div");
+        line.className = "grid";
+        line.style.top = `${height(value)}%`;
+        const label = document.createElement("span");
+        label.textContent = written(value, all);
+        line.append(label);
+        shown.panel.append(line);
+        return line;
+      });
+      return height(0);
     }
 
     function samples(line) {
@@ -127,16 +173,18 @@
       text("live-missed", String(line.missed));
       text("live-incomplete", String(line.incomplete));
       joints.forEach((joint, j) => {
-        const { rows, above, below, values } = joint;
-        rows.push([line.cycle, line.position[j], line.reference[j], line.torque[j]]);
-        if (rows.length > MOST) joint.rows = rows.filter((row, k) => k % 2 === 0);  // a long run, drawn coarser
+        const { rows, above, middle, below, values } = joint;
         const error = 1000 * (line.reference[j] - line.position[j]);
+        rows.push([line.cycle, line.reference[j], line.position[j], error, line.torque[j]]);
+        if (rows.length > MOST) joint.rows = rows.filter((row, k) => k % 2 === 0);  // a long run, drawn coarser
         values[0].textContent = `${line.position[j].toFixed(4)} ${joint.length}`;
         values[1].textContent = `${error.toFixed(2)} m${joint.length}`;
         values[2].textContent = `${line.torque[j].toFixed(2)} ${joint.effort}`;
-        draw(above.paths, rows, [1, 2], rows.flatMap((row) => [row[1], row[2]]));
-        const zero = draw(below.paths.slice(1), rows, [3], [0, ...rows.map((row) => row[3])]);
-        below.paths[0].setAttribute("d", `M0 ${zero.toFixed(2)}H300`);
+        draw(above, rows, [1, 2], []);
+        for (const [shown, column] of [[middle, 3], [below, 4]]) {
+          const zero = draw(shown, rows, [column], [0]);
+          shown.paths[0].setAttribute("d", `M0 ${zero.toFixed(2)}H300`);
+        }
       });
     }
   }

@@ -20,7 +20,7 @@ from daq.identification.identify import IdentifyRequest, run_identify
 from daq.keeping import prune
 from daq.keeping.again import identify_settings
 from daq.keeping.compare import compare
-from daq.keeping.keep import Made, keep_identified
+from daq.keeping.keep import Provenance, keep_identified
 from daq.recording.capture import RUN
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
@@ -50,7 +50,7 @@ def recorded(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pat
 @pytest.fixture
 def pair(recorded: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
     """Copies that a test may delete, each run and identified in the catalogue: runs 1 and 2."""
-    made = []
+    copies = []
     with Catalogue() as catalogue:
         for path in recorded:
             copy = Path(shutil.copy(path, tmp_path / path.name))
@@ -60,9 +60,11 @@ def pair(recorded: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
             request = IdentifyRequest((copy,), rate_hz=100.0)
             fitted = run_identify(request, Silent()).fitted
             robot = fitted.base.model.robot
-            keep_identified(catalogue, fitted, Made(robot, [copy], identify_settings(request)), kept.number)
-            made.append(copy)
-    return made[0], made[1]
+            keep_identified(
+                catalogue, fitted, Provenance(robot, [copy], identify_settings(request)), kept.number
+            )
+            copies.append(copy)
+    return copies[0], copies[1]
 
 
 @pytest.mark.slow
@@ -231,8 +233,10 @@ def test_prune_asks_and_never_takes_what_a_baseline_rests_on(
         1: "a baseline rests on it",
         3: "it was imported, not recorded by armhil",
     }
-    for answer in (False, None):
-        monkeypatch.setattr("typer.confirm", lambda *_, answer=answer, **__: answer)
+    code, _, err = armhil("prune", "--older-than", 0)
+    assert code == 2 and "give --yes where nobody can answer" in err.splitlines()[-1]
+    with monkeypatch.context() as patch:
+        patch.setattr("daq.session.questions.answered", lambda *_, **__: False)
         code, out, _ = armhil("prune", "--older-than", 0)
         assert code == 0 and "0 recordings" in out.splitlines()[-1]
     assert all(path.exists() for path in (*pair, foreign))

@@ -15,7 +15,7 @@ from daq.check import residual
 from daq.check.check import run_check
 from daq.check.nights import nights_since
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.check.residual import grown_of
+from daq.check.residual import residual_increase_of
 from daq.session.bench import ArmOrder
 from daq.text.progress import Silent
 from drivers import Channel
@@ -85,7 +85,7 @@ def test_a_grown_residual_is_a_warning_on_every_night_that_has_it(
         for _ in range(2):
             found = check(catalogue)
             assert found.verdict is Verdict.WARNING
-            assert found.sentence.startswith("the model leaves more of the torque than on any night before")
+            assert found.sentence.startswith("the model leaves more of the torque than on the nights before")
             assert checks.of_run(catalogue, found.run)[0].details["grown"] == [1]
         baseline = found.baseline
         assert baseline is not None
@@ -99,9 +99,10 @@ def test_a_residual_has_grown_only_beyond_all_nights_before() -> None:
     rng = np.random.default_rng(0)
     nights = 1.0 + 0.1 * rng.uniform(-1, 1, (20, 3))
     largest = nights.max(axis=0)
-    assert grown_of(nights, tuple(1.29 * largest)) == ()
-    ((joint, times),) = grown_of(nights, (1.0, float(1.5 * largest[1]), 1.0))
+    assert residual_increase_of(nights, tuple(1.29 * largest)) == ()
+    ((joint, times),) = residual_increase_of(nights, (1.0, float(1.5 * largest[1]), 1.0))
     assert joint == 2 and times == pytest.approx(1.5)
-    assert grown_of(nights[:2], tuple(1.9 * nights[:2].max(axis=0))) == ()  # two nights show little
-    assert len(grown_of(nights[:2], tuple(2.1 * nights[:2].max(axis=0)))) == 3
-    assert grown_of(np.zeros((0, 3)), (1.0, 1.0, 1.0)) == ()
+    # Two nights show little.
+    assert residual_increase_of(nights[:2], tuple(1.9 * nights[:2].max(axis=0))) == ()
+    assert len(residual_increase_of(nights[:2], tuple(2.1 * nights[:2].max(axis=0)))) == 3
+    assert residual_increase_of(np.zeros((0, 3)), (1.0, 1.0, 1.0)) == ()

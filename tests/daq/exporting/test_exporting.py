@@ -168,7 +168,7 @@ def test_refusals_are_one_line(tmp_path: Path, tx40: Robot, monkeypatch: pytest.
     with pytest.raises(CaptureError, match="holds no raw frames"):
         export_capture(source, "blf")
     assert not (tmp_path / "run.blf").exists()
-    with pytest.raises(CaptureError, match="--format 'xls' is not known; allowed: csv, parquet, mat, urdf"):
+    with pytest.raises(CaptureError, match="--format 'xls' is not known; allowed: csv, parquet, mat, ros"):
         export_capture(source, "xls")
     with pytest.raises(CaptureError, match="cannot be written"):
         export_capture(source, "csv", tmp_path / "none" / "x.csv")
@@ -179,7 +179,7 @@ def test_the_json_names_all(capture: Path) -> None:
     json.dumps(answer, allow_nan=False)
     assert answer["rows"] == ROWS
     assert answer["missing"] == []
-    assert set(FORMATS) == {"csv", "parquet", "mat", "urdf", "blf", "asc"}
+    assert set(FORMATS) == {"csv", "parquet", "mat", "rosbag2", "urdf", "blf", "asc"}
 
 
 def test_without_pyarrow_it_says_what_to_install(capture: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from daq.identification.answer import answer_of
 from daq.identification.terminal import print_identification
 from daq.text.wrapped import WordConsole
 from ident import Fitted
-from ident.results import Verdict
+from ident.verdicts import Verdict
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 

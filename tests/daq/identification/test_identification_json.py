@@ -17,18 +17,16 @@ from daq.identification.identification_json import identification_json
 from ident import Fitted
 from ident.estimators import ALTERNATIVES
 from ident.results import (
-    ColumnCheck,
     Consistency,
     DroppedParameter,
     Essential,
-    Gate,
     HeldOut,
     Identification,
     Link,
     Rank,
-    RevisedTest,
     Signals,
 )
+from ident.verdicts import ColumnCheck, Gate, RevisedTest
 from robots import Robot
 from tests.daq.models import carriage, endogenous
 
@@ -54,6 +52,7 @@ PARAMETER = closed(
         "sigma": NUMBER,
         "percent_sigma": NUMBER,
         "t_value": NUMBER,
+        "half_width": NUMBER,
         "unit": TEXT,
     }
 )
@@ -286,6 +285,7 @@ def test_numbers_that_are_not_finite_become_null(result: Identification) -> None
         "sigma": None,
         "percent_sigma": None,
         "t_value": 0.0,
+        "half_width": zero.half_width,
         "unit": zero.unit,
     }
     assert content["condition"] is None

@@ -196,7 +196,7 @@ def test_an_arm_that_can_exist_as_urdf(
     identify: Identify, capture: Path, emps: Robot, tmp_path: Path
 ) -> None:
     out, urdf = tmp_path / "out", tmp_path / "identified.urdf"
-    result = identify(capture, "--method", "consistent", "--urdf", urdf, "--out", out)
+    result = identify(capture, "--method", "consistent", "--save-urdf", urdf, "--out", out)
     assert result["recommended"] == "consistent"
     near = result["consistency"]["nearest_to"]
     assert near == ("iv" if result["test"]["verdict"] == "endogenous" else "ls")
@@ -216,7 +216,7 @@ def test_a_urdf_of_the_least_squares_estimate(
     identify: Identify, capture: Path, emps: Robot, tmp_path: Path
 ) -> None:
     urdf = tmp_path / "plain.urdf"
-    result = identify(capture, "--method", "ls", "--urdf", urdf)
+    result = identify(capture, "--method", "ls", "--save-urdf", urdf)
     model = pinocchio.buildModelFromUrdf(str(urdf))
     mass = model.inertias[1].mass
     # M1 and Ia1 are one base parameter here; the prior says how much of it is the carriage.
@@ -267,8 +267,8 @@ def test_essential_parameters(identify: Identify, capture: Path) -> None:
     [
         (("--method", "best"), f"--method best; allowed: {', '.join(METHODS)}"),
         (
-            ("--urdf", "nowhere/arm.urdf"),
-            "--urdf nowhere/arm.urdf: no folder nowhere; allowed: a file in a folder that exists",
+            ("--save-urdf", "nowhere/arm.urdf"),
+            "--save-urdf nowhere/arm.urdf: no folder nowhere; allowed: a file in an existing folder",
         ),
         (("--covariance", "big"), "--covariance big; allowed: iid, block, ar, hc, hac, cluster, bootstrap"),
         (("--friction", "none"), "--friction none; allowed: symmetric, asymmetric"),
@@ -284,7 +284,7 @@ def test_an_option_that_cannot_be_is_refused(
     assert err.splitlines()[-1] == f"armhil: {said}"
 
 
-@pytest.mark.parametrize("option", [("--method", "consistent"), ("--urdf", "arm.urdf")])
+@pytest.mark.parametrize("option", [("--method", "consistent"), ("--save-urdf", "arm.urdf")])
 def test_without_its_solver_the_consistent_fit_is_refused_at_once(
     option: tuple[str, str], capture: Path, monkeypatch: pytest.MonkeyPatch, armhil: Call
 ) -> None:
@@ -304,7 +304,7 @@ def test_the_arms_own_urdf_is_never_overwritten(
     shutil.copytree(emps.folder, arm)
     before = (arm / emps.urdf).read_bytes()
     urdf = str(arm / emps.urdf)
-    code, _, err = armhil("identify", capture, "--robot", arm, "--urdf", urdf)
+    code, _, err = armhil("identify", capture, "--robot", arm, "--save-urdf", urdf)
     assert code == 2
     assert "is the arm's own description; allowed: another file" in err
     assert (arm / emps.urdf).read_bytes() == before

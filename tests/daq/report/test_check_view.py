@@ -69,7 +69,7 @@ def test_a_fine_check_and_one_without_a_baseline(compared: dict[str, dict[str, A
     assert alone.headline == "No baseline to compare with" and alone.joints == () and not alone.picture
     assert "No baseline to compare with" in render(replace(content(), check=alone))
     grown = check_view("warning", "x", {"comparison": compared["fine"], "grown": [2]}, BASELINE, TONIGHT)
-    assert grown.headline == "The model leaves more of the torque than on any night before"
+    assert grown.headline == "The model leaves more of the torque than on the nights before"
 
 
 def test_a_check_of_before_has_a_page_too(compared: dict[str, dict[str, Any]]) -> None:

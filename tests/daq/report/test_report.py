@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import html
 import math
 import xml.etree.ElementTree as ET
@@ -15,22 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from daq.report.columns import column_plot
-from daq.report.page import ClosedLoopTrace, ReportContent, write_report
+from daq.report.page import ClosedLoopTrace, MotionTrace, ReportContent, write_report
 from daq.report.pictures import end_to_end, extremes, nice_ticks
 from daq.report.templates import ReportError
+from daq.report.traces import PLOTS
 from daq.text.numbers import percent, probability, significant, with_sigma
 from ident.effects.family import Place, StandardParameter
-from ident.results import (
-    ColumnCheck,
-    Estimate,
-    Gate,
-    GateName,
-    Identification,
-    Parameter,
-    RevisedTest,
-    TorqueTrace,
-    Verdict,
-)
+from ident.results import Estimate, Identification, Parameter, TorqueTrace
+from ident.verdicts import ColumnCheck, Gate, GateName, RevisedTest, Verdict
 from robots.description import Robot
 
 JOINTS = 6
@@ -266,8 +260,10 @@ def test_page_is_well_formed_complete_and_small(tmp_path: Path, verdict: Verdict
 def test_page_asks_for_nothing_from_elsewhere(tmp_path: Path, verdict: Verdict) -> None:
     page = write(tmp_path, content(verdict))
     parser = parsed(page)
-    assert "http" not in page and "@import" not in page and "url(" not in page
-    assert not parser.tags & {"script", "link", "img", "iframe", "object", "embed", "base", "form"}
+    assert "http" not in page.replace("http-equiv", "") and "@import" not in page and "url(" not in page
+    assert page.count("<script") == 1 and f"<script>{PLOTS}</script>" in page
+    assert not any(word in PLOTS for word in ("fetch", "XMLHttp", "import", "eval", "WebSocket", "Function"))
+    assert not parser.tags & {"link", "img", "iframe", "object", "embed", "base", "form"}
     assert not [name for name, _ in parser.attributes if name.startswith("on") or name == "src"]
     assert all(str(value).startswith("#") for name, value in parser.attributes if name == "href")
 
@@ -285,6 +281,30 @@ def test_ids_are_unique_and_links_lead_somewhere(tmp_path: Path, verdict: Verdic
     wanted = {str(value)[1:] for name, value in parser.attributes if name == "href"}
     wanted |= {str(value) for name, value in parser.attributes if name == "aria-labelledby"}
     assert wanted <= set(ids)
+
+
+def test_a_report_may_run_its_one_script_and_nothing_else(tmp_path: Path) -> None:
+    parser = parsed(write(tmp_path, content()))
+    policy = next(
+        str(value) for name, value in parser.attributes if name == "content" and "src" in str(value)
+    )
+    digest = base64.b64encode(hashlib.sha256(PLOTS.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in policy and policy.startswith("default-src 'none';")
+    assert "unsafe-inline" not in policy.partition("script-src")[2] and "PLOTS" not in policy
+
+
+def test_position_and_following_error_are_shown(tmp_path: Path) -> None:
+    shown = content()
+    time = np.linspace(0.0, 4.0, 1001)
+    n = len(shown.joint_names)
+    reference = np.sin(np.outer(time, np.arange(1, n + 1)))
+    motion = MotionTrace(np.r_[time, time], np.r_[reference - 2e-3, reference], np.r_[reference, reference])
+    page = write(tmp_path, replace(shown, motion=motion))
+    section = page[page.index('id="position"') : page.index('id="parameters"')]
+    assert section.count("<figure") == n and section.count("measured − reference") == n
+    assert section.count("largest following error</span> <b>0.00200 rad</b>") == n
+    assert section.count('class="start"') == 2 * n  # the second recording, in both panels
+    assert 'data-span="0.0 8.' in section and "Position and following error" not in write(tmp_path, shown)
 
 
 def test_same_content_gives_same_bytes(tmp_path: Path) -> None:

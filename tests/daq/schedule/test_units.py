@@ -9,7 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from daq.service.units import Schedule, ScheduleError, install, installed, remove, unit_folder
+from daq.cli.entry import app
+from daq.service.units import (
+    Schedule,
+    ScheduleError,
+    install,
+    installed,
+    remove,
+    serving_unit,
+    unit_folder,
+)
 
 
 def schedule(folder: Path, **changes: object) -> Schedule:
@@ -109,3 +118,25 @@ def test_where_units_go(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert unit_folder(system=False) == tmp_path / "systemd" / "user"
     assert unit_folder(system=True) == Path("/etc/systemd/system")
+
+
+def test_systemd_accepts_the_unit_of_the_service(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("systemd-analyze is not here")
+    monkeypatch.setenv("ARMHIL_CATALOGUE", "sqlite:///a b%1.db")
+    monkeypatch.delenv("ARMHIL_FLEET", raising=False)
+    text = serving_unit(("--port", "8091"), tmp_path, ("ARMHIL_CATALOGUE", "ARMHIL_FLEET"))
+    path = tmp_path / "armhil.service"
+    path.write_text(text)
+    done = subprocess.run(
+        ["systemd-analyze", "verify", "--man=no", str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0 and "armhil" not in done.stderr, done.stderr
+    assert 'Environment="ARMHIL_CATALOGUE=sqlite:///a b%%1.db"' in text and "ARMHIL_FLEET" not in text
+    assert "-m daq serve --port 8091\n" in text and f"WorkingDirectory={tmp_path}\n" in text
+
+
+def test_the_unit_is_printed_with_the_options_given(capsys: pytest.CaptureFixture[str]) -> None:
+    assert app(["serve", "--unit", "--port", "8092", "--out", "/srv/runs"], standalone_mode=False) == 0
+    line = next(one for one in capsys.readouterr().out.splitlines() if one.startswith("ExecStart="))
+    assert line.endswith("-m daq serve --port 8092 --out /srv/runs")

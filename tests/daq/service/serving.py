@@ -12,6 +12,7 @@ import uvicorn
 
 from daq.catalogue.database import Catalogue
 from daq.service.app import create_app
+from daq.service.connections import listening, server_config
 from daq.service.settings import Service
 
 
@@ -19,15 +20,15 @@ from daq.service.settings import Service
 def running(service: Service, catalogue: Catalogue, folder: Path) -> Iterator[int]:
     """Serve on a free port of this machine; gives the port."""
     app = create_app(service, catalogue, folder)
-    server = uvicorn.Server(
-        uvicorn.Config(app, port=0, log_level="error", access_log=False, timeout_graceful_shutdown=2)
-    )
-    thread = threading.Thread(target=server.run, daemon=True)
+    server = uvicorn.Server(server_config(app))
+    socket = listening("127.0.0.1", 0)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [socket]}, daemon=True)
     thread.start()
     while not server.started:
         time.sleep(0.02)
     try:
-        yield int(server.servers[0].sockets[0].getsockname()[1])
+        yield int(socket.getsockname()[1])
     finally:
         server.should_exit = True
         thread.join(30)
+        socket.close()

@@ -20,7 +20,7 @@ DRIVE = "drive-token-of-the-test"
 PROGRAM = chromium()
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="Chromium is not here")
 PHONE, DESK = 390, 1280
-PAGES = ("/", "/runs", "/arms/emps-sim?parameter=Fc1", "/runs/12", "/login")
+PAGES = ("/", "/runs", "/arms/emps-sim?parameter=Fc1", "/runs/12", "/docs", "/login")
 
 
 @pytest.fixture
@@ -115,6 +115,8 @@ def test_a_check_is_started_and_looked_at_while_it_runs(
     page.until("parseFloat(document.querySelector('#live-time').textContent) > 1")
     page.picture(tmp_path / "live.png")
     assert page.evaluate("document.querySelectorAll('.live-joint path.position[d]').length") == 1
+    axes = page.evaluate(_AXES)
+    assert len(axes) == 4 and all(len(set(axis)) == len(axis) >= 2 for axis in axes), axes
     page.resize(PHONE, 844)
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE
     page.picture(tmp_path / "live-phone.png")
@@ -126,9 +128,29 @@ def test_a_check_is_started_and_looked_at_while_it_runs(
     page.click(".button", "To the run")
     assert page.evaluate("document.querySelector('section[aria-labelledby=torque] .plots svg') !== null")
     page.picture(tmp_path / "run.png")
+    _cursor_and_zoom(page, "#position ~ .plots")
     page.click(".button", "Open the report")
     assert "revised" in page.evaluate("document.body.textContent")
+    _cursor_and_zoom(page, "#torque ~ .plots")  # its one script runs there
     assert page.problems == []
+
+
+def _cursor_and_zoom(page: Browser, plots: str) -> None:
+    """With the keyboard alone; the reading is that of the picture's own axis."""
+    page.evaluate(f"document.querySelector('{plots} [role=img]').focus()")
+    page.key("ArrowRight", 39)
+    reading = f"document.querySelector('{plots} .reading').textContent"
+    said = page.evaluate(reading)
+    assert " s: measured " in said and "difference " in said, said
+    box = f"document.querySelector('{plots} .panel svg').getAttribute('viewBox')"
+    times = f"[...document.querySelectorAll('{plots} figure:first-child .time span')].map(e => e.textContent)"
+    whole, labels = page.evaluate(box), page.evaluate(times)
+    page.key("+", 187, "+")
+    assert float(page.evaluate(box).split()[2]) == 500.0 and page.evaluate(times) != labels
+    assert page.evaluate(reading) == said  # the cursor stays where it is
+    page.key("Escape", 27)
+    assert page.evaluate(box).split() == whole.split() and page.evaluate(times) == labels
+    assert page.evaluate(reading) == ""
 
 
 def test_problems_are_noticed(page: Browser) -> None:
@@ -202,3 +224,7 @@ _FOCUS = """
   return { place: Number(e.dataset.place), text: e.textContent.trim(), ring, inside, shown: ring && inside };
 })()
 """
+
+_AXES = """[...document.querySelectorAll('.live-joint .panel, .live-joint .time')].map(
+  axis => [...axis.querySelectorAll('.grid span, :scope > span:not(.what)')].map(e => e.textContent))"""
+"""Labels of each axis of the live pictures: three of values, one of time."""

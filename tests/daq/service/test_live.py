@@ -14,7 +14,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity
 from daq.service import live as live_module
-from daq.service.live import MOST_LINES, OVER, Hub, TooManyError
+from daq.service.live import MOST_LINES, OVER, Broadcaster, TooManyError
 from daq.service.settings import Service
 from daq.session.spool import Spooling, spool_path
 from daq.session.states import Conduct
@@ -111,7 +111,7 @@ def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
     path = tmp_path / "capture.live"
 
     async def look() -> list[bytes]:
-        return [piece async for piece in hub.events(path, lambda: False)]
+        return [piece async for piece in broadcaster.events(path, lambda: False)]
 
     async def everything() -> list[list[bytes]]:
         tasks = [asyncio.create_task(look()) for _ in range(50)]
@@ -123,13 +123,13 @@ def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
                 file.flush()
                 await asyncio.sleep(0.04)
                 if k == 10:
-                    assert hub.reading == 1 and hub.looking == 50
+                    assert broadcaster.reading == 1 and broadcaster.looking == 50
                     tasks.append(asyncio.create_task(look()))
             await asyncio.sleep(0.3)
             file.write('{"kind":"end"}\n')
         return await asyncio.gather(*tasks)
 
-    hub = Hub()
+    broadcaster = Broadcaster()
     *early, late = asyncio.run(asyncio.wait_for(everything(), 30))
     for seen in (*early, late):
         assert seen[0] == b'data: {"kind":"begin"}\n\n' and seen[-1] == OVER
@@ -138,7 +138,7 @@ def test_fifty_look_on_and_one_reads(tmp_path: Path) -> None:
     pieces = [tuple(map(id, seen)) for seen in early]
     assert len(set(pieces)) == 1, "every piece is made once, for all"
     assert len(early[0]) <= 13, "the lines of one look go together"
-    assert hub.looking == 0 and hub.reading == 0
+    assert broadcaster.looking == 0 and broadcaster.reading == 0
 
 
 def _lines(pieces: list[bytes]) -> list[dict[str, object]]:
@@ -153,7 +153,7 @@ def test_who_looks_first_and_late_is_told_the_beginning(tmp_path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
 
     async def look() -> list[bytes]:
-        return [piece async for piece in Hub().events(path, lambda: True)]
+        return [piece async for piece in Broadcaster().events(path, lambda: True)]
 
     found = _lines(asyncio.run(asyncio.wait_for(look(), 30))[:-1])
     assert found[0]["kind"] == "begin" and found[-1]["kind"] == "end"
@@ -165,11 +165,11 @@ def test_who_comes_when_all_is_read_is_told_that_it_is_over(tmp_path: Path) -> N
     path.write_text('{"kind":"begin"}\n{"kind":"end"}\n')
 
     async def everything() -> list[bytes]:
-        hub = Hub()
-        first = hub.events(path, lambda: True)
+        broadcaster = Broadcaster()
+        first = aiter(broadcaster.events(path, lambda: True))
         await anext(first)  # keeps the run open: it does not read on
         await asyncio.sleep(0.05)
-        late = [piece async for piece in hub.events(path, lambda: True)]
+        late = [piece async for piece in broadcaster.events(path, lambda: True)]
         await first.aclose()
         return late
 
@@ -182,7 +182,7 @@ def test_who_is_slow_holds_nobody_up(tmp_path: Path) -> None:
 
     async def slow() -> list[bytes]:
         seen = []
-        async for event in Hub().events(path, lambda: True):
+        async for event in Broadcaster().events(path, lambda: True):
             seen.append(event)
             await asyncio.sleep(0)
         return seen
@@ -193,7 +193,7 @@ def test_who_is_slow_holds_nobody_up(tmp_path: Path) -> None:
 
 def test_a_run_that_died_is_over(tmp_path: Path) -> None:
     async def look() -> list[bytes]:
-        return [piece async for piece in Hub().events(tmp_path / "never.live", lambda: True)]
+        return [piece async for piece in Broadcaster().events(tmp_path / "never.live", lambda: True)]
 
     assert asyncio.run(asyncio.wait_for(look(), 30)) == [OVER]
 
@@ -202,7 +202,7 @@ def test_more_than_are_allowed_are_refused(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(live_module, "MOST_LOOKING", 0)
 
     async def look() -> None:
-        async for _ in Hub().events(tmp_path / "x.live", lambda: True):
+        async for _ in Broadcaster().events(tmp_path / "x.live", lambda: True):
             pass
 
     with pytest.raises(TooManyError, match="more than 0"):
@@ -213,19 +213,19 @@ def test_beyond_the_limit_the_answer_is_503_also_in_a_burst(
     client: TestClient, filled: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The place is taken when the request is answered, not when the first line is sent."""
-    hub, path = Hub(), tmp_path / "x.live"
+    broadcaster, path = Broadcaster(), tmp_path / "x.live"
     monkeypatch.setattr(live_module, "MOST_LOOKING", 3)
 
     async def burst() -> None:
-        taken = [hub.events(path, lambda: True) for _ in range(3)]
+        taken = [broadcaster.events(path, lambda: True) for _ in range(3)]
         with pytest.raises(TooManyError):
-            hub.events(path, lambda: True)
-        assert hub.looking == 3
-        async for _ in taken[0]:
+            broadcaster.events(path, lambda: True)
+        assert broadcaster.looking == 3
+        async for _ in (pieces := aiter(taken[0])):
             break
-        await taken[0].aclose()
-        assert hub.looking == 2
-        hub.events(path, lambda: True)
+        await pieces.aclose()
+        assert broadcaster.looking == 2
+        broadcaster.events(path, lambda: True)
 
     asyncio.run(burst())
     monkeypatch.setattr(live_module, "MOST_LOOKING", 0)

@@ -8,6 +8,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
+from markupsafe import escape
 
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
@@ -23,6 +24,7 @@ PAGES = (
     "/arms/emps-sim",
     "/runs/1",
     "/runs/12",
+    "/docs",
     "/runs/12/live",
     "/login",
 )
@@ -67,6 +69,27 @@ def test_a_trend_marks_what_left_the_band(client: TestClient) -> None:
     assert chosen.count('class="out"') == 2 and chosen.count('class="in"') == 22  # both sizes
     assert text.count("◆ outside</td>") == 1
     assert '<h2 id="trend">Fc1' in client.get("/arms/emps-sim?parameter=nonsense").text
+
+
+def test_the_reference_of_the_interface_is_whole_and_asks_nobody(client: TestClient) -> None:
+    """Each route of /openapi.json with its parameters and answers, on a page of this service alone."""
+    text = client.get("/docs").text
+    described = client.get("/openapi.json").json()["paths"]
+    assert "/api/arms/{label}/trend/{parameter}" in described
+    shared = text[text.index('id="answers"') :].partition("</section>")[0]
+    assert shared.count("<dt>") == 5 and "<dt>503</dt>" not in shared
+    for path, operations in described.items():
+        for verb, operation in operations.items():
+            assert f"<code>{verb.upper()} {path}</code></h3>" in text
+            section = text[text.index(f"<code>{verb.upper()} {path}</code></h3>") :].partition("</section>")[
+                0
+            ]
+            assert escape(operation["summary"]) in section
+            assert all(f"<code>{p['name']}</code>" in section for p in operation.get("parameters", ()))
+            assert all(f"<dt>{code}</dt>" in section + shared for code in operation["responses"])
+    assert "whole number, 1 to 1000; 100 where it is left out" in text
+    assert "curl -X POST" in text and "http://localhost/api/fleet/{place}/check" in text
+    assert '<script src="/static/' in text and text.count("//") == text.count("http://localhost/")
 
 
 def test_an_empty_catalogue_says_what_to_do(tmp_path) -> None:

@@ -18,7 +18,7 @@ from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.discrepancy.verdict import Left, beside_gate, description, verdict_of
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
-from ident.results import ColumnCheck
+from ident.verdicts import ColumnCheck
 
 BLOCKS = np.repeat(np.arange(40), 50)
 

@@ -1,4 +1,4 @@
-"""Many who look on at a live run, in one small process: ``python benchmarks/lookers.py PORT RUN COUNT``.
+"""Many who look on at a live run, in one small process: ``python benchmarks/subscribers.py PORT RUN COUNT``.
 
 Prints one JSON object: samples that each saw, bytes of all, processor seconds of this process.
 """

@@ -1,0 +1,80 @@
+"""Where the axes' zeros are, and whether the last motor turns with the joint before: by one fit of all.
+
+Bodies that are turned with their frames make the same torque, so a log shows the zero of an axis only by what
+the axes behind it then do. What it does not show is left as it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from daq.importing.proof import TorqueProof
+from robots import Robot
+from robots.arrays import FloatArray
+
+_BETTER = 0.985
+"""Share of the error that another zero must leave at most: less may be chance."""
+_BEYOND = 0.05
+"""Share of its range by which a joint may be beyond its limits by calibration."""
+COUPLED = 0.95
+"""The same for a coupled wrist."""
+_ROUNDS = 3
+
+
+def beyond(robot: Robot, joint: int, low: float, high: float) -> float:
+    """By how much of its range a joint is beyond its limits."""
+    lower, upper = robot.joint[joint].position
+    return max(lower - low, high - upper, 0.0) / (upper - lower)
+
+
+def quarter_turns(robot: Robot, proof: TorqueProof) -> tuple[FloatArray, list[str]]:
+    """(n,) offsets that bring joints within their limits, or make the torque fit; and why, in words.
+
+    Args:
+        robot: the arm.
+        proof: torques at the joints, or near them.
+    """
+    low, high = proof.position.min(axis=0), proof.position.max(axis=0)
+    offset, words = np.zeros(robot.n), list[str]()
+    allowed: list[list[float]] = []
+    for j, joint in enumerate(robot.joint):
+        turns = [
+            quarter * np.pi / 2
+            for quarter in ((0,) if joint.kind == "prismatic" else (0, -1, 1, -2, 2, -3, 3))
+        ]
+        off = [beyond(robot, j, low[j] + turn, high[j] + turn) for turn in turns]
+        fits = [turn for turn, out in zip(turns, off, strict=True) if out <= _BEYOND]
+        allowed.append(fits or [0.0])
+        offset[j] = allowed[j][0]
+    best = proof.error(offset)
+    for _ in range(_ROUNDS):
+        # The first axis turns the arm about the vertical, the last only itself: their zeros are not seen.
+        for j in range(1, robot.n - 1):
+            for turn in allowed[j]:
+                tried = offset.copy()
+                tried[j] = turn
+                error = proof.error(tried) if turn != offset[j] else best
+                if error < _BETTER * best:
+                    offset, best = tried, error
+    for j, joint in enumerate(robot.joint):
+        if offset[j]:
+            why = "its limits" if offset[j] == allowed[j][0] else "its torque"
+            words.append(f"{joint.name}: zero moved by {np.rad2deg(offset[j]):g}°, by {why}; look it over")
+    return offset, words
+
+
+def coupled_wrist(robot: Robot, position: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Transmissions of a last motor that turns with the joint before, with the joint positions that follow.
+
+    Args:
+        robot: the arm.
+        position: samples × n at the drive outputs.
+    """
+    if robot.n != 6 or any(joint.kind == "prismatic" for joint in robot.joint):
+        return []
+    found = []
+    for sign in (1.0, -1.0):
+        transmission = np.eye(6)
+        transmission[5, 4] = sign
+        found.append((transmission, np.asarray(np.linalg.solve(transmission, position.T).T)))
+    return found

@@ -1,0 +1,186 @@
+"""Where a log's torque comes from: at the joint, at the motor through a ratio, or a current through a gain.
+
+Decided on the data: the torque that the URDF's bodies ask for, beside the one that was logged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daq.importing.channels import Channels
+from daq.importing.guess_which import Sampled
+from daq.importing.proof import TorqueProof
+from daq.recording.capture import CaptureError
+from robots import Robot
+from robots.arrays import BoolArray, FloatArray
+from robots.loose_urdf import LooseUrdf
+
+_SEEN = 5.0
+"""Deviations that a share must have to say something."""
+_NEAR = 2.5
+"""A factor by which a URDF's masses may be wrong: what is farther off is in another unit."""
+_MILLI = {"mnm"}
+
+
+@dataclass(frozen=True)
+class LogHints:
+    """What a user may say of a log beside the guesses; None (or empty) where it is to be guessed.
+
+    Attributes:
+        sample_rate: samples per second, where no column has the time.
+        ratio: motor turns per turn of the joint, one per joint.
+        gain: torque at the joint, N·m or N, per unit of the logged current or signal.
+        offset: added to the joint positions, rad or m.
+        sensor: torques are those of sensors at the links.
+    """
+
+    sample_rate: float | None = None
+    ratio: tuple[float, ...] = ()
+    gain: tuple[float, ...] = ()
+    offset: tuple[float, ...] = ()
+    sensor: bool = False
+
+
+def torque_table(
+    torque: Channels,
+    log: Sampled,
+    robot: Robot,
+    offset: FloatArray,
+    constants: dict[str, FloatArray],
+    hints: LogHints,
+    arm: LooseUrdf,
+) -> tuple[dict[str, Any], list[str]]:
+    """What the map says of the torque, and the sentences on it.
+
+    Args:
+        torque: the channel.
+        log: its motion.
+        robot: the arm.
+        offset: of the positions.
+        constants: vectors of the log with one number per joint.
+        hints: what the user says.
+        arm: the URDF as it was read.
+
+    Raises:
+        CaptureError: nothing says in which unit it is.
+    """
+    given, key = given_factor(hints, log)
+    logged = log.even(torque.values[:, log.moving])
+    at_joints = np.asarray((logged * given) @ robot.transmission_matrix)
+    proof = TorqueProof.of(robot, log.position, at_joints, log.period, log.cutoff)
+    turned = proof.turned(offset)
+    signs = np.ones(robot.n)
+    signs[turned] = -1.0
+    words = [f"torque: {torque.label}"]
+    if turned:
+        names = ", ".join(robot.joint[k].name for k in turned)
+        words.append(f"torque of {names}: turned round, as friction would drive the motion otherwise")
+    share, sigma = proof.shares(offset)
+    share = share * signs
+    seen = (share > _SEEN * sigma) & arm.has_masses
+    unit = "N" if all(joint.kind == "prismatic" for joint in robot.joint) else "N*m"
+    if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
+        words.append(f"torque: times the {key} that was given{_beside(share, seen)}")
+        return _table(key, given * signs, unit), words
+    share = share * np.abs(given)
+    signs = signs * np.sign(given)
+    if hints.sensor:
+        words.append("torque: of sensors at the links, so without the rotors' inertia")
+        return {"unit": unit, "side": "sensor"}, words
+    scaled = 1e-3 if _MILLI & set(torque.words) else 1.0
+    if torque.kind == "torque" and _agree(scaled, share, seen):
+        words.append(f"torque: in {unit} at the joints{_beside(scaled * share, seen)}")
+        if not turned:
+            return {"unit": "mN*m" if scaled != 1.0 else unit}, words
+        return _table("gain", scaled * signs, unit), words
+    found = _constant(constants, share, seen)
+    if found:
+        words.append(
+            f"torque: times {found}, which makes it that of the URDF{_beside(constants[found] * share, seen)}"
+        )
+        return _table("gain" if torque.kind != "torque" else "ratio", constants[found] * signs, unit), words
+    if not seen.any():
+        raise CaptureError(
+            f"{log.name}: no mass of the URDF is seen in {torque.label}; give --ratio or --gain"
+        )
+    raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
+    return _from_masses(raw, offset, share, seen, signs, unit, words)
+
+
+def given_factor(hints: LogHints, log: Sampled) -> tuple[FloatArray, str]:
+    """Gain or ratio of the joints that move, and which of both it is; ones where none was given."""
+    for key, values in (("gain", hints.gain), ("ratio", hints.ratio)):
+        if values:
+            if max(log.moving) >= len(values):
+                raise CaptureError(f"--{key} has {len(values)} numbers; allowed: one per joint of the log")
+            return np.array(values)[log.moving], key
+    return np.ones(len(log.moving)), ""
+
+
+def _nearer(share: FloatArray, ratio: FloatArray, seen: BoolArray) -> bool:
+    """Whether the torques are the motors': the ratio takes them nearer to those of the URDF's bodies."""
+    if not seen.any():
+        return True
+    with_ratio = np.median(np.abs(np.log(share[seen])))
+    return bool(with_ratio <= np.median(np.abs(np.log(share[seen] * np.abs(ratio[seen])))))
+
+
+def _agree(scale: float | FloatArray, share: FloatArray, seen: BoolArray) -> bool:
+    """Whether torques with that scale are those of the URDF's bodies, as far as they are seen."""
+    if not seen.any():
+        return True
+    off = np.abs(np.log(np.abs(np.broadcast_to(scale, share.shape)[seen] * share[seen])))
+    return bool(np.median(off) < np.log(_NEAR))
+
+
+def _constant(constants: dict[str, FloatArray], share: FloatArray, seen: BoolArray) -> str:
+    """Name of the vector of the log that takes its torques to the URDF's; empty where there is none."""
+    if not seen.any():
+        return ""
+    off = {
+        name: float(np.median(np.abs(np.log(values[seen] * share[seen]))))
+        for name, values in constants.items()
+        if (values > 0).all() and np.median(values) > 1.0
+    }
+    best = min(off, key=lambda name: off[name], default="")
+    return best if best and off[best] < np.log(_NEAR) else ""
+
+
+def _beside(share: FloatArray, seen: BoolArray) -> str:
+    """How it compares with the URDF's masses, in words."""
+    if not seen.any():
+        return "; the URDF's masses do not show in it"
+    each = " ".join(f"{100 * value:.0f}" if good else "?" for value, good in zip(share, seen, strict=True))
+    return f"; {each} % of what the URDF's bodies ask for"
+
+
+def _table(key: str, values: FloatArray, unit: str) -> dict[str, Any]:
+    side = "motor" if key == "ratio" else "current"
+    return {
+        "side": side,
+        key: [float(f"{value:.8g}") for value in values],
+        **({"unit": unit} if key == "ratio" else {}),
+    }
+
+
+def _from_masses(
+    proof: TorqueProof,
+    offset: FloatArray,
+    share: FloatArray,
+    seen: BoolArray,
+    signs: FloatArray,
+    unit: str,
+    words: list[str],
+) -> tuple[dict[str, Any], list[str]]:
+    """Gains that make one set of bodies explain all joints, scaled by the URDF's masses."""
+    usual = float(np.exp(np.median(-np.log(share[seen]))))
+    start = np.where(seen, 1 / np.where(seen, share, 1.0), usual) * signs
+    gains = proof.gains(offset, start)
+    listed = " ".join(f"{gain:.4g}" for gain in gains)
+    words.append(
+        f"torque: gain {listed} {unit} per unit, found from the URDF's masses: known no better than those"
+    )
+    return _table("gain", gains, unit), words

@@ -1,0 +1,180 @@
+"""Which columns are time, position, reference and torque: by name, and by what the data do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daq.importing.channels import Channels
+from daq.importing.proof import derivative_of, is_same, slope_between, smooth
+from daq.recording.capture import CaptureError
+from ident import Recording
+from ident.preparation.cutoff import propose_cutoff
+from ident.preparation.noise import narrowest_friction_width
+from ident.preparation.spectrum import PositionSpectrum, position_spectrum
+from robots import Identification
+from robots.arrays import FloatArray
+
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_PERIODS = (5e-5, 0.1)
+"""s; sampling periods of arms' logs."""
+_CUTOFFS = (1.0, 0.4)
+"""Hz, and share of the sampling rate, between which the cut-off is chosen."""
+_WIDTHS = (1e-6, 0.02)
+"""rad/s or m/s."""
+_VELOCITY = 0.99
+"""Correlation with the velocity from which on a channel is one, whatever its name: friction comes near."""
+_FOLLOWS = 0.3
+"""Of the motion's size: how far a position may be from its reference."""
+
+
+def position_of(path: Path, series: Sequence[Channels], joints: int) -> Channels:
+    """The measured positions: as many columns as the arm has joints, or the most there are below.
+
+    Raises:
+        CaptureError: no columns look like positions.
+    """
+    marks = {"error", "external", "reference", "computed"}
+    named = [c for c in series if c.kind == "position" and not c.marks & marks and len(c.columns) <= joints]
+    if not named:
+        raise CaptureError(
+            f"{path}: no column looks like a measured position; give --columns; {present(series)}"
+        )
+    most = max(len(c.columns) for c in named)
+    return max((c for c in named if len(c.columns) == most), key=_position_score)
+
+
+def _position_score(channel: Channels) -> int:
+    marks = channel.marks
+    return 2 * ("measured" in marks) + ("motor" in marks) - 3 * ("second" in marks)
+
+
+def present(series: Sequence[Channels]) -> str:
+    """What there is, short."""
+    labels = [c.label for c in series]
+    more = f" and {len(labels) - 6} more" if len(labels) > 6 else ""
+    return f"present: {', '.join(labels[:6]) or 'none'}{more}"
+
+
+def torque_of(path: Path, others: Sequence[Channels]) -> Channels:
+    """What was measured of the torque; a current or a control signal where there is no torque.
+
+    Raises:
+        CaptureError: nothing looks like it.
+    """
+    kinds = {"torque": 3, "current": 2, "signal": 1}
+    named = [c for c in others if c.kind in kinds and not c.marks & {"error", "external"}]
+    if not named:
+        raise CaptureError(
+            f"{path}: no column looks like a torque or a current; give --columns; {present(others)}"
+        )
+    return max(named, key=lambda c: kinds[c.kind] + 2 * ("measured" in c.marks) - 4 * ("computed" in c.marks))
+
+
+def time_of(
+    path: Path, same: Sequence[Channels], samples: int, rate: float | None
+) -> tuple[FloatArray, dict[str, Any], str]:
+    """Times in s of the samples, what the map says of them, and a sentence.
+
+    Raises:
+        CaptureError: no column is time, and no sampling rate was given.
+    """
+    if rate is not None:
+        return (
+            np.arange(samples) / rate,
+            {"sample_rate_hz": rate},
+            f"time: {rate:g} samples per second, as given",
+        )
+    rising = [c for c in same if len(c.columns) == 1 and (np.diff(c.values[:, 0]) > 0).all()]
+    named = [c for c in rising if c.kind == "time"] or [c for c in rising if not c.kind]
+    for channel in named:
+        step = float(np.median(np.diff(channel.values[:, 0])))
+        unit = next((u for u, scale in _UNITS.items() if _PERIODS[0] <= step * scale <= _PERIODS[1]), None)
+        if unit is not None:
+            file = {} if channel.file is None else {"file": channel.file}
+            words = f"time: {channel.label}, {1e3 * step * _UNITS[unit]:.4g} ms apart"
+            times = channel.values[:, 0] * _UNITS[unit]
+            return times, {"column": channel.columns[0], "unit": unit, **file}, words
+    raise CaptureError(f"{path}: no column looks like time; give --sample-rate (samples per second)")
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Joint positions of a log on an even grid, for proofs.
+
+    Attributes:
+        name: of the log.
+        stamps: (samples,) s, as they were logged.
+        position: samples × n, rad or m.
+        moving: which columns of the log's channels the joints are.
+    """
+
+    name: str
+    stamps: FloatArray
+    position: FloatArray
+    moving: list[int]
+
+    @classmethod
+    def of(cls, name: str, stamps: FloatArray, position: FloatArray, moving: list[int]) -> Sampled:
+        grid = np.linspace(stamps[0], stamps[-1], len(stamps))
+        return cls(name, stamps, np.column_stack([np.interp(grid, stamps, q) for q in position.T]), moving)
+
+    def even(self, values: FloatArray) -> FloatArray:
+        """Samples × channels on the even grid."""
+        grid = np.linspace(self.stamps[0], self.stamps[-1], len(self.stamps))
+        return np.column_stack([np.interp(grid, self.stamps, column) for column in values.T])
+
+    @cached_property
+    def period(self) -> float:
+        return float((self.stamps[-1] - self.stamps[0]) / (len(self.stamps) - 1))
+
+    @cached_property
+    def _spectrum(self) -> PositionSpectrum:
+        time = self.stamps[0] + self.period * np.arange(len(self.stamps))
+        recording = Recording(self.name, time, None, self.position, np.zeros_like(self.position))
+        return position_spectrum((recording,))
+
+    @cached_property
+    def friction_width(self) -> float:
+        """Speed at which dry friction is fully there: as narrow as the noise of the positions lets it."""
+        narrowest = narrowest_friction_width(self._spectrum, Identification(cutoff_hz=self.cutoff))
+        return float(f"{np.clip(narrowest, *_WIDTHS):.2g}")
+
+    @cached_property
+    def cutoff(self) -> float:
+        """Low-pass of the positions that their spectrum proposes, Hz."""
+        proposed = propose_cutoff(self._spectrum).hz
+        return float(f"{np.clip(proposed, _CUTOFFS[0], _CUTOFFS[1] / self.period):.3g}")
+
+    @cached_property
+    def velocity(self) -> FloatArray:
+        """Of the smoothed positions, samples × n."""
+        return derivative_of(smooth(self.position, self.period, self.cutoff), self.period)
+
+    def is_derivative(self, channel: Channels) -> bool:
+        """Whether a channel is the velocity, in whatever unit."""
+        other = smooth(self.even(channel.values[:, self.moving]), self.period, self.cutoff)
+        correlation = abs(slope_between(self.velocity, other)[1])
+        return is_same(correlation) if channel.kind == "velocity" else correlation > _VELOCITY
+
+    def is_followed(self, channel: Channels) -> bool:
+        """Whether the position follows a channel: named a reference, and never far from the position."""
+        if "reference" not in channel.marks or channel.kind not in ("position", ""):
+            return False
+        other = self.even(channel.values[:, self.moving])
+        slope, correlation = slope_between(self.position, other)
+        return is_same(correlation) and correlation > 1 - _FOLLOWS and slope > 0
+
+    def unit_of_reference(self, channel: Channels, unit: str) -> str:
+        """The position's unit, or the other of the two where the reference is in that one."""
+        raw = {"deg": np.pi / 180, "mm": 1e-3}.get(unit, 1.0)
+        slope = slope_between(self.position, self.even(channel.values[:, self.moving]))[0] * raw
+        if abs(np.log(slope)) < 1.0:
+            return unit
+        other = {"rad": "deg", "deg": "rad", "m": "mm", "mm": "m"}
+        return other[unit]

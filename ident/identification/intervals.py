@@ -1,0 +1,176 @@
+"""The interval that is printed beside an estimate: chance, and what timing and reversals do to it.
+
+A standard deviation is of errors that have nothing to do with the motion. Two in any record have:
+
+- *Timing.* Where the lag of the control signal is off by δ, the torque is off by δ·dτ/dt, which reads as
+  inertia and friction. No description states a lag better than half a step of a drive's current loop.
+- *Reversals.* There the model's friction jumps and the arm's does not, filters spread the difference, and a
+  jump has a direction. The contrast of the estimate with that of the rows away from reversals (Hausman 1978)
+  tells how much of it there is: without any, the squares of the contrasts have the size of their variances.
+
+Both are added to the variance of the errors; the estimate stays as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ident.estimators import LinearFit
+from ident.identification.fits import Prepared
+from ident.preparation.observation import ObservedTorque
+from ident.recording import Recording
+from ident.signals import decimate_index, decimation_reach, low_pass, motion
+from ident.statistics.lag_window import variances, windowed_autocovariance
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Identification
+
+QUANTILE = 1.959963984540054
+"""Of the normal distribution, for intervals that cover 95 %."""
+
+_UNSTATED_LAG = 25e-6
+"""s; half a step of a current loop of 20 kHz: a lag that is given is known no better."""
+
+_SETTLED = 0.01
+"""Of a step; what a filter leaves of it is then below what is seen."""
+
+_ROWS_PER_PARAMETER = 5
+"""Rows away from reversals, for each parameter, that an estimate is made of."""
+
+_BLIND = 1e-6
+"""Singular values of the columns of unit norm below which rows away from reversals do not tell them apart."""
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """What a parameter's interval is made of, each (b,), in its unit.
+
+    Attributes:
+        chance: of errors that remember, whatever σ was asked for.
+        timing: of a lag that is not quite the given one.
+        reversals: of rows near reversals, none where the others do not show the parameters.
+    """
+
+    chance: FloatArray
+    timing: FloatArray
+    reversals: FloatArray
+
+    @property
+    def half_width(self) -> FloatArray:
+        """(b,) half of the interval that covers 95 %."""
+        return np.asarray(QUANTILE * np.sqrt(self.chance**2 + self.timing**2 + self.reversals**2))
+
+
+def deviations(
+    prepared: Prepared, recordings: tuple[Recording, ...], fit: LinearFit, instruments: FloatArray | None
+) -> Deviations:
+    """What the intervals of a linear estimate are made of.
+
+    Args:
+        prepared: its rows and their settings.
+        recordings: that these are of.
+        fit: β̂ and the weights of the joints.
+        instruments: samples × joints × b; None for least squares.
+    """
+    rows = prepared.rows
+    z = rows.regressor if instruments is None else instruments
+    residual = rows.torque - rows.regressor @ fit.beta
+    gamma = windowed_autocovariance(residual, z, rows.segment, rows.used)
+    weight = (rows.used / fit.sigma)[:, :, np.newaxis]
+    whole = _Map(z * weight, rows.regressor * weight)
+    chance = variances(whole.influence * weight, gamma, rows.segment)
+    timing = whole.of(_rate(prepared, recordings) * weight[:, :, 0]) ** 2 * _lag_square(prepared)
+    reversals = np.zeros_like(chance)
+    away = away_from_reversals(prepared, recordings)
+    part = _Map(z * weight * away[:, :, np.newaxis], rows.regressor * weight)
+    if part.is_determined:
+        contrast = (whole.of(residual * weight[:, :, 0]) - part.of(residual * weight[:, :, 0])) ** 2
+        expected = variances((whole.influence - part.influence) * weight, gamma, rows.segment)
+        seen = expected > 0.0
+        beyond = float(np.mean(contrast[seen] / expected[seen])) - 1.0 if seen.any() else 0.0
+        reversals = max(beyond, 0.0) * np.minimum(expected, chance)
+    return Deviations(np.sqrt(chance), np.sqrt(timing), np.sqrt(reversals))
+
+
+class _Map:
+    """The linear map from weighted torques to an estimate, (ZᵀX)⁻¹Zᵀ; rows that it leaves out are 0 in Z."""
+
+    def __init__(self, z: FloatArray, x: FloatArray) -> None:
+        b = x.shape[2]
+        used = np.any(z != 0.0, axis=2)
+        self._rows = int(used.sum())
+        self._cross = z[used].T @ x[used]
+        self._z = z
+        scale = np.sqrt(np.abs(np.diag(self._cross)))
+        scale[scale == 0.0] = 1.0
+        values = np.linalg.svd(self._cross / np.outer(scale, scale), compute_uv=False)
+        self.is_determined = bool(self._rows >= _ROWS_PER_PARAMETER * b and values[-1] > _BLIND * values[0])
+
+    @property
+    def influence(self) -> FloatArray:
+        """samples × joints × b: what each weighted row adds to the parameters."""
+        return np.asarray(self._z @ np.linalg.inv(self._cross).T)
+
+    def of(self, torque: FloatArray) -> FloatArray:
+        """The estimate (b,) of weighted torques, samples × joints."""
+        return np.asarray(np.linalg.solve(self._cross, np.einsum("sja,sj->a", self._z, torque)))
+
+
+def _rate(prepared: Prepared, recordings: tuple[Recording, ...]) -> FloatArray:
+    """dτ/dt of the rows, samples × joints."""
+    robot = prepared.base.model.robot
+    settings = robot.identification
+    lag = settings.control_signal_lag
+    return np.concatenate([ObservedTorque.of(robot, one, settings).rate_at(lag) for one in recordings])
+
+
+def _lag_square(prepared: Prepared) -> float:
+    """Mean square error of the lag, s²: what the data say of it, with what could be stated of it before.
+
+    A lag of zero says that nobody knows: anything within half a sample to either side is as good.
+    """
+    lag, settings = prepared.lag, prepared.base.model.robot.identification
+    if settings.alignment == "estimate":
+        return lag.sigma**2
+    before = _UNSTATED_LAG if settings.control_signal_lag > 0.0 else 0.5 * lag.sample_time
+    if not lag.converged or not np.isfinite(lag.sigma):
+        return before**2
+    share = before**2 / (before**2 + lag.sigma**2)
+    return float((share * (lag.lag - settings.control_signal_lag)) ** 2 + share * lag.sigma**2)
+
+
+def away_from_reversals(prepared: Prepared, recordings: tuple[Recording, ...]) -> BoolArray:
+    """samples × joints: used rows so far from any reversal of the joint, or of a drive that moves with it,
+    that neither low-pass nor decimation has spread it there.
+    """
+    robot = prepared.base.model.robot
+    settings = robot.identification
+    transmission = robot.transmission_matrix
+    parts = []
+    for recording in recordings:
+        velocity = motion(recording.time, recording.position, settings).velocity
+        turns = _turns(velocity) | (_turns(velocity @ transmission.T) @ (transmission != 0.0))
+        reach = _settled(settings, recording.sample_time)
+        reach += decimation_reach(settings.decimation, "fir")
+        near = binary_dilation(turns, np.ones((2 * reach + 1, 1), dtype=np.bool_))
+        parts.append(~near[decimate_index(velocity.shape[0], settings.decimation)])
+    return np.asarray(np.concatenate(parts) & prepared.rows.used)
+
+
+def _turns(velocity: FloatArray) -> BoolArray:
+    """samples × joints: the sign is another than one sample before."""
+    sign = np.sign(velocity)
+    return np.asarray(np.diff(sign, axis=0, prepend=sign[:1]) != 0.0)
+
+
+def _settled(settings: Identification, sample_time: float) -> int:
+    """Samples after which the low-pass of the positions has followed a step."""
+    longest = round(2.0 / (settings.cutoff_hz * sample_time)) + 1
+    step = np.zeros((4 * longest + 6 * settings.filter_order, 1))
+    middle = step.shape[0] // 2
+    step[middle:] = 1.0
+    followed = low_pass(step, settings.cutoff_hz, sample_time, settings.filter_order)
+    late = np.flatnonzero(np.abs(followed - step)[middle:, 0] > _SETTLED)
+    return int(late[-1]) + 1 if late.size else 0

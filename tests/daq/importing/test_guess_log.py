@@ -1,0 +1,212 @@
+"""A log and a URDF are enough: what is guessed of logs of another engine's arm, and of real ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+import pytest
+import scipy.io
+
+import robots
+from daq.importing.guess_log import GuessedLog, guess_log
+from daq.importing.guess_torque import LogHints
+from daq.importing.load import load_recording
+from daq.recording.errors import CaptureError
+from ident import Options, identify
+from robots.arrays import FloatArray
+from tests.daq.importing.independent_fit import percent_left
+
+URDF = Path(__file__).parents[3] / "robots" / "tx40" / "tx40.urdf"
+PERIOD, ROWS = 0.004, 2500
+NAMES = [f"joint_{k}" for k in range(1, 7)]
+RATIO = np.array([100.0, 100.0, 80.0, 80.0, 50.0, 50.0])
+Columns = dict[str, FloatArray]
+
+
+@pytest.fixture(scope="module")
+def motion() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Time, positions, speeds and joint torques of links of the URDF with friction, rotors and noise."""
+    model = pinocchio.buildModelFromUrdf(str(URDF))
+    data = model.createData()
+    t = np.arange(ROWS) * PERIOD
+    phases = np.random.default_rng(3).uniform(0, 6, (6, 3))
+    tones = (0.3, 0.7, 1.1)
+    angle = 2 * np.pi * np.multiply.outer(t, tones)
+    q = 0.25 * np.sin(angle[:, np.newaxis] + phases).sum(axis=2) + np.array([0, 0.2, 1.2, 0, 0.5, 0])
+    v = np.gradient(q, PERIOD, axis=0)
+    a = np.gradient(v, PERIOD, axis=0)
+    torque = np.array([pinocchio.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
+    torque += 0.3 * a * (RATIO / 100) ** 2 + 2.0 * v + 3.0 * np.sign(v)
+    noise = np.random.default_rng(4)
+    return t, q + 1e-6 * noise.standard_normal(q.shape), v, torque + 0.05 * noise.standard_normal(q.shape)
+
+
+def numbered(stem: str, values: FloatArray, first: int = 0) -> Columns:
+    return {f"{stem}{first + k}": column for k, column in enumerate(values.T)}
+
+
+def written(path: Path, columns: Columns) -> Path:
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
+    return path
+
+
+def guessed(tmp_path: Path, columns: Columns, **hints: object) -> GuessedLog:
+    folder = tmp_path / "guess"
+    folder.mkdir()
+    return guess_log(written(tmp_path / "log.csv", columns), URDF, folder, LogHints(**hints))  # type: ignore[arg-type]
+
+
+def test_the_columns_of_a_ur_are_known(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, v, torque = motion
+    columns = {
+        "timestamp": t,
+        **numbered("target_q_", q),
+        **numbered("target_qd_", v),
+        **numbered("actual_q_", q),
+    }
+    columns |= {**numbered("actual_qd_", v), **numbered("actual_current_", torque / 12.5)}
+    found = guessed(tmp_path, columns | numbered("joint_temperatures_", 40 + 0 * q + t[:, np.newaxis]))
+    assert found.columns["time"] == {"column": "timestamp", "unit": "s"}
+    assert found.columns["position"] == {"columns": [f"actual_q_{k}" for k in range(6)], "unit": "rad"}
+    assert found.columns["reference"]["columns"] == [f"target_q_{k}" for k in range(6)]
+    assert found.columns["torque"]["columns"] == [f"actual_current_{k}" for k in range(6)]
+    # The scale is that of the URDF's masses, which are the arm's own here.
+    assert found.columns["torque"]["gain"] == pytest.approx([12.5] * 6, rel=0.1)
+    assert any("temperature, read and not used" in sentence for sentence in found.words)
+
+
+@pytest.mark.parametrize("name", ["q_ref_", "target_q_", "reference_"])
+def test_a_velocity_is_never_a_reference(tmp_path: Path, motion: tuple[FloatArray, ...], name: str) -> None:
+    t, q, v, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("q_", q), **numbered(name, v), **numbered("tau_", torque)})
+    assert "reference" not in found.columns
+    assert any(name in sentence and "proven as the derivative" in sentence for sentence in found.words)
+
+
+def test_degrees_motor_torques_and_a_turned_sign(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    sign = np.array([1, 1, 1, -1, 1, 1])
+    columns = {
+        "time_ms": 1e3 * t,
+        **numbered("Pos_deg_", np.rad2deg(q), 1),
+        **numbered("Torque", torque / RATIO * sign, 1),
+    }
+    found = guessed(tmp_path, columns, ratio=tuple(RATIO))
+    assert found.columns["time"]["unit"] == "ms"
+    assert found.columns["position"]["unit"] == "deg"
+    assert found.columns["torque"]["side"] == "motor"
+    assert found.columns["torque"]["ratio"] == pytest.approx(RATIO * sign)
+
+
+def test_what_is_saved_is_what_was_used(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", torque, 1)})
+    assert "side" not in found.columns["torque"]
+    robot = robots.load(tmp_path / "guess")
+    assert not robot.has_drives
+    recordings = load_recording(tmp_path / "log.csv", robot).recordings
+    result = identify(robot, recordings, options=Options()).result
+    assert result.test.verdict == "not_testable"
+    values = {p.name: p.value for p in result.least_squares.parameters}
+    assert values["Fv1"] == pytest.approx(2.0, rel=0.05)
+    assert values["Fc2"] == pytest.approx(3.0, rel=0.05)
+
+
+def test_a_joint_at_rest_is_left_out(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    q = q.copy()
+    q[:, 0] = 0.3
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", torque, 1)})
+    assert [joint.name for joint in found.robot.joint] == NAMES[1:]
+    assert "left out (at rest, or not in the log): joint_1" in found.words
+
+
+def test_sensors_at_the_links_do_not_feel_the_rotors(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("q", q), **numbered("tau_J_", torque)}, sensor=True)
+    assert not found.robot.identification.rotor_inertia
+    assert found.columns["torque"]["side"] == "sensor"
+    recordings = load_recording(tmp_path / "log.csv", found.robot).recordings
+    result = identify(found.robot, recordings).result
+    assert not [p.name for p in result.least_squares.parameters if p.name.startswith("Ia")]
+
+
+@pytest.mark.parametrize(
+    ("without", "message"),
+    [
+        ("t", "no column looks like time; give --sample-rate"),
+        ("q", "no column looks like a measured position; give --columns"),
+        ("tau", "no column looks like a torque or a current; give --columns"),
+    ],
+)
+def test_what_is_not_there_is_asked_for(
+    tmp_path: Path, motion: tuple[FloatArray, ...], without: str, message: str
+) -> None:
+    t, q, _, torque = motion
+    columns = {"t": t, **numbered("q_", q), **numbered("tau_", torque)}
+    left_out = {name for name in columns if without in (name, name.rpartition("_")[0])}
+    kept = {name: values for name, values in columns.items() if name not in left_out}
+    with pytest.raises(CaptureError, match=message):
+        guessed(tmp_path, kept)
+
+
+def known_kr300(data: Path) -> FloatArray:
+    rec = scipy.io.loadmat(data / "A/data.mat", struct_as_record=False, squeeze_me=True)["rec"]
+    q = np.deg2rad(rec.act_pos_mot_deg.T) + np.array([0, -np.pi / 2, np.pi / 2, 0, 0, 0])
+    ratio = np.array([1798 / 7, 1872 / 7, 757 / 3, 221, 5032 / 21, 206793 / 1340])
+    return percent_left(data / "kr300.urdf", q, rec.act_torque_abs_nm.T * ratio, 0.004, 12.0, 10)
+
+
+def known_emps(data: Path) -> FloatArray:
+    log = scipy.io.loadmat(data / "DATA_EMPS.mat", squeeze_me=True)
+    urdf = URDF.parents[1] / "emps" / "emps.urdf"
+    force = log["vir"][:, np.newaxis] * log["gtau"]
+    return percent_left(urdf, log["qm"][:, np.newaxis], force, 0.001, 110.0, 4)
+
+
+def known_tx40(data: Path) -> FloatArray:
+    ratio = np.array([32, 32, 45, -48, 45, 32.0])
+    q, torque = (
+        np.loadtxt(data / name, delimiter=",", skiprows=1) for name in ("pos_read_data.csv", "curr_data.csv")
+    )
+    wrist = np.eye(6)
+    wrist[5, 4] = 1.0
+    q = np.linalg.solve(wrist, (q / ratio).T).T + np.array([0, -np.pi / 2, np.pi / 2, 0, 0, 0])
+    return percent_left(data / "tx40_mdh_modified.urdf", q, torque * ratio @ wrist, 0.0002, 52.0, 50, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("folder", "log", "urdf", "hints", "known"),
+    [
+        ("kr300", "A/data.mat", "kr300.urdf", LogHints(), known_kr300),
+        ("emps", "DATA_EMPS.mat", "", LogHints(), known_emps),
+        (
+            "tx40",
+            "",
+            "tx40_mdh_modified.urdf",
+            LogHints(sample_rate=5000.0, ratio=(32, 32, 45, -48, 45, 32)),
+            known_tx40,
+        ),
+    ],
+)
+def test_published_logs_come_out_as_well_as_by_hand(
+    tmp_path: Path,
+    shared_data: Path,
+    folder: str,
+    log: str,
+    urdf: str,
+    hints: LogHints,
+    known: Callable[[Path], FloatArray],
+) -> None:
+    data = shared_data / folder
+    own = URDF.parents[1] / "emps" / "emps.urdf"
+    found = guess_log(data / log, data / urdf if urdf else own, tmp_path, hints)
+    recordings = load_recording(data / log, found.robot).recordings
+    result = identify(found.robot, recordings, options=Options(method="ls")).result
+    left = result.least_squares.relative_error_percent_per_joint
+    assert (left <= 1.05 * known(data)).all(), (left, known(data))

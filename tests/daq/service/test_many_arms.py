@@ -1,0 +1,87 @@
+"""A page of two hundred arms asks the database no more often than one of two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import Engine, event
+
+from daq.catalogue import baselines, checks, overview, runs
+from daq.catalogue.database import Catalogue
+from daq.catalogue.values import ArmIdentity
+from tests.daq.service.filled import fill
+
+
+@contextmanager
+def counted() -> Iterator[list[str]]:
+    asked: list[str] = []
+
+    def note(connection: object, cursor: object, statement: str, *_: object) -> None:
+        asked.append(statement)
+
+    event.listen(Engine, "before_cursor_execute", note)
+    try:
+        yield asked
+    finally:
+        event.remove(Engine, "before_cursor_execute", note)
+
+
+def add_arms(catalogue: Catalogue, count: int) -> None:
+    for serial in range(100, 100 + count):
+        identity = ArmIdentity("emps", (serial,), "0" * 64, simulated=True)
+        run = runs.begin(catalogue, identity, "check")
+        runs.finish(catalogue, run.id, "completed")
+        checks.add(catalogue, run.id, "ok", "nothing has moved", {"state": "unchanged"})
+
+
+@pytest.mark.parametrize("path", ["/", "/metrics", "/api/arms"])
+def test_queries_do_not_grow_with_the_arms(client: TestClient, filled: Catalogue, path: str) -> None:
+    add_arms(filled, 2)
+    with counted() as few:
+        client.get(path)
+    add_arms(filled, 12)
+    with counted() as many:
+        text = client.get(path).text
+    assert len(many) == len(few) <= 14, "\n".join(many)
+    assert text.count("emps-sim") >= 13
+
+
+def test_each_arm_has_what_is_its_own(filled: Catalogue, tmp_path: Path) -> None:
+    add_arms(filled, 3)
+    found = {one.arm.serials: one for one in overview.every(filled)}
+    assert len(found) == 4
+    first = found[(7,)]
+    assert first.check is not None and first.check.verdict == "failed" and first.baseline is not None
+    assert first.baseline == baselines.current(filled, first.arm.id) and first.run is not None
+    assert first.run.id == 12 and first.unfinished is None
+    other = found[(101,)]
+    assert other.baseline is None and other.check is not None and other.check.verdict == "ok"
+    assert other.run is not None and other.check.run_id == other.run.id == 14
+    baselines.roll_back(filled, first.arm.id, "Ada", "wrong")
+    late = runs.begin(filled, ArmIdentity("emps", (101,), "0" * 64, simulated=True), "check")
+    runs.finish(filled, late.id, "aborted")
+    (first,), (other,) = (overview.every(filled, one.arm.label) for one in (first, other))
+    assert first.baseline is None
+    assert other.unfinished is not None and other.unfinished.id == late.id == 16
+    assert overview.every(filled, "nobody") == ()
+
+
+def test_nights_that_found_nothing_are_counted_by_the_database(tmp_path: Path) -> None:
+    with Catalogue() as catalogue:
+        fill(catalogue, tmp_path)
+        arm = overview.every(catalogue)[0]
+        assert arm.baseline is not None
+        assert checks.clean_models(catalogue, arm.baseline) == set(range(1, 12))
+        for details, model, counts in (
+            ({"state": "unchanged", "grown": []}, 3, True),
+            ({"state": "unchanged", "grown": [2]}, 12, False),
+            ({"state": "unchanged", "grown": None}, 5, True),
+            ({}, 12, False),
+        ):
+            number = arm.baseline.id
+            checks.add(catalogue, 12, "warning", "x", details, model_id=model, baseline_id=number)
+            assert (model in checks.clean_models(catalogue, arm.baseline)) == counts
