@@ -56,6 +56,20 @@ def check_following_windows(robot: Robot, speed: FloatArray, reports: Sequence[D
         )
 
 
+def standing_error(robot: Robot) -> FloatArray:
+    """How far loops without integral action may stand off their targets, (n,) rad or m at the drive outputs.
+
+    The torque limit over the loop's stiffness, g_τ · position_gain (· velocity_gain of a cascade); a loop
+    with integral action comes to its target.
+    """
+    controller = robot.controller
+    stiffness = robot.gains * np.array(controller.position_gain)
+    if controller.type == "cascade_p_pi":
+        stiffness = stiffness * np.array(controller.velocity_gain)
+    torque = np.abs(np.linalg.inv(robot.transmission_matrix).T) @ robot.torque_limits
+    return np.where(np.array(controller.integral_gain) > 0, 0.0, torque / stiffness)
+
+
 def narrowed(job: Job, robot: Robot, targets: FloatArray) -> Job:
     """A job of a slow motion: a following error that its speed explains, and a window to arrive in.
 
@@ -64,13 +78,15 @@ def narrowed(job: Job, robot: Robot, targets: FloatArray) -> Job:
         robot: the description.
         targets: N × n joint positions, rad or m.
     """
-    window, speed = arrival_windows(targets), output_speed(robot, targets)
+    standing, across = standing_error(robot), robot.transmission_matrix
+    window = arrival_windows(targets) + np.abs(np.linalg.inv(across)) @ standing
+    speed = output_speed(robot, targets)
     # Until the master reads what it has sent, the outputs move on.
     lag = _REPORTING_CYCLES * robot.bus.cycle_time * speed
     explained = demanded_following_error(robot, speed) + lag
-    counts = np.ceil(
-        (explained + np.abs(robot.transmission_matrix) @ window) * np.abs(robot.counts_per_output_unit)
-    ).astype(np.int64)
+    counts = np.ceil((explained + np.abs(across) @ window) * np.abs(robot.counts_per_output_unit)).astype(
+        np.int64
+    )
     following_error = np.minimum(job.following_error, np.maximum(counts, 2))
     return replace(job, following_error=following_error, arrival=window)
 

@@ -125,6 +125,9 @@ def _too_tight(robot: Robot, axis: int, window: int) -> list[Finding]:
     demanded = float(demanded_following_error(robot, fastest)[axis]) * size
     if demanded <= window:
         return []
+    if window == 0:
+        text = "window of 0 counts: every motion would be a fault, and is refused; widen 6065 in the drive"
+        return [Finding("warning", "6065", text)]
     text = (
         f"window of {window} counts; the loop as described lags {demanded:.0f} at the speed limit: motions "
         f"above {100 * window / demanded:.0f} % of it are refused; widen 6065 in the drive"

@@ -63,10 +63,8 @@ def map_pdos(
         DriveError: a refused or changed value; an object in no TPDO; a width that is not possible.
     """
     entries = [entry for entries in tpdo_objects(control_signal, velocity) for entry in entries]
-    received, sent = (
-        pdo_numbers(sdo, objects.RPDO_COMMUNICATION),
-        pdo_numbers(sdo, objects.TPDO_COMMUNICATION),
-    )
+    received = pdo_numbers(sdo, objects.RPDO_COMMUNICATION)
+    sent = pdo_numbers(sdo, objects.TPDO_COMMUNICATION)
     findings: list[Finding] = []
     rpdo_number, rpdo = _map_rpdo(sdo, node, received, rpdo_objects(interpolated), findings)
     _silence(sdo, objects.RPDO_COMMUNICATION, [n for n in received if n != rpdo_number])
@@ -106,7 +104,10 @@ def _silence(sdo: SdoAccess, first: int, numbers: list[int]) -> list[MappedPdo]:
         except DriveError as error:
             if aborted(error) is None:
                 raise
-            stay.append(MappedPdo(word & 0x7FF, mapped_objects(sdo, _mapping_of(first) + number)))
+            mapping = _mapping_of(first) + number
+            # A TPDO without a mapped object is not sent (CiA 301, 7.5.2.38).
+            if _refuses(lambda: sdo.write_checked(mapping, 0, 0, 1)):  # noqa: B023
+                stay.append(MappedPdo(word & 0x7FF, mapped_objects(sdo, mapping)))
     return stay
 
 

@@ -151,7 +151,9 @@ class Pdo:
         if self._quirks.fixed_mapping:
             raise SdoAbort(READ_ONLY)
         count = self._dictionary.integer(self._mapping, 0)
-        if self._locked() or self.valid or (subindex > 0 and count > 0):
+        # Where nobody can switch a PDO off, it is mapped while it is on.
+        live = self.valid and not self._quirks.fixed_cob_ids
+        if self._locked() or live or (subindex > 0 and count > 0):
             raise SdoAbort(DEVICE_STATE)
         if subindex > 0:
             self._check_mapped(value)

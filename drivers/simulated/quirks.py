@@ -106,6 +106,7 @@ def _add_tpdo(dictionary: ObjectDictionary, number: int, node: int) -> None:
 KINDS: dict[str, Quirks] = {
     "cia402": STANDARD,
     "fixed_cob_ids": Quirks(fixed_cob_ids=True),
+    "fixed_cob_ids_four_tpdos": Quirks(fixed_cob_ids=True, tpdos=4),
     "fixed_mapping": Quirks(fixed_mapping=True),
     "immediate_rpdos": Quirks(rpdo_types=(255, 254)),
     "no_interpolation_period": Quirks(absent=(0x60C2,)),

@@ -86,7 +86,9 @@ class FileSlave:
             self._due = float("inf")
 
     def _judge_mapping(self, index: int, subindex: int, value: int) -> None:
-        if not self._number(index - 0x200, 1) & _INVALID:
+        # Where nobody can switch a PDO off, it is mapped while it is on.
+        fixed = not self.node.object_dictionary[index - 0x200][1].writable
+        if not fixed and not self._number(index - 0x200, 1) & _INVALID:
             raise SdoAbortedError(NOT_NOW)
         if subindex:
             if self._number(index):

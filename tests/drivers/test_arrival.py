@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
+import robots
 from drivers import ArmSession, Channel, DriveError
 from drivers.cia402 import State
 from drivers.cyclic.ramp import approach
@@ -15,9 +16,12 @@ from drivers.session.following_windows import (
     arrival_windows,
     check_following_windows,
     homing_speed,
+    narrowed,
     output_speed,
+    standing_error,
 )
 from drivers.session.jog import jog_path
+from drivers.session.stream_job import stream_job as stream_job_of
 from drivers.setup.homing import Homing
 from drivers.simulated import SimulatedArm
 from drivers.simulated.truth import nominal_truth
@@ -91,6 +95,22 @@ def test_a_joint_that_stays_short_of_its_target_has_not_arrived() -> None:
 def test_the_window_of_a_jog() -> None:
     path = np.deg2rad([[0.0, 0.0, 0.0, 3.0], [0.1, -5.0, 40.0, 3.0]])
     assert np.rad2deg(arrival_windows(path)) == pytest.approx([0.2, 0.5, 1.0, 0.2])
+
+
+def test_loops_without_integral_action_stand_off_their_targets(tx40: Robot) -> None:
+    emps = robots.load("emps")
+    assert standing_error(tx40) == pytest.approx(np.zeros(6))
+    drive, controller = emps.drive[0], emps.controller
+    stiffness = drive.gain * controller.position_gain[0] * controller.velocity_gain[0]
+    assert standing_error(emps) == pytest.approx([emps.joint[0].torque / stiffness])
+    soft = controller.model_copy(update={"type": "pd", "velocity_gain": (100.0,)})
+    arm = emps.model_copy(update={"controller": soft})
+    expected = emps.joint[0].torque / (drive.gain * controller.position_gain[0])
+    assert standing_error(arm) == pytest.approx([expected])
+    path = np.array([[0.0], [0.1]])
+    job = stream_job_of(arm, Channel("virtual", "unused"), (), path, ())
+    slow = narrowed(replace(job, following_error=np.array([10**9])), arm, path)
+    assert slow.arrival == pytest.approx(arrival_windows(path) + expected)
 
 
 @dataclass

@@ -67,6 +67,17 @@ def test_a_drive_that_says_it_by_itself_is_configured(tx40: Robot, channel: Chan
         session.bus_budget().check()
 
 
+def test_tpdos_that_cannot_be_switched_off_are_emptied(tx40: Robot, channel: Channel) -> None:
+    """As the file of the Elmo SimplIQ has it: four TPDOs on fixed ids, with mappings that can be written."""
+    made = described_devices(tx40, KINDS["fixed_cob_ids_four_tpdos"])
+    with drives(tx40, channel, devices=made) as group, ArmSession(tx40, channel) as session:
+        assert all(link.idle_tpdos == () for link in session._connection.links())
+        session.bus_budget().check()
+        for drive in group.drives:
+            on = [pdo for pdo in drive.process_data.tpdos if pdo.valid]
+            assert len(on) > 1 and [bool(pdo.pack()) for pdo in on] == [True] + [False] * (len(on) - 1)
+
+
 @pytest.mark.parametrize("kind", REFUSED)
 def test_a_drive_that_cannot_be_used_so_is_refused_in_one_line(
     tx40: Robot, channel: Channel, kind: str
