@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -151,11 +152,21 @@ def _inside(value: FloatArray, sigma: FloatArray, truth: FloatArray) -> FloatArr
     return np.asarray(np.abs(value - truth) < QUANTILE * sigma, dtype=np.float64)
 
 
-def run(name: str, replicates: int) -> dict[str, Any]:
-    """One cell: shares in %, with half of their 95 % interval, and how wide the interval is in σ."""
-    answers = [replicate(CELLS[name], number) for number in range(replicates)]
+def run(name: str, replicates: int, seconds: float) -> dict[str, Any]:
+    """One cell: shares in %, with half of their 95 % interval, and how wide the interval is in σ.
+
+    Args:
+        name: of the cell.
+        replicates: at most.
+        seconds: after which none is begun; how many there were is told.
+    """
+    began, answers = time.monotonic(), []
+    for number in range(replicates):
+        if time.monotonic() - began > seconds:
+            break
+        answers.append(replicate(CELLS[name], number))
     accepted = [found for verdict, found in answers if found and verdict != "instruments_invalid"]
-    cell: dict[str, Any] = {"cell": name, "replicates": replicates, "accepted": len(accepted)}
+    cell: dict[str, Any] = {"cell": name, "replicates": len(answers), "accepted": len(accepted)}
     for way in WAYS if accepted else ():
         shares = np.array([found[way].mean() for found in accepted])
         spread = shares.std(ddof=1) / np.sqrt(shares.size)
@@ -190,6 +201,7 @@ def main() -> None:
     )
     parser.add_argument("--cell", action="append", choices=CELLS)
     parser.add_argument("--replicates", type=int, default=500)
+    parser.add_argument("--seconds", type=float, default=np.inf, help="of each cell, at most")
     parser.add_argument("--table", action="store_true")
     asked = parser.parse_args()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else []
@@ -197,7 +209,7 @@ def main() -> None:
         print(table(kept))
         return
     for name in asked.cell or CELLS:
-        cell = run(name, asked.replicates)
+        cell = run(name, asked.replicates, asked.seconds)
         kept = [one for one in kept if one["cell"] != name] + [cell]
         RESULTS.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         print(json.dumps(cell, ensure_ascii=False), flush=True)

@@ -1,6 +1,6 @@
 """Forged and doubled TPDOs at random instants: is one of them a sample, and does a run end as if nothing was?
 
-    PYTHONPATH=. python benchmarks/forged_frames.py [--frames 20000] [--runs 40] [--seed 0]
+    PYTHONPATH=. python benchmarks/forged_frames.py [--frames 20000] [--stalled 20] [--runs 40] [--seed 0]
         [--channel udp_multicast:239.74.9.9:23456]
     vcan-run -v -t 900 -- env PYTHONPATH=. python benchmarks/forged_frames.py --channel socketcan:vcan0
 
@@ -9,6 +9,8 @@ signal that no drive has, exact copies of what a drive has just said, and short 
 
 - *dense*: 1000 a second; here the master forgives all of them and goes on, so that each meets a stream.
   Counted are rows that are complete and hold a forged value.
+- *stalled*: the same with the master or the drives stopped (SIGSTOP) for up to 0.6 s in each stream, as a
+  busy machine does: drives fall silent, give up, or answer in bursts, and the forger goes on.
 - *ordinary*: a few in each run, through the ordinary session and its cyclic process. A run has to end with
   "two nodes with id", or to tell of what it heard.
 
@@ -51,7 +53,9 @@ FORGED = 777
 """Raw control signal; the motion here stays below."""
 RATE = 1000.0
 SECONDS = 20.0
-QUIET = 0.2
+STALLED_SECONDS = 4.0
+LONGEST_STALL = 0.6
+QUIET = 1.0
 """s without a TPDO after which the stream is over."""
 _LAYOUT = tpdo_layouts(16)[0]
 _ROWS = 1 << 16
@@ -89,6 +93,7 @@ def main() -> int:
     logging.disable(logging.WARNING)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--frames", type=int, default=20_000, help="of the dense streams")
+    parser.add_argument("--stalled", type=int, default=20, help="streams with a stall")
     parser.add_argument("--runs", type=int, default=40, help="ordinary ones")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--channel", default=f"udp_multicast:239.74.9.9:{20000 + os.getpid() % 12000}")
@@ -100,19 +105,27 @@ def main() -> int:
         print(json.dumps(forge(channel, int(seed), int(count), seconds, bool(early))))
         return 0
     robot = robots.load(NAME)
-    dense, ordinary = Found(), Found()
-    with SimulatedArm(NAME, channel, seed=given.seed), ArmSession(robot, channel) as session:
+    dense, stalled, ordinary = Found(), Found(), Found()
+    rng = np.random.default_rng(given.seed)
+    with SimulatedArm(NAME, channel, seed=given.seed) as drives, ArmSession(robot, channel) as session:
         seed = given.seed
         with patch.object(power, "DOUBLES_FORGIVEN", 1 << 30), _here():
             while dense.frames < given.frames:
                 seed += 1
                 stream(session, dense, seed, round(RATE * SECONDS), SECONDS, early=False)
-        print(f"dense: {dense.words()}", flush=True)
-        for count in np.random.default_rng(given.seed).integers(1, 30, given.runs):
+            print(f"dense: {dense.words()}", flush=True)
+            for number in range(given.stalled):
+                seed += 1
+                with stall((os.getpid(), drives.pid)[number % 2], rng):
+                    stream(
+                        session, stalled, seed, round(RATE * STALLED_SECONDS), STALLED_SECONDS, early=False
+                    )
+            print(f"stalled: {stalled.words()}", flush=True)
+        for count in rng.integers(1, 30, given.runs):
             seed += 1
             stream(session, ordinary, seed, int(count), 3.0, early=bool(seed % 2))
         print(f"ordinary: {ordinary.words()}")
-    return 2 if dense.forged_samples or ordinary.forged_samples or dense.silent or ordinary.silent else 0
+    return 2 if any(found.forged_samples or found.silent for found in (dense, stalled, ordinary)) else 0
 
 
 def stream(session: ArmSession, found: Found, seed: int, count: int, seconds: float, *, early: bool) -> None:
@@ -123,8 +136,8 @@ def stream(session: ArmSession, found: Found, seed: int, count: int, seconds: fl
     with forger(session.channel, seed, count, seconds - 1.0, early) as answers:
         result = session.stream(motion(session, seconds), batches.append)
     samples = Samples.concatenate(batches)
-    per_count = np.array([drive.control_signal.per_count for drive in session.robot.drive])
-    forged = np.abs(samples.control_signal - FORGED * per_count) < 0.01 * per_count
+    per_count = session.robot.control_signal_per_count
+    forged = np.abs(samples.control_signal - FORGED * per_count) < 0.01 * np.abs(per_count)
     sent = sum(json.loads(line)["sent"] for line in answers)
     found.frames += sent
     found.streams += 1
@@ -147,6 +160,18 @@ def motion(session: ArmSession, seconds: float) -> FloatArray:
     t = np.linspace(0.0, 1.0, round(seconds / session.robot.bus.cycle_time))
     bell = 64 * (t * (1 - t)) ** 3
     return np.asarray(session.actual_position() + 0.05 * bell[:, None])
+
+
+@contextmanager
+def stall(process: int, rng: np.random.Generator) -> Iterator[None]:
+    """Another process stops one once in the length of a stream, and lets it go on."""
+    after, length = rng.uniform(1.5, 1.0 + STALLED_SECONDS), rng.uniform(0.05, LONGEST_STALL)
+    words = f"sleep {after:.3f}; kill -STOP {process}; sleep {length:.3f}; kill -CONT {process}"
+    stopper = subprocess.Popen(["sh", "-c", words])
+    try:
+        yield
+    finally:
+        stopper.wait()
 
 
 @contextmanager

@@ -295,6 +295,11 @@ class Robot(Frozen):
         counts = np.array([d.sign * d.output_counts for d in self.drive])
         return np.asarray(counts / per_revolution)
 
+    @property
+    def control_signal_per_count(self) -> FloatArray:
+        """Control-signal units per count of each drive's object, signed, (n,)."""
+        return np.array([drive.control_signal_per_count for drive in self.drive])
+
     def joint_torque(self, control_signal: FloatArray) -> FloatArray:
         """Joint torque from the drives' control signals: τ = Tᵀ (g_τ ∘ v_τ), eq. 5.
 

@@ -21,6 +21,10 @@ class ControlSignal(Frozen):
     index: int = Field(default=0x6077, ge=0x1000, le=0xFFFF)
     subindex: int = Field(default=0, ge=0, le=255)
     per_count: float = Field(ge=1e-9, le=1e6, description="control-signal units per count of the object")
+    sign: Annotated[Literal[-1, 1], BeforeValidator(whole_number)] | None = Field(
+        default=None,
+        description="-1 where a positive value pushes against the drive output; absent: as the position",
+    )
 
 
 class DriveDynamics(Frozen):
@@ -157,6 +161,15 @@ class Drive(Omittable):
         """A drive of which nothing is known but its torque: the control signal is that torque."""
         nothing = DriveDynamics(inertia=0.0, viscous=0.0, coulomb=0.0)
         return cls.model_construct(gain=1.0, gain_relative_uncertainty=0.0, dynamics=nothing)
+
+    @property
+    def control_signal_per_count(self) -> float:
+        """Control-signal units per count of its object, signed, in the sense of the drive output.
+
+        A motor that turns against the output counts position and torque against it, both: so the sign is that
+        of the position, unless the drive turns that of the position alone (607E, bit 7).
+        """
+        return (self.control_signal.sign or self.sign) * self.control_signal.per_count
 
     @property
     def output_counts(self) -> float:

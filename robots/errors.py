@@ -53,6 +53,16 @@ def one_line(text: str) -> str:
     return " ".join(printable.split())
 
 
+LONGEST_LINE = 400
+"""Characters of what is quoted from elsewhere: a hostile file makes messages of its own length."""
+
+
+def shortened(error: object) -> str:
+    """What another library says, in one line of bearable length."""
+    text = one_line(str(error)[: 2 * LONGEST_LINE])
+    return text if len(text) <= LONGEST_LINE else text[: LONGEST_LINE - 1] + "…"
+
+
 def shown(value: object, depth: int = 0) -> str:
     """A value as TOML would write it, shortened so that it fits in a line."""
     if isinstance(value, bool):

@@ -21,7 +21,7 @@ def line(truth: list[Any], *names: tuple[str, list[int], float, bool], verdict: 
             for n, j, p, named in names
         ],
     }
-    return {"name": "log", "truth": truth, "answers": {"evidence": answer}}
+    return {"name": "log", "kind": "foreign", "truth": truth, "answers": {"evidence": answer}}
 
 
 def judged(test: Any, one: Any) -> bool:
@@ -51,6 +51,8 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
     assert "| clean arm called clean | 1 of 2 | 0 of 0 |" in text
     assert "| changed arm called clean | 1 of 1 | 0 of 0 |" in text
     assert "| clean arm with a finding | 1 of 2 | 0 of 0 |" in text
+    real = {**line([["payload", []]], ("torque_ripple", [1], 0.99, True)), "kind": "real"}
+    assert "| a name that is not hidden | 0 of 1 | 0 of 0 |" in report([clean, real])
     right = line([["payload", []]], ("payload", [], 0.8, False))
     assert "2 names, expected calibration error 0.450" in calibration([right, accused])
     assert "hold the truth in 50%" in calibration([right, accused])

@@ -85,7 +85,8 @@ def _lines(path: Path) -> Sequence[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for text in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
         line = json.loads(text)
-        entry = found.setdefault(line["name"], {"name": line["name"], "truth": line["truth"], "answers": {}})
+        entry = {**{key: line[key] for key in ("name", "kind", "truth")}, "answers": {}}
+        entry = found.setdefault(line["name"], entry)
         entry["answers"][line["search"]] = line["answer"]
     return list(found.values())
 

@@ -7,6 +7,7 @@ logs hides nothing, a fifth two effects, and one in ten something that the vocab
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,18 +66,17 @@ def settings_of(seed: int) -> tuple[str, Settings]:
 
 
 def drawn(seed: int, folder: Path) -> Case:
-    """The case of a seed; ``folder`` keeps logs and descriptions."""
+    """The case of a seed, validated on one period of another motion; ``folder`` keeps the logs."""
     name, settings = settings_of(seed)
     arm, effects = ARMS[name], hidden(seed, ARMS[name])
     own = folder / f"{name}"
     if not (own / "robot.toml").exists():
         write_description(own, arm, settings)
     robot = robots.load(str(own))
-    clean = _kept(
-        folder / f"{name}-{settings.motion}.pkl", arm, Settings(motion=settings.motion), (), _ACCEPTED, 0
-    )
+    clean = _kept(folder / f"{name}.pkl", arm, Settings(), (), _ACCEPTED, 0)
     fit, held = (
-        _kept(folder / f"seed-{seed}-{part}.pkl", arm, settings, effects, seed, part) for part in (0, 1)
+        _kept(folder / f"seed-{seed}-{part}.pkl", arm, one, effects, seed, part)
+        for part, one in enumerate((settings, replace(settings, periods=1)))
     )
     return Case(f"seed {seed}", "foreign", robot, fit, held, truth_of(effects), clean)
 

@@ -18,18 +18,21 @@ def report(lines: Sequence[Line]) -> str:
     known = [line for line in lines if line["truth"] is not None]
     hidden = [line for line in known if line["truth"]]
     clean = [line for line in known if not line["truth"]]
+    # Of a real arm one thing is known to be missing, and never that nothing else is.
+    foreign = [line for line in known if line["kind"] == "foreign"]
+    whole = [line for line in foreign if line["truth"]]
     figures: list[tuple[str, Sequence[Line], Callable[[Line, Answer], bool]]] = [
         ("right name and joint first", hidden, first_is_right),
-        ("every hidden effect named, and nothing else", hidden, all_right),
-        ("a name that is not hidden", known, wrong),
-        ("a name that is not hidden, or a wrong one not confirmed", known, shown_wrong),
+        ("every hidden effect named, and nothing else", whole, all_right),
+        ("a name that is not hidden", foreign, wrong),
+        ("a name that is not hidden, named or not", foreign, shown_wrong),
         ("clean arm with a finding", clean, lambda line, answer: bool(answer["names"])),
         ("clean arm called clean", clean, lambda line, answer: answer["verdict"] == "clean"),
         ("changed arm called clean", hidden, lambda line, answer: answer["verdict"] == "clean"),
     ]
     head = ["| figure | " + " | ".join(SEARCHES) + " |", "|---|" + "---|" * len(SEARCHES)]
     rows = [f"| {title} | {_cells(part, test)} |" for title, part, test in figures]
-    return "\n".join([*head, *rows, "", calibration(known), "", *(f"{_short(line)}" for line in lines)])
+    return "\n".join([*head, *rows, "", calibration(foreign), "", *(f"{_short(line)}" for line in lines)])
 
 
 def _cells(lines: Sequence[Line], test: Callable[[Line, Answer], bool]) -> str:

@@ -18,6 +18,7 @@ from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewM
 from daq.files.found_model import entry_json, entry_of_json
 from daq.recording.who import user
 from robots.arrays import FloatArray
+from robots.errors import one_line
 
 _PLAIN = (
     "method",
@@ -147,12 +148,19 @@ def _found(connection: Connection, wanted: Select[Any]) -> tuple[Model, ...]:
 
 def _model_of(row: Row[Any], belonging: tuple[CatalogueParameter, ...]) -> Model:
     fields = dict(row._mapping)
-    fields["torque_rms"] = tuple(fields["torque_rms"])
-    fields["effects"] = tuple(fields["effects"])
-    # A catalogue of before has none there.
-    fields["found"] = tuple(entry_of_json(entry) for entry in fields["found"] or ())
-    fields["sources"] = tuple(Source(**source) for source in fields["sources"])
-    fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
+    try:
+        fields["torque_rms"] = tuple(fields["torque_rms"])
+        fields["effects"] = tuple(fields["effects"])
+        # A catalogue of before has none there.
+        fields["found"] = tuple(entry_of_json(entry) for entry in fields["found"] or ())
+        fields["sources"] = tuple(Source(**source) for source in fields["sources"])
+        fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
+    except (zlib.error, ValueError, TypeError, KeyError, AttributeError) as error:
+        reason = one_line(str(error))[:120]
+        raise CatalogueError(
+            f"model {row.id} holds a value that no armhil wrote ({reason}): the catalogue's file is damaged;"
+            " put a backup in its place"
+        ) from error
     return Model(parameters=belonging, **fields)
 
 

@@ -32,6 +32,7 @@ def prune(
     from daq.cli.catalogue_terminal import print_prune
     from daq.keeping import prune as pruning
     from daq.recording.who import now
+    from daq.session.questions import answered
 
     console = console_of(as_json)
     with Catalogue() as catalogue:
@@ -43,7 +44,8 @@ def prune(
         done = planned
         if planned.prunable and not dry_run:
             done = pruning.PrunePlan((), planned.kept)
-            if yes or typer.confirm(f"Delete {len(planned.prunable)} recordings?", err=as_json):
+            nobody = "asks before it deletes; give --yes where nobody can answer"
+            if yes or answered(f"Delete {len(planned.prunable)} recordings?", nobody, err=as_json):
                 done = pruning.prune(catalogue, planned)
                 done = pruning.PrunePlan(done.prunable, (*planned.kept, *done.kept))
             print_prune(console, done, "deleted")

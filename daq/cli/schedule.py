@@ -37,6 +37,7 @@ def install(
     """
     from daq.service.units import Schedule, ScheduleError, systemctl, unit_folder
     from daq.service.units import install as write
+    from daq.session.questions import answered
 
     if not context.args:
         raise ScheduleError('say after -- what `armhil check` is given, e.g. "-- tx40", or "-- --all"')
@@ -49,7 +50,8 @@ def install(
     for kind, text in (("service", schedule.service_text()), ("timer", schedule.timer_text())):
         console.print(f"{folder / schedule.unit}.{kind}", highlight=False, style="bold", soft_wrap=True)
         console.print(text, soft_wrap=True, highlight=False, markup=False)
-    if not yes and not typer.confirm("Write these two files?"):
+    nobody = "asks before the files are written; give --yes where nobody can answer"
+    if not yes and not answered("Write these two files?", nobody):
         return WARNING
     write(schedule, folder)
     for arguments in (("daemon-reload",), ("enable", "--now", f"{schedule.unit}.timer")):

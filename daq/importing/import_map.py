@@ -23,7 +23,10 @@ TorqueSide = Literal["motor", "drive", "joint", "current", "sensor"]
 TorqueUnit = Literal["N*m", "mN*m", "N"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
 
-Ratio = Annotated[float, Field(allow_inf_nan=False)]
+Ratio = Annotated[float, Field(ge=-1e5, le=1e5)]
+LEAST_RATIO = 1e-3
+"""In size; the same bounds as of a drive's ``gear``."""
+Offset = Annotated[float, Field(ge=-1e3, le=1e3)]
 Names = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
 
 
@@ -46,8 +49,8 @@ class _Geared(_Quantity):
     def _ratio_goes_with_motor(self) -> Self:
         if (self.side == "motor") != (self.ratio is not None):
             raise ValueError("ratio is needed for side 'motor' and only allowed there")
-        if self.ratio is not None and any(value == 0 for value in self.ratio):
-            raise ValueError("ratio must not be 0")
+        if self.ratio is not None and any(abs(value) < LEAST_RATIO for value in self.ratio):
+            raise ValueError(f"ratio must be at least {LEAST_RATIO:g} in size")
         return self
 
 
@@ -55,7 +58,7 @@ class Position(_Geared):
     """Measured or reference position; offset is added to the joint position."""
 
     unit: PositionUnit
-    offset: tuple[Ratio, ...] | None = Field(default=None, description="rad or m, one per joint")
+    offset: tuple[Offset, ...] | None = Field(default=None, description="rad or m, one per joint")
 
 
 class Torque(_Quantity):
@@ -88,7 +91,7 @@ class Torque(_Quantity):
 class ControlSignal(_Quantity):
     """The control signal v_τ itself, multiplied by ``scale``."""
 
-    scale: Annotated[float, Field(allow_inf_nan=False, gt=0)] = 1.0
+    scale: Annotated[float, Field(ge=1e-9, le=1e9)] = 1.0
 
 
 class Complete(_Quantity):
@@ -101,7 +104,7 @@ class Time(_Frozen):
     column: str | None = None
     file: str | None = None
     unit: TimeUnit = "s"
-    sample_rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    sample_rate_hz: Annotated[float, Field(ge=1e-3, le=1e7)] | None = None
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:

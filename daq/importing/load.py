@@ -24,6 +24,7 @@ from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
+from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
 from robots import Identification, Robot
 from robots.arrays import BoolArray, FloatArray
@@ -199,7 +200,15 @@ def log_recording(
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
+    step = (
+        2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
+    )
+    position, wrong = without_outliers(path.name, "position", time, position, step)
+    limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
+    control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
     recording, warnings = uniform_recording(path.name, time, reference, position, control_signal)
+    warnings = (*wrong, *odd, *warnings)
     if columns.complete is None:
         return recording, np.ones((len(recording.time), robot.n), dtype=np.bool_), warnings
     return recording, complete_at(recording.time, time, complete), warnings

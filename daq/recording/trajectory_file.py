@@ -20,7 +20,7 @@ from daq.recording.capture import CaptureError
 from daq.recording.reader import read_capture
 from robots import Robot
 from robots.arrays import FloatArray
-from robots.errors import UserError, one_line, shown
+from robots.errors import UserError, shortened, shown
 from trajectories import Motion, Repeat, Trajectory, TrajectoryError
 from trajectories.motion_data import motion_data, motion_of
 from trajectories.motions.sampled import SampledMotion, sampled_motion
@@ -144,7 +144,7 @@ def read_motion(path: Path, robot: Robot) -> FoundMotion:
             return _from_json(path, text, robot)
         return _from_csv(path, text, robot)
     except TrajectoryError as error:
-        raise TrajectoryFileError(f"{path}: {error}") from error
+        raise TrajectoryFileError(f"{path}: {shortened(error)}") from error
     except CaptureError as error:
         raise TrajectoryFileError(str(error)) from error
 
@@ -154,11 +154,11 @@ def _from_json(path: Path, text: str, robot: Robot) -> FoundMotion:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise TrajectoryFileError(f"{path}: not JSON: {error}; allowed: {allowed}") from None
+        raise TrajectoryFileError(f"{path}: not JSON: {shortened(error)}; allowed: {allowed}") from None
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise TrajectoryFileError(f"{path}: has no kind {KIND!r}; allowed: {allowed}")
     if content.get("format") != FORMAT:
-        raise TrajectoryFileError(f"{path}: format {content.get('format')!r}; allowed: {FORMAT}")
+        raise TrajectoryFileError(f"{path}: format {shown(content.get('format'))}; allowed: {FORMAT}")
     try:
         _require_joints(path, content["joints"], robot)
         repeat, score = content["repeat"], content["score"]
@@ -177,7 +177,7 @@ def _from_json(path: Path, text: str, robot: Robot) -> FoundMotion:
     except (TypeError, ValueError, OverflowError, IndexError, RecursionError) as error:
         if isinstance(error, UserError):
             raise
-        raise TrajectoryFileError(one_line(f"{path}: not a trajectory: {error}")) from None
+        raise TrajectoryFileError(f"{path}: not a trajectory: {shortened(error)}") from None
 
 
 def _repeat(values: dict[str, Any]) -> Repeat:

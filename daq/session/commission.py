@@ -114,6 +114,7 @@ class Walk:
             recording,
             lambda name: _free(request.folder, f"first-move-{name.replace(' ', '-')}"),
             self._fingerprint,
+            request.confirm,
         )
 
     def _go_to_start(self) -> None:

@@ -82,22 +82,43 @@ def judge_rest(robot: Robot, samples: Samples) -> tuple[list[Finding], list[str]
         elif 2 * abs(gravity[k]) <= room:
             unjudged.append(joint.name)  # the opposite of it would do as well
     if findings and (turned := _turned_drive(robot, samples.position[0], torque, slack)) is not None:
-        text = f"with the other sign of drive[{turned + 1}] all is as described: the sign is likely wrong"
-        findings.insert(0, Finding(robot.joint[turned].name, text))
+        drive, keys = turned
+        text = f"with the other {keys} of drive[{drive + 1}] all is as described: the sign is likely wrong"
+        findings.insert(0, Finding(robot.joint[drive].name, text))
     return findings, unjudged
 
 
-def _turned_drive(robot: Robot, posture: FloatArray, torque: FloatArray, slack: FloatArray) -> int | None:
-    """The one drive (from 0) with whose sign turned all torques are as described; None where not one."""
+_TURNS = {
+    "sign": (-1.0, -1.0),
+    "control_signal.sign": (1.0, -1.0),
+    "sign (and control_signal.sign, so that torque is read as now)": (-1.0, 1.0),
+}
+"""What may be the other way round, and what that makes of a drive's position and of its torque."""
+
+
+def _turned_drive(
+    robot: Robot, posture: FloatArray, torque: FloatArray, slack: FloatArray
+) -> tuple[int, str] | None:
+    """The one drive (from 0) that makes all torques as described with a sign turned, and which sign.
+
+    None where more than one drive would do.
+    """
     coupling = robot.transmission_matrix
-    fitting = []
+    drives = np.linalg.solve(coupling.T, torque)
+    fitting: dict[int, list[str]] = {}
     for drive in range(robot.n):
-        signs = np.where(np.arange(robot.n) == drive, -1.0, 1.0)
-        other = np.asarray(np.linalg.solve(coupling, signs * (coupling @ posture)), dtype=np.float64)
-        gravity = described_gravity(robot, other)
-        if (np.abs(torque - gravity) <= GRAVITY_TOLERANCE * np.abs(gravity) + slack).all():
-            fitting.append(drive)
-    return fitting[0] if len(fitting) == 1 else None
+        for keys, (of_position, of_torque) in _TURNS.items():
+            there, held = coupling @ posture, drives.copy()
+            there[drive] *= of_position
+            held[drive] *= of_torque
+            gravity = described_gravity(robot, np.asarray(np.linalg.solve(coupling, there), dtype=np.float64))
+            off = np.abs(coupling.T @ held - gravity)
+            if (off <= GRAVITY_TOLERANCE * np.abs(gravity) + slack).all():
+                fitting.setdefault(drive, []).append(keys)
+    if len(fitting) != 1:
+        return None
+    ((turned, found),) = fitting.items()
+    return turned, " or ".join(found)
 
 
 def judge_loop(
@@ -176,8 +197,9 @@ def _loop_words(drive: int, ratio: float, share: float) -> str:
         )
     if ratio < 0.0:
         return (
-            f"drive[{drive + 1}] pushes against its following error: the sign is likely wrong (sign, or the"
-            " order of node_id)"
+            f"drive[{drive + 1}] pushes against its following error, it counts torque and position in other"
+            " senses than described: the sign is likely wrong (control_signal.sign, or sign where the joint"
+            " went the other way, too), or the order of node_id"
         )
     return (
         f"drive[{drive + 1}] answers a following error with {ratio:.2g} times the described control signal:"
@@ -188,7 +210,7 @@ def _loop_words(drive: int, ratio: float, share: float) -> str:
 def _gravity_words(when: str, torque: float, gravity: float, room: float) -> str:
     turned = abs(torque + gravity) <= room < abs(torque - gravity)
     where = (
-        "the sign is likely wrong (sign, gravity, or the zero of the joint)"
+        "the sign is likely wrong (control_signal.sign or sign, gravity, or the zero of the joint)"
         if turned
         else "gain, control_signal.per_count, node_id, sign or zero of a joint, or the URDF's masses"
     )
@@ -239,23 +261,33 @@ def _torque_words(
     robot: Robot, samples: Samples, torque: FloatArray, gravity: FloatArray, turn: Turn
 ) -> list[str]:
     """Gravity and friction from the torques in both directions; friction is symmetric, gravity is not."""
-    k, period = turn.joint, robot.bus.cycle_time
-    speed = np.gradient(samples.reference[turn.rows, k], period)
+    k, coupling = turn.joint, robot.transmission_matrix
+    speed = np.gradient(samples.reference[turn.rows, k], robot.bus.cycle_time)
     up, down = (side * speed > MOVING * np.abs(speed).max() for side in (1.0, -1.0))
     forward, backward = (float(np.mean(torque[turn.rows, k][rows])) for rows in (up, down))
-    mean, friction = (forward + backward) / 2, (forward - backward) / 2
-    viscous = np.array([drive.dynamics.viscous for drive in robot.drive])
-    coulomb = float(described_coulomb(robot)[k])
+    mean = (forward + backward) / 2
+    dynamics = [drive.dynamics for drive in robot.drive]
     moving = float(np.abs(speed[up]).mean())
-    wanted = coulomb + float(robot.transmission_matrix[:, k] ** 2 @ viscous) * moving
-    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + wanted) + OFFSET_SHARE * robot.torque_limits[k]
+    wanted = np.array([one.coulomb for one in dynamics])
+    wanted = wanted + np.array([one.viscous for one in dynamics]) * np.abs(coupling[:, k]) * moving
+    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[:, k]) @ wanted))
+    room += OFFSET_SHARE * robot.torque_limits[k]
     words = []
     if abs(mean - gravity[k]) > room:
         words.append(_gravity_words("in motion", mean, float(gravity[k]), room))
-    ratio = friction / wanted if wanted > 0.0 else 1.0
-    if not FRICTION_RATIO[0] <= ratio <= FRICTION_RATIO[1]:
-        likely = "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id, or dynamics.coulomb"
-        words.append(f"takes {friction:.3g} N·m (or N) against friction, described {wanted:.3g}: {likely}")
+    # Drive by drive: in the sum of a coupled joint the others hide the one that is wrong.
+    for drive in np.flatnonzero(np.abs(coupling[:, k]) > 1e-9):
+        signal = samples.control_signal[turn.rows, drive] * np.sign(coupling[drive, k])
+        friction = robot.gains[drive] * float(np.mean(signal[up]) - np.mean(signal[down])) / 2
+        ratio = friction / wanted[drive] if wanted[drive] > 0.0 else 1.0
+        if not FRICTION_RATIO[0] <= ratio <= FRICTION_RATIO[1]:
+            likely = (
+                "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id or dynamics.coulomb"
+            )
+            words.append(
+                f"drive[{drive + 1}] takes {friction:.3g} N·m (or N) against friction, described"
+                f" {wanted[drive]:.3g}: {likely}"
+            )
     return words
 
 

@@ -12,16 +12,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio
 
 from daq.session.cell import Cell
 from daq.session.session_error import SessionError
-from robots import Robot
+from robots import Robot, rigid_body_model
 from robots.arrays import FloatArray
 from trajectories import Trajectory
 from trajectories.motions.sampled import sampled_motion
 
 HALF_DEGREE = {"revolute": float(np.radians(0.5)), "prismatic": 0.5e-3}
-"""rad, m; farthest that a joint goes to either side."""
+"""rad, m; farthest that a joint goes to either side, also where one drive's sign is wrong."""
 TOUCH = {"revolute": float(np.radians(0.015)), "prismatic": 15e-6}
 """rad, m."""
 REST_SECONDS = 1.0
@@ -61,9 +62,57 @@ def touch(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMoti
     return _in_turns(robot, posture, joints, TOUCH, TOUCH_SECONDS, TOUCH_SECONDS)
 
 
+def in_order(robot: Robot) -> list[int]:
+    """The joints (from 0) as they have their turns: those that fewer drives move come first.
+
+    A coupled joint takes others with it where one of its drives has the wrong sign. By then each of those
+    drives that moves a joint alone has been found right.
+    """
+    coupled = np.abs(robot.transmission_matrix) > 1e-9
+    return sorted(range(robot.n), key=lambda k: int(coupled[:, k].sum()))
+
+
 def half_degree(robot: Robot, posture: FloatArray, joints: Sequence[int]) -> FirstMotion:
     """Each of the joints (from 0) in turn half a degree to either side and back."""
     return _in_turns(robot, posture, joints, HALF_DEGREE, MOVE_SECONDS, PAUSE_SECONDS)
+
+
+def direction_question(robot: Robot, motion: FirstMotion) -> str:
+    """Which way the one joint of a motion should have gone, for whoever has looked.
+
+    No torque tells a drive that counts position and torque both the wrong way round from its mirror image.
+    """
+    (turn,) = motion.turns
+    joint = robot.joint[turn.joint]
+    axis = _axis(robot, np.asarray(motion.trajectory.position[0]), turn.joint)
+    up = turn.above > 0.0
+    if joint.kind == "revolute":
+        size = f"{np.degrees(turn.above if up else turn.below):.2g}°"
+        way = f"{'counter-clockwise' if up else 'clockwise'}, seen from {_side(axis)}"
+    else:
+        size, way = (
+            f"{1e3 * (turn.above if up else turn.below):.2g} mm",
+            f"towards {_side(axis if up else -axis)}",
+        )
+    return f"Did {joint.name} go first by {size} {way}?"
+
+
+def _axis(robot: Robot, posture: FloatArray, k: int) -> FloatArray:
+    """(3,) the direction about or along which a joint's position grows, in the frame of the URDF's base."""
+    model = rigid_body_model(robot)
+    data = model.createData()
+    pinocchio.computeJointJacobians(model, data, posture)
+    jacobian = pinocchio.getJointJacobian(model, data, k + 1, pinocchio.LOCAL_WORLD_ALIGNED)
+    column = np.asarray(jacobian).reshape(6, robot.n)[:, k]
+    return np.asarray(column[3:] if robot.joint[k].kind == "revolute" else column[:3])
+
+
+def _side(axis: FloatArray) -> str:
+    """A side of the base, where a direction is nearly one."""
+    k = int(np.abs(axis).argmax())
+    if abs(axis[k]) > np.cos(np.radians(20.0)):
+        return f"the {'+' if axis[k] > 0 else '-'}{'xyz'[k]} side of the URDF's base"
+    return f"where ({', '.join(f'{part:.1f}' for part in axis)}) of the URDF's base points"
 
 
 def refuse_in_the_way(robot: Robot, motion: FirstMotion, cell: Cell) -> None:
@@ -93,10 +142,10 @@ def _in_turns(
     hold = np.tile(posture, (max(2, round(pause / cycle)), 1))
     pieces, turns, row = [hold], [], len(hold)
     for k in joints:
-        joint = robot.joint[k]
-        above = min(size[joint.kind], max(0.0, robot.upper[k] - posture[k]))
-        below = min(size[joint.kind], max(0.0, posture[k] - robot.lower[k]))
-        ways = [way for way in (above, -below) if abs(way) > 0.5 * size[joint.kind]] or [above or -below]
+        way_out = size[robot.joint[k].kind] / _amplified(robot, k)
+        above = min(way_out, max(0.0, robot.upper[k] - posture[k]))
+        below = min(way_out, max(0.0, posture[k] - robot.lower[k]))
+        ways = [way for way in (above, -below) if abs(way) > 0.5 * way_out] or [above or -below]
         before = len(pieces)
         for way in ways:
             end = posture.copy()
@@ -107,6 +156,14 @@ def _in_turns(
         turns.append(Turn(k, slice(row, row + length), max(0.0, *ways), max(0.0, *(-way for way in ways))))
         row += length
     return FirstMotion(_trajectory(robot, np.vstack(pieces)), tuple(turns))
+
+
+def _amplified(robot: Robot, k: int) -> float:
+    """How far any joint goes for each rad (or m) of joint k, at most, where one drive's sign is wrong."""
+    coupling = robot.transmission_matrix
+    drives = np.tile(coupling[:, k], (robot.n, 1))
+    drives[np.diag_indices(robot.n)] *= -1.0
+    return float(max(1.0, np.abs(np.linalg.solve(coupling, drives.T)).max()))
 
 
 def _ramp(start: FloatArray, end: FloatArray, seconds: float, cycle: float) -> FloatArray:

@@ -16,7 +16,15 @@ from daq.recording.reader import read_capture
 from daq.session.bench import OpenArm
 from daq.session.cell import Cell
 from daq.session.first_judgement import Finding, judge_loop, judge_move, judge_rest, summary
-from daq.session.first_motion import FirstMotion, at_rest, half_degree, refuse_in_the_way, touch
+from daq.session.first_motion import (
+    FirstMotion,
+    at_rest,
+    direction_question,
+    half_degree,
+    in_order,
+    refuse_in_the_way,
+    touch,
+)
 from daq.session.motion_words import Leg
 from daq.session.recorded_runs import Recording, require_completed
 from daq.session.session_error import SessionError
@@ -46,7 +54,13 @@ def first_legs(robot: Robot, posture: FloatArray, cell: Cell) -> tuple[Leg, ...]
     )
 
 
-def first_move(arm: OpenArm, recording: Recording, path: Callable[[str], Path], facts: Facts) -> str:
+def first_move(
+    arm: OpenArm,
+    recording: Recording,
+    path: Callable[[str], Path],
+    facts: Facts,
+    confirm: Callable[[str], bool],
+) -> str:
     """Drive and judge the first motions; what can be said of them afterwards.
 
     Args:
@@ -54,6 +68,7 @@ def first_move(arm: OpenArm, recording: Recording, path: Callable[[str], Path], 
         recording: streams and keeps.
         path: a new capture's file for a name.
         facts: what the runs count for.
+        confirm: asked after each half degree whether the joint went the way that it should.
 
     Raises:
         SessionError: a joint does not answer as described; says which, how, and where to look.
@@ -81,10 +96,17 @@ def first_move(arm: OpenArm, recording: Recording, path: Callable[[str], Path], 
         return findings
 
     drive("at rest", at_rest(robot, _posture(arm)), judge_rest_too)
-    for k, joint in enumerate(robot.joint):
-        drive(f"{joint.name} touch", touch(robot, _posture(arm), [k]), judge_loop)
-    for k, joint in enumerate(robot.joint):
-        drive(f"{joint.name} 0.5 deg", half_degree(robot, _posture(arm), [k]), judge_move)
+    for k in in_order(robot):
+        drive(f"{robot.joint[k].name} touch", touch(robot, _posture(arm), [k]), judge_loop)
+    for k in in_order(robot):
+        joint = robot.joint[k]
+        motion = half_degree(robot, _posture(arm), [k])
+        drive(f"{joint.name} 0.5 deg", motion, judge_move)
+        if not confirm(direction_question(robot, motion)):
+            raise SessionError(
+                f"stage first move: {joint.name} did not go the way that it should: sign of its drive, or the"
+                " axis of the joint in the URDF; nothing moves until they are as the arm is"
+            )
     words = "every joint answers as described"
     if unjudged:
         words += (

@@ -38,7 +38,8 @@ class BusLock:
         self._held: list[int] = []
         try:
             self._acquire(self._folder, create=True)
-            for folder in state_folder.existing():
+            # Simulated drives harm nobody: who may not see the locks of real arms may have them all the same.
+            for folder in state_folder.existing(hidden=channel.only_simulated):
                 if folder.path != self._folder.path:
                     self._acquire(folder, create=False)
         except OSError as error:

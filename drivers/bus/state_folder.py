@@ -7,6 +7,11 @@ Places, in this order; what is kept goes into the first that can be written, and
 3. ``/var/tmp/armhil``, which any user can make, and which outlives a restart;
 4. ``$XDG_STATE_HOME/armhil``, else ``~/.local/state/armhil``: of one user, where the machine has no other.
 
+A folder is for everybody (mode 1777, as /tmp) or for the group of those who may drive arms (2770), and a
+file in it may be written by the same people. Nothing less would do: the next user has to note his own motion,
+and to take away what he has acknowledged. Nothing more is given away by 1777: on Linux every local user may
+open a CAN device, and who is to be kept from the notes has to be kept from the bus.
+
 Others may write in some of these, so nothing is followed that a name points to: a folder or file that is a
 symbolic link, no regular file, or one with a second name is refused.
 """
@@ -72,7 +77,10 @@ class StateFolder:
         return sorted(os.listdir(self.descriptor))  # noqa: PTH208 (of a descriptor)
 
     def open_file(self, name: str, flags: int, *, create: bool = False) -> int:
-        """A descriptor of a regular file with this one name; one that is made here, everybody may write.
+        """A descriptor of a regular file with this one name.
+
+        One that is made here may be written by whoever may write in the folder, and by nobody else: whoever
+        may drive the arm after us has to note it, too, and may acknowledge what stands.
 
         Raises:
             OSError: it is not there, or something else is.
@@ -82,8 +90,9 @@ class StateFolder:
         except FileNotFoundError:
             if not create:
                 raise
-            descriptor = os.open(name, flags | _FILE | os.O_CREAT | os.O_EXCL, 0o666, dir_fd=self.descriptor)
-            os.fchmod(descriptor, 0o666)
+            mode = os.fstat(self.descriptor).st_mode & 0o666
+            descriptor = os.open(name, flags | _FILE | os.O_CREAT | os.O_EXCL, mode, dir_fd=self.descriptor)
+            os.fchmod(descriptor, mode)
         found = os.fstat(descriptor)
         if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
             os.close(descriptor)
@@ -158,11 +167,26 @@ def _make(path: Path) -> None:
         path.chmod(_SHARED)
 
 
-def existing() -> Iterator[StateFolder]:
-    """Every state folder that is there, open inside the loop; one that is a symbolic link is left out."""
-    for path in places():
+def existing(*, hidden: bool = False) -> Iterator[StateFolder]:
+    """Every state folder that is there, open inside the loop; one that is a symbolic link is left out.
+
+    Args:
+        hidden: whether to pass over one that may not be looked into.
+
+    Raises:
+        BusError: a shared one may not be looked into: what stands there against a motion would not be seen.
+    """
+    *shared, own = places()
+    for path in (*shared, own):
         try:
             folder = StateFolder(path)
+        except PermissionError as error:
+            if hidden or path == own:
+                continue
+            raise BusError(
+                f"{path} may not be looked into, and what is noted there may stand against a motion: join the"
+                " group that it belongs to, or let its owner or root open or remove it"
+            ) from error
         except OSError:
             continue
         with folder:

@@ -52,7 +52,8 @@ class Answers:
         self._has_extra = False
         self._owed = [0] * n
         self._owes = False
-        self._syncs = 0
+        self.syncs = 0
+        """How many there have been."""
         self._when: list[list[int]] = [[] for _ in links]
         self._nothing, self._zeros = (False,) * n, (0,) * n
 
@@ -81,18 +82,25 @@ class Answers:
         self.odd_sizes[axis][size] += 1
         self.again(axis)
 
-    def close(self) -> str | None:
+    def close(self, *, lost: bool = False) -> str | None:
         """Judge what came since the SYNC before, and begin anew: the next SYNC is about to be sent.
+
+        Args:
+            lost: whether frames were lost on this side. Any drive's may be among them, and what came may be
+                what something else sent in its place, so no answer of late is believed.
 
         Returns:
             Why the bus cannot be relied on: two nodes with one id; None where nothing speaks for that.
         """
         failure = None
-        if self.missing or self._has_extra or self._owes or self.doubtful:
-            failure = self._judge() if self._syncs else None
+        if self.missing or self._has_extra or self._owes or self.doubtful or lost:
+            failure = self._judge() if self.syncs else None
+            if lost:
+                self.doubtful, everyone = True, [True] * len(self._links)
+                self.doubled, self.swapped = everyone, everyone
             self._extra[:] = self._zeros
             self._has_extra = False
-        self._syncs += 1
+        self.syncs += 1
         self.complete[:] = self._nothing
         self._parts[:] = self._zeros
         self.missing = len(self._links)
@@ -117,8 +125,8 @@ class Answers:
 
     def _note_twice(self, axis: int) -> str | None:
         self.twice[axis] += 1
-        when = self._when[axis] = [k for k in self._when[axis] if self._syncs - k < DOUBLES_WITHIN]
-        when.append(self._syncs)
+        when = self._when[axis] = [k for k in self._when[axis] if self.syncs - k < DOUBLES_WITHIN]
+        when.append(self.syncs)
         if len(when) <= self.forgiven:
             return None
         link, times = self._links[axis], "once" if len(when) == 1 else f"{len(when)} times"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from itertools import islice
 
 from drivers.bus.ports import FramePort
 from drivers.cia402.states import MODE_BIT, Command, Goal, has_torque, next_controlword
@@ -26,6 +27,8 @@ LEAST_RECEIVE_SHARE = 0.1
 LONGEST_RECEIVE_SHARE = 0.9
 HEARTBEATS_PER_WATCH = 4
 """Heartbeats of the master in the time after which the drives would miss them."""
+ROWS_PER_SYNC = 4
+"""Handed out at most: many wait for the same heartbeat, and no cycle has time for all of them."""
 
 
 def receive_seconds(job: Job) -> float:
@@ -89,6 +92,7 @@ class Cycle:
         """Recorded since the latest SYNC."""
         self._held: deque[_Row | None] = deque()
         """Of the SYNCs before, the oldest first; None where nothing was recorded."""
+        self._beating = [axis for axis, link in enumerate(job.links) if link.heartbeat > 0]
         self._guard = SetPointGuard(job)
         self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
         """Axes whose controlword has bit 4 under torque: they interpolate, or search their home."""
@@ -183,26 +187,51 @@ class Cycle:
         self.late += self.pace.late_now
 
     def publish(self) -> None:
-        """Hand out the oldest row that is held, now that it is known what else came in its time.
+        """Hand out the oldest rows that are held, once it is known what else was said in their time.
 
         A drive that answers twice between two SYNCs has no sample there; and where the second answer was not
         one that was missed before, the answers before may have been the wrong ones, too, and these the right
-        ones, late. So each row waits for as many SYNCs as an answer may be late.
+        ones, late. So each row waits for as many SYNCs as an answer may be late. It also waits for the next
+        heartbeat of each drive: one that has left operational sends no TPDOs (CiA 301, 7.3.2.2.4), and what
+        still comes in its name is something else's.
         """
-        self._held.append(self._newest)
+        held = self._held
+        held.append(self._newest)
         self._newest = None
-        answers = self.exchange.answers
+        answers, late = self.exchange.answers, self.job.budgets.held_cycles
         if answers.doubtful:
-            _doubt(self._held[-1], answers.doubled)
-            for row in self._held:
+            _doubt(held[-1], answers.doubled)
+            for row in islice(reversed(held), late + 1):
                 _doubt(row, answers.swapped)
-        if len(self._held) > self.job.budgets.held_cycles:
-            self._hand_out(self._held.popleft())
+        for _ in range(ROWS_PER_SYNC):
+            if len(held) <= late or (held[0] is not None and self._unconfirmed(self._oldest)):
+                return
+            self._hand_out(held.popleft())
+
+    @property
+    def _oldest(self) -> int:
+        """Number of the SYNC of the oldest row that is held."""
+        return self.exchange.answers.syncs - len(self._held)
+
+    def _unconfirmed(self, sync: int) -> list[bool]:
+        """Drives that have heartbeats, and had none since the answers to a SYNC; empty where all had."""
+        at = self.exchange.operational_at
+        if all(at[axis] > sync for axis in self._beating):
+            return []
+        return [axis in self._beating and last <= sync for axis, last in enumerate(at)]
+
+    @property
+    def unconfirmed(self) -> list[bool]:
+        """Per drive, whether rows wait for a heartbeat of it; empty where none does."""
+        wait = [k for k, row in enumerate(self._held) if row is not None]
+        return self._unconfirmed(self._oldest + wait[-1]) if wait else []
 
     def hand_out_all(self) -> None:
-        """The stream is over."""
-        self.publish()
+        """The stream is over: what no heartbeat has confirmed is not believed."""
         while self._held:
+            row = self._held[0]
+            if row is not None and (doubted := self._unconfirmed(self._oldest)):
+                _doubt(row, doubted)
             self._hand_out(self._held.popleft())
 
     def _hand_out(self, row: _Row | None) -> None:

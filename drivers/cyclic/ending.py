@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from drivers.cyclic.cycle import Cycle
+from drivers.cyclic.exchange import OPERATIONAL
 from drivers.cyclic.power import is_up
 
 LOOK_SECONDS = 0.05
 """Over which a drive has to stand to be at rest."""
 _SLOW_SHARE = 200
 """A drive that goes slower than the limit by this factor stands: encoders and soft gears twitch."""
+
+
+def hear_all(cycle: Cycle) -> None:
+    """SYNCs until each drive has shown by a heartbeat that the last recorded answers were its own."""
+    job, seen = cycle.job, cycle.exchange
+    seconds = job.budgets.heartbeat_periods * max((link.heartbeat for link in job.links), default=0.0)
+    for _ in range(cycle.turns(seconds)):
+        states = zip(cycle.unconfirmed, seen.nmt_state, strict=False)
+        if not any(waited_for and state == OPERATIONAL for waited_for, state in states):
+            return
+        cycle.turn()
 
 
 def how_it_is_left(cycle: Cycle) -> tuple[tuple[str, ...], tuple[str, ...]]:

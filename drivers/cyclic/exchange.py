@@ -84,6 +84,8 @@ class Exchange:
         """As of the latest heartbeat, per axis."""
         self.heard: list[float] = [0.0] * n
         """When the latest heartbeat was taken in, s on the clock."""
+        self.operational_at = [0] * n
+        """SYNC after which each drive's latest heartbeat said that it is operational; 0 before the first."""
         self.booted = [False] * n
         """Drives that have sent a boot-up message: they have lost their configuration."""
         self.bus_failure: str | None = None
@@ -102,6 +104,8 @@ class Exchange:
         for cob_id in _own_cob_ids(links, master_node):
             self._sorters[cob_id] = self._foreign(cob_id)
         self._nap = 0.0
+        self._lost = 0
+        """Frames lost on this side, as of the latest SYNC."""
 
     def _make_sorters(self, links: Sequence[DriveLink]) -> dict[int, Callable[[bytes], None]]:
         sorters: dict[int, Callable[[bytes], None]] = {}
@@ -128,7 +132,9 @@ class Exchange:
         """
         if frames := self._port.drain():
             self._take(frames)
-        failure = self.answers.close()
+        lost = self._port.overflows()
+        failure = self.answers.close(lost=lost > self._lost)
+        self._lost = max(lost, self._lost)
         if failure is not None and self.bus_failure is None:
             self.bus_failure = failure
         self._send(SYNC_COB_ID, b"")
@@ -263,6 +269,8 @@ class Exchange:
             state = data[0] & 0x7F
             self.booted[axis] = self.booted[axis] or state == _BOOT_UP
             self.nmt_state[axis], self.heard[axis] = state, self._clock()
+            if state == OPERATIONAL:
+                self.operational_at[axis] = self.answers.syncs
 
         return sort
 

@@ -9,7 +9,7 @@ import can
 
 from drivers.bus.ports import frame_port
 from drivers.cyclic.cycle import Cycle
-from drivers.cyclic.ending import how_it_is_left
+from drivers.cyclic.ending import hear_all, how_it_is_left
 from drivers.cyclic.following import Follower
 from drivers.cyclic.homing import home
 from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
@@ -57,6 +57,7 @@ class Loop:
         if cycle.watch.halting and cycle.commanded:
             quick_stop(cycle, record=False)
         disable(cycle)
+        hear_all(cycle)
         torque, moving = how_it_is_left(cycle)
         for axis in retire(cycle):
             self._notes.append(f"{cycle.job.drives[axis]} did not confirm the end of its watch (1016)")

@@ -169,7 +169,7 @@ class Job:
 
 def torque_limits(robot: Robot) -> tuple[TorqueLimit, ...]:
     """τ = Tᵀ (g_τ ∘ v_τ) joint by joint (eq. 5), straight from the counts that TPDOs bring."""
-    per_count = robot.gains * np.array([drive.control_signal.per_count for drive in robot.drive])
+    per_count = robot.gains * robot.control_signal_per_count
     factors = robot.transmission_matrix.T * per_count
     return tuple(
         TorqueLimit(

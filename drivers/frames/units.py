@@ -22,7 +22,7 @@ class Units:
     Args:
         transmission: T, n × n: drive output position = T · joint position.
         counts_per_output_unit: c, (n,), signed: counts per rad (or m) of drive output.
-        control_signal_per_count: (n,), control-signal units per count of the drive's object.
+        control_signal_per_count: (n,), signed: control-signal units per count of the drive's object.
         joints: names, for messages.
         counts_per_second: (n,), encoder counts per second in one unit of the drive's velocity object; NaN for
             drives whose velocity is not recorded. None where none is.
@@ -39,7 +39,7 @@ class Units:
         return cls(
             transmission=robot.transmission_matrix,
             counts_per_output_unit=robot.counts_per_output_unit,
-            control_signal_per_count=np.array([d.control_signal.per_count for d in robot.drive]),
+            control_signal_per_count=robot.control_signal_per_count,
             joints=tuple(joint.name for joint in robot.joint),
             counts_per_second=np.array(
                 [np.nan if d.velocity is None else d.velocity.counts_per_second for d in robot.drive]

@@ -30,7 +30,10 @@ def compare_units(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
     if not any(finding.severity == "refusal" for finding in found):
         found += _position(robot, axis, group)
     if (settings.get("607E") or 0) & _POSITION_POLARITY:
-        text = "the drive turns the sign of its positions (bit 7): the description must mean it so"
+        text = (
+            "the drive turns the sign of its positions (bit 7), not that of its torque: sign is that of the"
+            " positions as they are counted, control_signal.sign that of the torque"
+        )
         found.append(Finding("warning", "607E", text))
     return [*found, *_velocity(drive, settings)]
 

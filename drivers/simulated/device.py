@@ -56,7 +56,8 @@ class Device:
     Attributes:
         increments: of the encoder per motor turn.
         motor_turns: per turn (or metre) of the drive output, of the real gear.
-        direction: -1 where the encoder counts down while the output turns in the positive sense.
+        direction: -1 where the motor turns against the output: its encoder counts down, and its torque is
+            counted against the output, while the output goes in the positive sense.
         factors: the drive's own setting of its units.
         quirks: what this kind of drive does otherwise than the standards say.
     """
@@ -80,13 +81,16 @@ class Device:
         else:
             per_shaft_turn = drive.counts_per_output_turn / drive.gear * float(ratio)
             feed = Fraction(per_shaft_turn).limit_denominator(_FEED_DENOMINATOR)
+        direction = drive.control_signal.sign or drive.sign
         factors = FactorGroup(
             resolution=(increments, 1),
             gear_ratio=(ratio.numerator, ratio.denominator),
             # Too large for the object: without a feed constant the unit is the increment.
             feed=(feed.numerator, feed.denominator) if feed.numerator <= _LARGEST_ENTRY else None,
+            # What turns the sign of a drive's positions alone, and not that of its torque.
+            polarity=0 if direction == drive.sign else _POSITION_POLARITY,
         )
-        return cls(increments, drive.gear, drive.sign, factors)
+        return cls(increments, drive.gear, direction, factors)
 
     @property
     def units_per_increment(self) -> Fraction:

@@ -62,6 +62,7 @@ class DriveGroup:
         noisy = truth if noise_seed is None else replace(truth, seed=noise_seed)
         built = tuple(devices) if devices is not None else described_devices(robot)
         self._increments = increments_per_output_unit(robot, built)
+        self._directions = np.array([device.direction for device in built])
         self.bench = Bench(robot, noisy, scenario, self._increments)
         self.bench.compile_ahead()
         self._robot = robot
@@ -223,7 +224,8 @@ class DriveGroup:
     def _observe(self, snapshot: Snapshot) -> None:
         position = snapshot.position.astype(np.int64).tolist()
         set_point = np.rint(snapshot.set_point).astype(np.int64).tolist()
-        control = control_signal_counts(self._robot, snapshot.control_signal).astype(np.int64).tolist()
+        counts = self._directions * control_signal_counts(self._robot, snapshot.control_signal)
+        control = counts.astype(np.int64).tolist()
         for axis, drive in enumerate(self.drives):
             drive.observe(position[axis], set_point[axis], control[axis])
 

@@ -140,6 +140,9 @@ def control_signal_resolution(robot: Robot) -> FloatArray:
 
 
 def control_signal_counts(robot: Robot, control_signal: FloatArray) -> FloatArray:
-    """What the 16-bit control-signal objects hold, samples × n, whole numbers within ±32767."""
+    """What the 16-bit control-signal objects hold of motors that turn with the drive outputs.
+
+    Samples × n, whole numbers within ±32767.
+    """
     counts = np.rint(control_signal / control_signal_resolution(robot))
     return np.asarray(np.clip(counts, -32767, 32767))

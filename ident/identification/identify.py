@@ -29,8 +29,10 @@ from ident.identification.summary import (
     essential_of,
     estimate_of,
     held_out,
+    not_of_a_rotor,
     poorly_seen,
     refuse_negative_friction,
+    refuse_nothing_explained,
     trace_of,
     with_consistent,
 )
@@ -137,6 +139,7 @@ def identify(
             *warnings,
             *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
+            *not_of_a_rotor(least_squares),
             *poorly_seen(least_squares),
         ),
         method=options.method,
@@ -144,6 +147,7 @@ def identify(
         signals=signals,
         essential=essential_of(base, rows) if options.essential else None,
     )
+    refuse_nothing_explained(result.recommended, prepared.rank)
     consistent = None
     if options.method == "consistent":
         progress("physically consistent fit", 0.95)

@@ -23,6 +23,7 @@ from ident.results import (
     Identification,
     Link,
     Parameter,
+    Rank,
     TorqueTrace,
 )
 from ident.statistics.whitening import lag1_autocorrelation
@@ -30,6 +31,10 @@ from robots.arrays import FloatArray
 
 _POORLY_SEEN = 0.3
 _LEVEL = 0.05
+_NOTHING = 100.0
+"""% of the torque that a model of nothing leaves."""
+_NEGATIVE = 3.0
+"""Deviations below zero from which on a rotor inertia is not zero by chance."""
 _IMPOSSIBLE = 5.0
 """Deviations below zero from which on a friction is taken for negative."""
 
@@ -165,6 +170,38 @@ def poorly_seen(estimate: Estimate) -> tuple[str, ...]:
     """A sentence on the parameters with a large %σ; none where there is none."""
     poor = [p.name for p in estimate.parameters if p.sigma > _POORLY_SEEN * abs(p.value)]
     return (f"seen with more than 30 % σ: {', '.join(poor)}",) if poor else ()
+
+
+def refuse_nothing_explained(estimate: Estimate, rank: Rank) -> None:
+    """Refuse a fit that is none: it leaves more than there was, rests on no direction, or is without error.
+
+    Raises:
+        IdentificationError: says which.
+    """
+    if rank.data == 0:
+        raise IdentificationError(
+            f"the motion shows none of {rank.structural} parameters above the noise of the positions;"
+            " look for jumps in the positions, and for the cut-off"
+        )
+    if estimate.relative_error_percent >= _NOTHING:
+        raise IdentificationError(
+            f"the model leaves {estimate.relative_error_percent:.3g} % of the torque, no model leaves 100 %:"
+            " are positions and torques of the same motion and joints?"
+        )
+    exact = [p.name for p in estimate.parameters if not p.sigma > 0.0]
+    if exact:
+        raise IdentificationError(
+            f"{exact[0]} comes out without any error (σ 0): was the torque computed from the motion?"
+        )
+
+
+def not_of_a_rotor(estimate: Estimate) -> tuple[str, ...]:
+    """A sentence on rotor inertias below zero by more than errors explain; none where there is none."""
+    found = [p for p in estimate.parameters if p.name.startswith("Ia") and p.value < -_NEGATIVE * p.sigma]
+    if not found:
+        return ()
+    listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])
+    return (f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something",)
 
 
 def refuse_negative_friction(estimate: Estimate, joints: int) -> None:

@@ -24,7 +24,11 @@ _TOO_FAST = 1.5
 """Times the velocity limit."""
 
 _SPEED_PERCENTILE = 99.0
-"""Of the speeds; a few samples may be wrong."""
+"""Of the speeds, and of the torques; a few samples may be wrong."""
+
+_TOO_STRONG = 20.0
+"""Times the torque limit. A drive's peak is some three times its rating, and limits in published URDFs are
+placeholders; a wrong unit is a factor of 1000, a forgotten gear one of 30 to 300."""
 
 _SMOOTHER = 10.0
 """A position is the torque integrated twice: where the control signal is smoother by this factor, they are
@@ -52,6 +56,7 @@ def check_recordings(robot: Robot, recordings: tuple[Recording, ...]) -> tuple[s
         _check_order(recording)
         _check_units(robot, recording)
         _check_control_signal(recording)
+        _check_torque(robot, recording)
         warnings += _too_far_or_fast(robot, recording)
     _check_motion(robot, recordings)
     return tuple(warnings)
@@ -117,6 +122,18 @@ def _check_control_signal(recording: Recording) -> None:
         raise IdentificationError(
             f"{recording.name}: the control signal of drive {drive + 1} is"
             f" {recording.control_signal[0, drive]:g} throughout; was it recorded?"
+        )
+
+
+def _check_torque(robot: Robot, recording: Recording) -> None:
+    """Refuse torques that the arm's drives cannot make: a unit or a gain is wrong."""
+    torque = np.percentile(np.abs(robot.joint_torque(recording.control_signal)), _SPEED_PERCENTILE, axis=0)
+    share = torque / robot.torque_limits
+    joint = int(np.argmax(share))
+    if share[joint] > _TOO_STRONG:
+        raise IdentificationError(
+            f"{recording.name}: joint {joint + 1}'s torque reaches {torque[joint]:.4g}, {share[joint]:.3g}"
+            f" times its limit {robot.torque_limits[joint]:g}; are its unit and gain right?"
         )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 import re
+import sqlite3
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +16,13 @@ import robots
 from daq.catalogue import arms, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import identity_of_capture
+from daq.catalogue.values import CatalogueError
+from daq.files.cell_file import read_cell
+from daq.files.found_model import read_found_model
+from daq.files.model_file import write_model
+from daq.files.payload_file import read_payload
+from daq.files.toml_text import toml_text
+from daq.importing.load import load_log
 from daq.recording.capture import DESCRIPTION, RUN, CaptureError
 from daq.recording.described_arm import described
 from daq.recording.reader import read_capture
@@ -25,9 +34,10 @@ from robots.errors import UserError
 from tests.daq.captures import facts, outcome, samples
 from tests.daq.catalogue.entries import identity, model
 from tests.daq.damaged_files import damaged
+from tests.daq.models import carriage
 from trajectories import approach
 
-TX40 = robots.load("tx40")
+TX40, EMPS = robots.load("tx40"), robots.load("emps")
 HOSTILE = (
     b"1e308",
     b"-1e308",
@@ -104,6 +114,49 @@ def capture_file(folder: Path) -> Path:
     return path
 
 
+def model_file(folder: Path) -> Path:
+    path = folder / "emps.model.toml"
+    (folder / "log.csv").write_text("t,q,v\n", "utf-8")
+    write_model(path, carriage(EMPS), [folder / "log.csv"], EMPS)
+    return path
+
+
+def map_file(folder: Path) -> Path:
+    time = np.arange(2000) * 0.001
+    rows = np.column_stack([time, 0.1 * np.sin(6 * time), np.cos(6 * time)])
+    np.savetxt(folder / "log.csv", rows, delimiter=",", header="t,q,v", comments="")
+    path = folder / "import.toml"
+    path.write_text(
+        toml_text(
+            {
+                "format": 1,
+                "time": {"column": "t"},
+                "position": {"columns": ["q"], "unit": "m", "side": "motor", "ratio": [1.5]},
+                "control_signal": {"columns": ["v"]},
+                "identification": {"cutoff_hz": 30.0, "trim_samples": [5, 6]},
+            }
+        ),
+        "utf-8",
+    )
+    return path
+
+
+def cell_file(folder: Path) -> Path:
+    path = folder / "cell.toml"
+    box = {"name": "table", "centre": [0.5, 0.0, 0.2], "size": [0.3, 0.4, 0.2], "turn": 0.1}
+    cell = {"format": 1, "floor": -0.05, "tool": {"offset": [0.0, 0.0, 0.1], "speed": 0.5}, "obstacle": [box]}
+    path.write_text(toml_text(cell), "utf-8")
+    return path
+
+
+def payload_file(folder: Path) -> Path:
+    path = folder / "payload.toml"
+    inertia = [0.01, 0.0, 0.01, 0.0, 0.0, 0.01]
+    payload = {"format": 1, "mass": 1.5, "center": [0.01, 0.0, 0.05], "inertia": inertia}
+    path.write_text(toml_text(payload), "utf-8")
+    return path
+
+
 def read_and_recover(path: Path) -> None:
     out = path.with_name("out.mcap")
     out.unlink(missing_ok=True)
@@ -119,6 +172,10 @@ KINDS: dict[str, Kind] = {
     "json": (json_file, lambda path: read_motion(path, TX40), hostile),
     "catalogue": (catalogue_file, read_catalogue, damaged),
     "capture": (capture_file, read_and_recover, spliced),
+    "model": (model_file, lambda path: read_found_model(path, EMPS), hostile),
+    "map": (map_file, lambda path: load_log(path.with_name("log.csv"), EMPS, path), hostile),
+    "cell": (cell_file, read_cell, hostile),
+    "payload": (payload_file, read_payload, hostile),
 }
 
 
@@ -138,7 +195,26 @@ def test_it_is_read_or_refused_with_one_line(kind: str, tmp_path: Path) -> None:
         except UserError as error:
             refused += 1
             assert "\n" not in str(error)  # noqa: PT017 - both outcomes are allowed
+            assert len(str(error)) < 1000, "a line, not a page"  # noqa: PT017
     assert 0 < refused < 40
+
+
+def test_a_covariance_of_flipped_bits_is_one_line(tmp_path: Path) -> None:
+    """zlib.error is no ValueError."""
+    path = catalogue_file(tmp_path)
+    with sqlite3.connect(path) as connection:
+        connection.execute("UPDATE models SET covariance = ? WHERE id = 2", (zlib.compress(b"x" * 64)[:-2],))
+    connection.close()
+    with pytest.raises(CatalogueError, match=r"^model 2 holds a value that no armhil wrote .*put a backup"):
+        read_catalogue(path)
+
+
+@pytest.mark.parametrize("ratio", ["[1e-320]", "[0.0]", "[1e308]"])
+def test_a_ratio_of_no_gear_is_refused_where_it_stands(tmp_path: Path, ratio: str) -> None:
+    path = map_file(tmp_path)
+    path.write_text(path.read_text("utf-8").replace("[1.5]", ratio), "utf-8")
+    with pytest.raises(UserError, match=r"import\.toml:\d+: position"):
+        load_log(tmp_path / "log.csv", EMPS, path)
 
 
 def test_a_spliced_chunk_of_a_length_beyond_all_is_skipped(tmp_path: Path) -> None:

@@ -167,7 +167,7 @@ def test_six_nodes_of_another_stack_are_mapped_enabled_led_and_disabled(
     # The node takes its RPDO and answers at the same SYNC: it is where the latest target is.
     assert np.abs(samples.position - samples.reference)[whole].max() < 0.005
     np.testing.assert_array_equal(
-        np.rint(samples.control_signal[whole][-1] / slow.drive[0].control_signal.per_count),
+        np.rint(samples.control_signal[whole][-1] / slow.control_signal_per_count),
         [1, 2, 3, 4, 5, 6],
     )
 

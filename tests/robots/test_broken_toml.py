@@ -224,7 +224,7 @@ KEYS = [
         "subindx = 0, per_count",
         "drive[1].control_signal.subindx",
         'did you mean "subindex"',
-        "index, subindex, per_count",
+        "index, subindex, per_count, sign",
     ),
     # The missing key's line is the header of the table that should hold it.
     Break("gear = 48.0\n", "", "drive[4].gear", "missing from drive[4]", "from 0.001 to", line_offset=-3),

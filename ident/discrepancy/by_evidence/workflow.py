@@ -135,15 +135,33 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
         confirmation=held.confirmation(found, number, without),
         explains=_explained(search.problem, found, number),
         left=max((float(misfit[j]) for j in joints if above[j] > 0.5), default=0.0),
+        shrinks=_shrinks(search.problem, searched, held, number),
     )
+
+
+def _shrinks(problem: Problem, searched: Searched, held: HeldOut, number: int) -> bool:
+    """Whether the set leaves less than the model without any effect where a member is largest."""
+    sizes = _sizes(problem, searched.found, number)
+    joint = max(joints_of(searched.found.members[number]), key=lambda j: float(sizes[j]))
+    used = held.rows.prepared.used[:, joint]
+    before, after = (
+        float(np.sum(held.residual(found)[used, joint] ** 2)) for found in (searched.empty, searched.found)
+    )
+    return after < before
 
 
 def _explained(problem: Problem, found: Found, number: int) -> float:
     """Root mean square of a member's torque, N·m (or N), at the joint of its own where it is largest."""
+    sizes = _sizes(problem, found, number)
+    return float(max(sizes[j] for j in joints_of(found.members[number])))
+
+
+def _sizes(problem: Problem, found: Found, number: int) -> FloatArray:
+    """(n,) root mean square of a member's torque, N·m (or N)."""
     torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
     used = problem.prepared.used
     squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
-    return float(np.sqrt(max(squares[j] for j in joints_of(found.members[number]))))
+    return np.asarray(np.sqrt(squares))
 
 
 def above_accepted(problem: Problem, found: Found) -> FloatArray:

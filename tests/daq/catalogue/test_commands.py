@@ -233,8 +233,10 @@ def test_prune_asks_and_never_takes_what_a_baseline_rests_on(
         1: "a baseline rests on it",
         3: "it was imported, not recorded by armhil",
     }
-    for answer in (False, None):
-        monkeypatch.setattr("typer.confirm", lambda *_, answer=answer, **__: answer)
+    code, _, err = armhil("prune", "--older-than", 0)
+    assert code == 2 and "give --yes where nobody can answer" in err.splitlines()[-1]
+    with monkeypatch.context() as patch:
+        patch.setattr("daq.session.questions.answered", lambda *_, **__: False)
         code, out, _ = armhil("prune", "--older-than", 0)
         assert code == 0 and "0 recordings" in out.splitlines()[-1]
     assert all(path.exists() for path in (*pair, foreign))

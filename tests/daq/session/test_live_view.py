@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
 
+from daq.session.keyboard import help_line
 from daq.session.live_figures import LiveFigures
 from daq.session.live_view import LiveView
-from daq.session.states import Conduct
+from daq.session.states import Conduct, SessionState
 from drivers import Samples, StreamResult
 from drivers.frames.job import following_error_window
 from robots import Robot
@@ -81,6 +84,15 @@ def test_the_picture_shows_every_joint_and_the_keys(tx40: Robot, batch: Samples,
     assert "running" in text and "First motion" in text
     assert "p pause now  e pause after this pass  s stop after this pass  a end now" in text
     assert "…" not in text.replace("0.4 s …", ""), "no number is cut off"
+
+
+def test_the_picture_in_the_docs_shows_the_keys_of_today() -> None:
+    """``benchmarks/live_view_picture.py`` makes it anew."""
+    picture = Path(__file__).parents[3] / "docs" / "images" / "live-view.svg"
+    shown = "".join(re.findall(r">([^<]*)</text>", picture.read_text(encoding="utf-8"))).replace(
+        "&#160;", " "
+    )
+    assert help_line(SessionState.RUNNING) in shown
 
 
 def test_a_pipe_gets_two_lines(tx40: Robot, batch: Samples) -> None:

@@ -6,6 +6,7 @@ import io
 import os
 import pty
 import random
+import re
 import select
 import sys
 import threading
@@ -208,6 +209,14 @@ def test_what_was_typed_ahead_moves_nothing(asked: Asked, keyboard: Keyboard) ->
         thread.join(20)
         assert not thread.is_alive()
     assert not asked.moved
+
+
+def test_no_command_asks_in_a_way_in_which_typing_ahead_counts() -> None:
+    root = Path(questions.__file__).parents[1]
+    asking_ = re.compile(r"typer\.(confirm|prompt)|\binput\(|Confirm\.ask|Prompt\.ask")
+    files = sorted(root.rglob("*.py"))
+    assert len(files) > 100
+    assert [path.name for path in files if asking_.search(path.read_text(encoding="utf-8"))] == []
 
 
 def test_a_yes_that_follows_the_question_moves_it(asked: Asked, keyboard: Keyboard) -> None:

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from daq.session.first_judgement import Finding, judge_loop, judge_move, judge_rest
-from daq.session.first_motion import FirstMotion, at_rest, half_degree, touch
+from daq.session.first_motion import FirstMotion, at_rest, half_degree, in_order, touch
 from drivers.frames.samples import Samples
 from drivers.frames.units import Units
 from drivers.simulated.bench import Bench
+from drivers.simulated.device import described_devices
 from drivers.simulated.offline import control_signal_counts
 from drivers.simulated.truth import PlantTruth
 from robots import Robot
@@ -42,28 +43,42 @@ class WrongArm:
     zero: FloatArray
     farthest: float = 0.0
     """rad or m that any joint really moved."""
-    caught: str = ""
+    went: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """Rows × n: how the joints really moved in the latest motion, rad or m."""
     findings: list[Finding] = field(default_factory=list)
     unjudged: list[str] = field(default_factory=list)
 
-    def first_contact(self) -> str:
-        """Go through the three motions until one is not as described; where it was caught, or nothing."""
+    def first_contact(self, *, looked: bool = True) -> str:
+        """Go through the three motions until one is not as described; where it was caught, or nothing.
+
+        Args:
+            looked: whether somebody answers which way each joint went.
+        """
         samples = self._stream(at_rest(self.wrong, self.reading()))
         self.findings, self.unjudged = judge_rest(self.wrong, samples)
         if self.findings:
             return "at rest"
-        for joint in range(self.wrong.n):
+        for joint in in_order(self.wrong):
             motion = touch(self.wrong, self.reading(), [joint])
             self.findings = judge_loop(self.wrong, self._stream(motion), motion)
             if self.findings:
                 return "by a touch"
-        for joint in range(self.wrong.n):
+        for joint in in_order(self.wrong):
             motion = half_degree(self.wrong, self.reading(), [joint])
             samples = self._stream(motion)
             self.findings = judge_move(self.wrong, samples, motion)
             if self.findings:
                 return "by half a degree"
+            if looked and not self._went_as_told(motion):
+                return "by a look at half a degree"
         return ""
+
+    def _went_as_told(self, motion: FirstMotion) -> bool:
+        """What somebody sees who looks which way the joint goes first."""
+        (turn,) = motion.turns
+        told = np.asarray(motion.trajectory.position)[:, turn.joint]
+        first = int(np.abs(told - told[0]).argmax())
+        return bool((self.went[first] - self.went[0])[turn.joint] * (told[first] - told[0]) > 0.0)
 
     def reading(self) -> FloatArray:
         """(n,) where the master reads the arm to stand."""
@@ -83,9 +98,11 @@ class WrongArm:
         bench = Bench(self.true, self.truth)
         bench.stand(self.posture)
         found = bench.run(targets - self.zero)
+        self.went = found.position
         self.farthest = max(self.farthest, float(np.abs(found.position - self.posture).max()))
         counts = np.rint(found.counts + self.zero)[:, order]
-        raw = control_signal_counts(self.true, found.control_signal)[:, order]
+        directions = np.array([device.direction for device in described_devices(self.true)])
+        raw = (directions * control_signal_counts(self.true, found.control_signal))[:, order]
         n = len(reference)
         return Samples(
             cycle=np.arange(n),

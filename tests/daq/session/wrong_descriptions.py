@@ -42,6 +42,24 @@ def drive(k: int, key: str, factor: float) -> Callable[[WrongArm], WrongArm]:
     return change
 
 
+def torque_sign(k: int) -> Callable[[WrongArm], WrongArm]:
+    """The other sign of a drive's control signal alone."""
+
+    def change(arm: WrongArm) -> WrongArm:
+        drives = list(arm.wrong.drive)
+        turned = -(drives[k].control_signal.sign or drives[k].sign)
+        signal = drives[k].control_signal.model_copy(update={"sign": turned})
+        drives[k] = drives[k].model_copy(update={"control_signal": signal})
+        return replace(arm, wrong=arm.wrong.model_copy(update={"drive": tuple(drives)}))
+
+    return change
+
+
+def position_sign(k: int) -> Callable[[WrongArm], WrongArm]:
+    """The other sign of a drive's positions alone: its torque is read as before."""
+    return lambda arm: torque_sign(k)(drive(k, "sign", -1)(arm))
+
+
 def per_count(k: int, factor: float) -> Callable[[WrongArm], WrongArm]:
     def change(arm: WrongArm) -> WrongArm:
         drives = list(arm.wrong.drive)
@@ -75,6 +93,7 @@ def shifted(k: int, by: float) -> Callable[[WrongArm], WrongArm]:
 
 SINGLE: tuple[Slip, ...] = (
     *((f"sign of drive {k + 1}", drive(k, "sign", -1)) for k in range(6)),
+    *((f"control_signal.sign of drive {k + 1}", torque_sign(k)) for k in range(6)),
     *(
         (f"encoder of drive {k + 1} x {f}", drive(k, "encoder_counts", f))
         for k, f in ((0, 10), (2, 0.1), (5, 4))

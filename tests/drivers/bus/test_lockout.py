@@ -7,6 +7,7 @@ import os
 import stat
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -130,6 +131,64 @@ def test_a_folder_that_others_have_laid_out_is_not_used(machine: Path, kind: str
     assert [path.name for path in (machine / "tmp" / "armhil").iterdir()] == ["lockout-socketcan-can0.json"]
     assert not list((machine / "elsewhere").iterdir()) if kind == "link" else True
     assert Lockout(CAN0).reason is not None
+
+
+@pytest.mark.parametrize(("folder", "file"), [(0o1777, 0o666), (0o2770, 0o660), (0o700, 0o600)])
+def test_who_may_write_in_the_folder_may_write_a_note_and_nobody_else(
+    machine: Path, folder: int, file: int
+) -> None:
+    place = machine / "lib" / "armhil"
+    place.mkdir()
+    place.chmod(folder)
+    Lockout(CAN0).begin()
+    with BusLock(CAN0):
+        assert {stat.S_IMODE(path.stat().st_mode) for path in place.iterdir()} == {file}
+        assert len(list(place.iterdir())) == 2
+
+
+def test_notes_that_may_not_be_looked_at_are_not_passed_over(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Lockout(CAN0).begin()
+    real = os.open
+
+    def closed(path: object, *arguments: object, **options: object) -> int:
+        if path == machine / "lib" / "armhil":
+            raise PermissionError(13, "Permission denied")
+        return real(path, *arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(os, "open", closed)
+    for look in (lambda: Lockout(CAN0).reason, Lockout(CAN0).lift, lambda: BusLock(CAN0)):
+        with pytest.raises(BusError, match=r"lib/armhil may not be looked into.*join the group"):
+            look()
+    BusLock(Channel("udp_multicast", "239.74.4.4:4444")).release()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be two users")
+def test_another_user_finds_it_adds_to_it_and_acknowledges_it(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder for everybody, where nobody can take away another user's file."""
+    code = (
+        "import os, sys; from pathlib import Path; from drivers.bus import state_folder as s;"
+        " s.MACHINE = (Path(sys.argv[1]),); from drivers import Channel;"
+        " from drivers.bus.lockout import Lockout; os.setgid(65534); os.setuid(65534);"
+        " note = Lockout(Channel('socketcan', 'can0')); print(note.reason);"
+        " note.keep('second'); print(note.reason); note.lift(); print(note.reason);"
+        " note.begin(); print(note.reason is not None)"
+    )
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o711)
+        place = Path(name) / "armhil"
+        monkeypatch.setattr(state_folder, "MACHINE", (place,))
+        Lockout(CAN0, "arm", SERIALS).begin()
+        words = [sys.executable, "-c", code, str(place)]
+        told = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+        assert told[0].startswith(f"the stream that process {os.getpid()} began")
+        assert told[1:] == ["second", "None", "True"]
+        assert Lockout(CAN0).reason is not None, "and the first user finds the second one's"
+        Lockout(CAN0).lift()
+        assert Lockout(CAN0).reason is None
 
 
 def test_where_no_note_can_be_kept_nothing_moves(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:

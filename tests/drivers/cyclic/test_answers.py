@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from drivers import Budgets, Channel
+from drivers.bus import ports
 from drivers.cia402 import State
 from drivers.cyclic.answers import DOUBLES_FORGIVEN, DOUBLES_WITHIN, Answers
 from drivers.frames.layout import DriveLink, tpdo_layouts
+from tests.drivers.cyclic.test_guards import LINKS, beating
 from tests.drivers.cyclic.test_loop import NODES, PERIOD, Run, all_off, run
 from tests.drivers.fake_arm import WORDS, FakeArm
 
@@ -228,3 +230,71 @@ def test_drives_that_may_be_late_by_many_syncs_have_their_rows_held_as_long() ->
     assert forged_samples[0] > 0 and forged_samples[1] == 0
     assert Budgets.on(Channel("udp_multicast", "239.1.1.1"), 0.004).held_cycles == 25
     assert Budgets.on(Channel("socketcan", "can0"), 0.004).held_cycles == 1
+
+
+UDP = Budgets.on(Channel("udp_multicast", "239.1.1.1"), PERIOD)
+
+
+@pytest.mark.parametrize("budgets", [Budgets(), UDP], ids=["bus", "udp"])
+@pytest.mark.parametrize("heartbeat", [b"", b"\x7f", b"\x00"], ids=["dead", "pre-operational", "boots"])
+def test_what_speaks_in_place_of_a_drive_that_is_gone_is_never_a_sample(
+    budgets: Budgets, heartbeat: bytes
+) -> None:
+    """Nobody answers twice then: what tells is that no heartbeat follows, or one of another state."""
+    healthy = beating(250)
+
+    def gone(number: int, arm: FakeArm) -> None:
+        healthy(number, arm)
+        arm.axes[1].mute = number >= 253
+        if number > 253:
+            forge(arm, 1, 0.0002)
+        if number >= 250 and number % 25 == 0 and heartbeat:
+            arm.put(0x702, heartbeat, 0.0001)
+
+    done = run(gone, links=LINKS, budgets=budgets)
+    assert done.result.outcome == "fault"
+    assert (done.rows["control_signal"] == FORGED).any()
+    assert complete_forgeries(done) == 0
+    before = done.rows["complete"][:120]
+    assert before.all(), "what came before its last heartbeat is believed"
+
+
+def test_rows_that_heartbeats_confirm_are_all_there_and_complete() -> None:
+    done = run(beating(10_000), links=LINKS)
+    assert (done.result.outcome, done.result.cycles) == ("completed", 400)
+    assert done.rows["complete"].all()
+    np.testing.assert_array_equal(done.rows["cycle"], np.arange(400))
+
+
+def test_the_last_rows_have_their_heartbeats_waited_for() -> None:
+    """A drive that beats seldom: nothing but the wait after torque is off would confirm the last rows."""
+
+    def seldom(number: int, arm: FakeArm) -> None:
+        for node in NODES if number % 90 == 0 else ():
+            arm.put(0x700 + node, b"\x05", 0.0001)
+
+    links = tuple(DriveLink(node, f"drive {node}", heartbeat=0.36) for node in NODES)
+    done = run(seldom, links=links)
+    assert (done.result.outcome, done.result.cycles) == ("completed", 400)
+    assert done.rows["complete"].all()
+    assert all_off(done.arm)
+
+
+def test_where_frames_were_lost_on_this_side_no_answer_of_late_is_believed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A drive's own answer may be among them, and a forged one in its place looks like any other."""
+    lost = [0]
+    monkeypatch.setattr(ports._MessagePort, "overflows", lambda port: lost[0])
+
+    def overflowing(number: int, arm: FakeArm) -> None:
+        arm.axes[1].mute = number == 250
+        if number == 250:
+            forge(arm, 1, 0.0002)
+            lost[0] = 1
+
+    done = run(overflowing)
+    assert (done.result.outcome, done.result.overflows) == ("completed", 1)
+    assert (done.rows["control_signal"] == FORGED).any()
+    assert complete_forgeries(done) == 0
+    assert done.result.incomplete_cycles == 2, "the SYNC before and this one"

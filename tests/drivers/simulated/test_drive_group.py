@@ -190,7 +190,7 @@ def test_bus_and_offline_are_equal_bit_for_bit(tx40: Robot, truth: PlantTruth) -
     again = simulate_offline(tx40, truth, reference)
     to_joint = np.linalg.inv(tx40.transmission_matrix).T
     assert np.array_equal((counts / scale) @ to_joint, run.position)
-    assert np.array_equal(signal * tx40.drive[0].control_signal.per_count, run.control_signal)
+    assert np.array_equal(signal * tx40.control_signal_per_count, run.control_signal)
     assert np.array_equal(run.true_position, again.true_position)
     assert np.abs(run.position - reference).max() < 0.05
     assert np.ptp(run.control_signal, axis=0).min() > 0.05

@@ -151,8 +151,7 @@ def test_a_run_over_the_bus_equals_the_run_without(
     run = simulate_offline(tx40, truth, reference)
     to_joint = np.linalg.inv(tx40.transmission_matrix).T
     assert np.array_equal((rows[:, :, 1] / scale) @ to_joint, run.position)
-    resolution = [drive.control_signal.per_count for drive in tx40.drive]
-    assert np.array_equal(rows[:, :, 2] * np.array(resolution), run.control_signal)
+    assert np.array_equal(rows[:, :, 2] * tx40.control_signal_per_count, run.control_signal)
 
 
 def test_the_canopen_profile_of_an_independent_library_drives_a_node(

@@ -67,7 +67,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
     for rank, one in enumerate(others):
         value = one.log_odds
         if rank < _FITTED:
-            value = max(value, search.replaced(without, one) - without.log_posterior)
+            replaced = search.replaced(without, one).log_posterior
+            value = max(value, replaced - without.log_posterior)
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
     return Slot(probabilities(odds))
 

@@ -10,6 +10,7 @@ import numpy as np
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
+from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.present import Present
@@ -21,7 +22,7 @@ class PresentWith:
     """A model with effects of given values; see :class:`ident.effects.family.PresentModel`."""
 
     model: Present
-    beside: Sequence[tuple[Placed, FloatArray]]
+    beside: Sequence[tuple[PlacedEffect, FloatArray]]
     repeats: bool
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
@@ -72,9 +73,9 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
         but: a member to leave out: what an effect does is not made of its own torque. A delay of a model that
             has the delay already comes out half as long, and the rest looks for other names.
     """
-    base = problem.base
+    base, robot = problem.base, problem.prepared.robot
     standard = base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
-    beside = []
+    torques = []
     for number, member in enumerate(found.members):
         if number == but:
             continue
@@ -82,10 +83,13 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
         assert isinstance(placed, Placed)
         links = placed.simulated(values).links
         if links is None:
-            beside.append((placed, values))
+            torques.append((member, values))
         else:
             standard = standard + _in_links(problem, np.asarray(links))
-    return PresentWith(Present(base.model, standard), tuple(beside), problem.prepared.repeats)
+    model = Present(base.model, standard)
+    # Made of the model alone: of each other they would ask on without end, twice as long with every fit.
+    beside = [(m.candidate.at(robot, m.entry.placed.shape, model), values) for m, values in torques]
+    return PresentWith(model, tuple(beside), problem.prepared.repeats)
 
 
 def _in_links(problem: Problem, links: FloatArray) -> FloatArray:

@@ -28,6 +28,9 @@ delay that needs no shape would be preferred to it.
 _PAIRED = 6
 """Candidates that are tried in pairs."""
 
+_SWAPPED = 3
+"""Candidates that are tried in the place of each member, once nothing more is found."""
+
 MOST = 5
 """Effects of a set."""
 
@@ -70,13 +73,16 @@ class Search:
         present = present_with(problem, found)
         self.progress("vocabulary", 0.1)
         entries = library(problem.rows, self.wanted, present)
-        while len(found.members) < MOST:
+        while True:
             self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
-            better = self._extended(found, entries, present)
+            better = self._extended(found, entries, present) if len(found.members) < MOST else None
+            better = better or self._swapped(found, entries)
             if better is None:
                 break
-            found, present = self._refitted(better)
-            found, present = self._pruned(found, present)
+            fitted, beside = self._pruned(*self._refitted(better))
+            if fitted.log_posterior <= found.log_posterior:
+                break
+            found, present = fitted, beside
             _log.info("set %s, log posterior %.1f", key_of(found), found.log_posterior)
         return Searched(found, empty, present, entries, self.visited)
 
@@ -88,6 +94,19 @@ class Search:
         sets = [self._shaped(one, present) for one in tried]
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")[:_PAIRED]
         sets += self._pairs(found, [sets[k].members[-1] for k in order])
+        best = max(sets, key=lambda one: one.log_posterior, default=None)
+        return best if best is not None and best.log_posterior > found.log_posterior else None
+
+    def _swapped(self, found: Found, entries: Sequence[Entry]) -> Found | None:
+        """The best set with another candidate in place of one member; None where none is better.
+
+        What came first was the likeliest without what came later.
+        """
+        sets = []
+        for number, member in enumerate(found.members):
+            without, own = self.without(found, number), member.candidate.key
+            others = [one for one in screen(self.problem, without, entries) if one.candidate.key != own]
+            sets += [self.replaced(without, one) for one in others[:_SWAPPED]]
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -145,11 +164,11 @@ class Search:
         members = [member for k, member in enumerate(found.members) if k != number]
         return self._seen(found_set(self.problem, members, found.level, joints_of(found.members[number])))
 
-    def replaced(self, without: Found, other: Screened) -> float:
-        """Log posterior of a set with another candidate in place of what it lacks, κ and shapes fitted."""
+    def replaced(self, without: Found, other: Screened) -> Found:
+        """A set with another candidate in place of what it lacks, κ and shapes fitted."""
         present = present_with(self.problem, without)
         tried = self._fitted(without, (self._remade(other.best, present),))
-        return self._shaped(tried, present).log_posterior
+        return self._shaped(tried, present)
 
     def _seen(self, found: Found) -> Found:
         key = key_of(found)

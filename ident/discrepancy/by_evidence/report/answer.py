@@ -39,6 +39,8 @@ class EvidenceFinding:
         explains: root mean square of its torque, N·m (or N), at its joints.
         left: κ of the joint of its own that keeps most of it, N·m (or N); 0 where no joint's misfit is above
             the accepted one.
+        shrinks: whether on recordings that were not fitted the whole set leaves less than the model without
+            any effect, at the joint where this one is largest.
     """
 
     placed: PlacedEffect
@@ -47,6 +49,7 @@ class EvidenceFinding:
     confirmation: Confirmation
     explains: float
     left: float
+    shrinks: bool
 
     @property
     def name(self) -> str:
@@ -74,15 +77,20 @@ class EvidenceFinding:
         return self.probability >= SURE and self.explains > self.left
 
     @property
+    def held_up(self) -> bool:
+        """Whether the recordings that were not fitted bear it out: it alone, and what is found as a whole."""
+        return self.confirmation.confirmed and self.shrinks
+
+    @property
     def named(self) -> bool:
-        return self.sure and self.confirmation.confirmed
+        return self.sure and self.held_up
 
     def words(self) -> str:
         """As a sentence."""
         what = (
             f"{self.name.replace('_', ' ')} ({joint_words(self.joints)}), probability {self.probability:.2f}"
         )
-        if not self.confirmation.confirmed:
+        if not self.held_up:
             return f"{what}; not confirmed: the recordings that were not fitted do not bear it out"
         if self.explains <= self.left:
             return f"{what}; more stays unexplained at its joint than it explains"

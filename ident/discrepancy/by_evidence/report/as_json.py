@@ -62,7 +62,8 @@ def _finding(finding: EvidenceFinding) -> dict[str, Any]:
             for one in finding.parameters
         ],
         "confirmation": {
-            "confirmed": confirmation.confirmed,
+            "confirmed": finding.held_up,
+            "set_shrinks_the_gap": finding.shrinks,
             "predicted": confirmation.predicted,
             "deviation": confirmation.deviation,
             "observed": confirmation.observed,

@@ -201,10 +201,12 @@ def test_the_reported_set_holds_95_percent() -> None:
     assert both[0].probability == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
 
 
-def finding(probability: float, explains: float, left: float, observed: float) -> EvidenceFinding:
+def finding(
+    probability: float, explains: float, left: float, observed: float, shrinks: bool = True
+) -> EvidenceFinding:
     placed: Any = SimpleNamespace(name="a", place=SimpleNamespace(joints=(0,)))
     names = (Named("a", (0,), probability), Named("nothing", (), 1.0 - probability))
-    return EvidenceFinding(placed, names, (), Confirmation(50.0, 5.0, observed), explains, left)
+    return EvidenceFinding(placed, names, (), Confirmation(50.0, 5.0, observed), explains, left, shrinks)
 
 
 def joint(above: float) -> JointMisfit:
@@ -217,6 +219,7 @@ def test_the_verdict_follows_from_probability_confirmation_and_misfit() -> None:
     assert verdict_of((finding(0.89, 1.0, 0.0, 50.0),), 0.0, quiet) == "unnamed"
     assert verdict_of((finding(0.91, 1.0, 0.0, 1.0),), 0.0, quiet) == "not_confirmed"
     assert verdict_of((finding(0.91, 1.0, 1.1, 50.0),), 0.0, quiet) == "unnamed"
+    assert verdict_of((finding(0.91, 1.0, 0.0, 50.0, shrinks=False),), 0.0, quiet) == "not_confirmed"
     assert verdict_of((), 0.91, quiet) == "clean"
     assert verdict_of((), 0.89, quiet) == "unnamed"
     assert verdict_of((), 0.91, loud) == "unnamed"
