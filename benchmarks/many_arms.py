@@ -14,7 +14,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -116,9 +116,8 @@ def fill_years(catalogue: Catalogue, arms: int, nights: int) -> None:
         print(f"{words}: {time.monotonic() - begun:.1f} s", file=sys.stderr, flush=True)
 
 
-def timed(client: TestClient, paths: Sequence[str], times: int) -> dict[str, tuple[float, float, int]]:
-    """Median and largest time of an answer, s, and its size, by path; the first answer warms up."""
-    found = {}
+def timed(client: TestClient, paths: Sequence[str], times: int) -> Iterator[tuple[str, float, float, int]]:
+    """Path, median and largest time of an answer, s, and its size; the first answer warms up."""
     for path in paths:
         client.get(path)
         taken = []
@@ -127,8 +126,7 @@ def timed(client: TestClient, paths: Sequence[str], times: int) -> dict[str, tup
             answer = client.get(path)
             taken.append(time.perf_counter() - begun)
             assert answer.status_code == 200, (path, answer.text[:200])
-        found[path] = (float(np.median(taken)), max(taken), len(answer.content))
-    return found
+        yield path, float(np.median(taken)), max(taken), len(answer.content)
 
 
 def main() -> None:
@@ -145,11 +143,11 @@ def main() -> None:
             app = create_app(Service(), catalogue, folder)
             client = TestClient(app, base_url="http://localhost")
             paths = ["/", "/metrics", "/runs", "/api/arms", "/arms/emps-sim", "/api/runs"]
-            few = timed(client, paths, given.times)
+            few = {path: middle for path, middle, *_ in timed(client, paths, given.times)}
             fill_years(catalogue, given.arms, given.nights)
-            paths += ["/arms/copy-2", "/runs/20"]
-            for path, (middle, most, size) in timed(client, paths, given.times).items():
-                before = f", {few[path][0]:.3f} s with one arm" if path in few else ""
+            paths += ["/arms/copy-2"]
+            for path, middle, most, size in timed(client, paths, given.times):
+                before = f", {few[path]:.3f} s with one arm" if path in few else ""
                 print(
                     f"{path}: {middle:.3f} s (at most {most:.3f}), {size / 1000:.0f} kB{before}", flush=True
                 )

@@ -57,13 +57,14 @@ class IdentifiedModel:
         )
 
     def to_frame(self) -> Any:
-        """One row per parameter: value, σ, % σ, unit, expression (pandas)."""
+        """One row per parameter: value, σ, % σ, half of its 95 % interval, unit, expression (pandas)."""
         found = self.estimate.parameters
         columns = {
             "parameter": [p.name for p in found],
             "value": [p.value for p in found],
             "sigma": [p.sigma for p in found],
             "percent_sigma": [p.percent_sigma for p in found],
+            "half_width": [p.half_width for p in found],
             "unit": [p.unit for p in found],
             "expression": [p.expression for p in found],
         }

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.importing.dialect import decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
 from daq.recording.capture import CaptureError
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
-ALLOWED = ".csv, .mat, .parquet, .mcap, .db3, a folder of .csv or with a ROS 2 bag"
+ALLOWED = ".csv, .mat, .parquet, .mcap, .db3, .txt, .tsv, .dat, a folder of .csv or with a ROS 2 bag"
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def read_table(path: Path) -> Table:
     if path.is_dir() or path.suffix.lower() in READERS:
         with TableProcess() as process:
             return Table(path, process.read(path))
-    if path.suffix.lower() != ".csv":
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".dat"):
         raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
     try:
         return Table(path, _read_csv(path))
@@ -63,11 +64,16 @@ def read_table(path: Path) -> Table:
 
 
 def _read_csv(path: Path) -> dict[str, FloatArray]:
-    header, body = _header_and_body(path)
-    if not header or not body.strip():
+    try:
+        table = text_table(decoded(path.read_bytes()))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise CaptureError(f"{path}: is not a text file; allowed: rows of numbers under a header") from error
+    header = table.header
+    if not header or not table.body.strip():
         raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
     try:
-        values = np.loadtxt(StringIO(body), delimiter=",", ndmin=2, dtype=np.float64, comments=None)
+        body = StringIO(table.body)
+        values = np.loadtxt(body, delimiter=table.delimiter, ndmin=2, dtype=np.float64, comments=None)
     except ValueError as error:
         reason = one_line(str(error))
         raise CaptureError(f"{path}: is not a table of numbers under one header line: {reason}") from error
@@ -76,12 +82,3 @@ def _read_csv(path: Path) -> dict[str, FloatArray]:
     if values.shape[1] != len(header):
         raise CaptureError(f"{path}: {values.shape[1]} columns under {len(header)} names in the header line")
     return {name: values[:, k] for k, name in enumerate(header)}
-
-
-def _header_and_body(path: Path) -> tuple[list[str], str]:
-    """The names of the first line, and all that follows it."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            return [name.strip() for name in next(csv.reader(file), [])], file.read()
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise CaptureError(f"{path}: is not a text file; allowed: comma-separated values") from error

@@ -206,7 +206,7 @@ def log_recording(
     )
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
-    control_signal, odd = without_outliers(path.name, "torque", time, control_signal, limit)
+    control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
     recording, warnings = uniform_recording(path.name, time, reference, position, control_signal)
     warnings = (*wrong, *odd, *warnings)
     if columns.complete is None:

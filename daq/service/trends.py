@@ -43,7 +43,8 @@ class Trend:
         picture: inline SVG; on its own page for a wide and for a narrow window, one of which is shown.
         low, high: of the accepted band; None where there is none.
         clean: runs that the band is made of; 0 where there is no baseline.
-        points: (run, date, value, σ, whether it lies in the band) newest first, for the table.
+        points: (run, date, value, σ, whether it lies in the band) newest first, for the table; none of a
+            small picture, which has no table.
     """
 
     name: str
@@ -80,7 +81,17 @@ def trend_of(
     if accepted and usual.size >= ENOUGH:
         half = BAND * max(float(np.std(usual, ddof=1)), points[accepted[0]].sigma)
         low, high = float(values[accepted[0]] - half), float(values[accepted[0]] + half)
-    rows = tuple(
+    rows = () if small else _rows(points, low, high)
+    kinds = ("small",) if small else ("wide", "narrow")
+    picture = Markup("").join(_picture(points, values, low, high, kind) for kind in kinds)
+    counted = usual.size if accepted else 0
+    return Trend(points[0].name, points[0].unit, picture, low, high, counted, rows)
+
+
+def _rows(
+    points: Sequence[TrendPoint], low: float | None, high: float | None
+) -> tuple[tuple[int, str, str, str, bool], ...]:
+    return tuple(
         (
             point.run_id,
             f"{point.at:%Y-%m-%d %H:%M}",
@@ -90,10 +101,6 @@ def trend_of(
         )
         for point in reversed(points)
     )
-    kinds = ("small",) if small else ("wide", "narrow")
-    picture = Markup("").join(_picture(points, values, low, high, kind) for kind in kinds)
-    counted = usual.size if accepted else 0
-    return Trend(points[0].name, points[0].unit, picture, low, high, counted, rows)
 
 
 def axis_of(values: FloatArray, sigmas: FloatArray, band: tuple[float, float] | None) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray
 
 _TIMES_USUAL = 20.0
@@ -16,6 +17,8 @@ _SHARE = 1e-3
 """Of all samples that may be wrong: with more it is not single samples."""
 _NAMED = 3
 """Times that a sentence names."""
+_FEWEST = 100
+"""Samples below which nothing is usual."""
 _NEIGHBOURS = 2
 
 
@@ -28,7 +31,7 @@ def without_outliers(
 
     Args:
         name: of the recording, for messages.
-        what: of the channels, for messages.
+        what: of ``LARGEST``, for messages too.
         time: (samples,) s.
         values: samples × joints.
         impossible: (joints,) distance from its neighbours that no true sample has.
@@ -39,8 +42,8 @@ def without_outliers(
     Raises:
         IdentificationError: there are too many of them, or they stand side by side; names the first.
     """
-    if values.shape[0] < 100:
-        return values, ()
+    if values.shape[0] < _FEWEST or (np.abs(values) > LARGEST[what]).any():
+        return values, ()  # what is beyond any arm is refused by Recording
     residual = np.abs(_off_neighbours(values))
     usual = np.percentile(residual, 90.0, axis=0)
     mended, sentences = values.copy(), []

@@ -45,6 +45,7 @@ def test_a_model_says_first_what_to_do_with_it(model: armhil.IdentifiedModel) ->
     assert model.path is not None
     assert model.path.is_file()
     assert list(model.to_frame().index) == [p.name for p in model.estimate.parameters]
+    assert list(model.to_frame()["half_width"]) == [p.half_width for p in model.estimate.parameters]
     assert drawn(model.plot()) == 2
     assert "M1R" in model.summary(parameters=True)
 

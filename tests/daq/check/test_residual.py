@@ -44,10 +44,11 @@ def test_one_odd_baseline_among_nights_that_differ_as_much_is_no_step() -> None:
 
 
 def test_a_step_that_has_gone_again_is_told_no_more() -> None:
-    nights = drawn(14, 3)
-    nights[2:13, 1] *= 1.8
-    assert residual_increase_of(nights[:12], tuple(nights[12]))
-    assert not residual_increase_of(nights[:13], tuple(nights[13]))
+    """However sure it is that the nights in between were different."""
+    nights = drawn(26, 3, spread=0.02)
+    nights[2:25, 1] *= 2.2
+    assert residual_increase_of(nights[:24], tuple(nights[24]))
+    assert not residual_increase_of(nights[:25], tuple(nights[25]))
 
 
 def test_small_steps_and_those_of_an_arm_that_is_known_are_left_to_the_other_rule() -> None:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import robots
+from daq.session import first_stage
 from daq.session.cell import Cell
 from daq.session.first_judgement import described_gravity, judge_rest
 from daq.session.first_motion import (
@@ -186,9 +190,43 @@ def test_the_motions_are_small_begin_and_end_at_rest_and_stay_inside_the_limits(
             assert np.ptp(others, axis=0).max() < 1e-12
 
 
-def test_half_a_degree_that_has_no_room_is_refused(tmp_path: object) -> None:
-    from pathlib import Path
+@pytest.mark.parametrize("wrong", [None, 0, 4])
+def test_a_joint_that_somebody_saw_go_the_other_way_ends_the_stage(
+    monkeypatch: pytest.MonkeyPatch, wrong: int | None
+) -> None:
+    """All that torque tells is as described; then each joint is asked for once it has moved."""
+    done: list[str] = []
+    asked: list[str] = []
+    for judge in ("judge_loop", "judge_move"):
+        monkeypatch.setattr(first_stage, judge, lambda *_: [])
+    monkeypatch.setattr(first_stage, "judge_rest", lambda *_: ([], []))
+    monkeypatch.setattr(first_stage, "require_completed", lambda *_: None)
+    monkeypatch.setattr(first_stage, "read_capture", lambda _: SimpleNamespace(samples=None))
+    session = SimpleNamespace(robot=TX40, actual_position=lambda: np.array(TX40.home))
+    recording = SimpleNamespace(record=lambda kind, title, *_, **__: (done.append(title), None))
 
+    def saw(question: str) -> bool:
+        asked.append(question)
+        assert done[-1].endswith("0.5 deg"), "what is asked for has just been driven"
+        return wrong is None or TX40.joint[wrong].name not in question
+
+    def stage() -> str:
+        arm: Any = SimpleNamespace(session=session)
+        return first_stage.first_move(arm, recording, Path, {}, saw)  # type: ignore[arg-type]
+
+    if wrong is None:
+        assert stage().startswith("every joint answers as described")
+        assert all(f"joint_{k + 1}" in question for k, question in zip(in_order(TX40), asked, strict=True))
+        return
+    name = TX40.joint[wrong].name
+    with pytest.raises(
+        SessionError, match=rf"^stage first move: {name} did not go the way .*sign of its drive"
+    ):
+        stage()
+    assert f"Did {name} go first" in asked[-1] and len(asked) == 1 + in_order(TX40).index(wrong)
+
+
+def test_half_a_degree_that_has_no_room_is_refused(tmp_path: object) -> None:
     from daq.session.cell import cell_of
 
     cell = Path(str(tmp_path)) / "cell.toml"

@@ -266,6 +266,20 @@ def test_rows_that_heartbeats_confirm_are_all_there_and_complete() -> None:
     np.testing.assert_array_equal(done.rows["cycle"], np.arange(400))
 
 
+def test_the_last_rows_have_their_heartbeats_waited_for() -> None:
+    """A drive that beats seldom: nothing but the wait after torque is off would confirm the last rows."""
+
+    def seldom(number: int, arm: FakeArm) -> None:
+        for node in NODES if number % 90 == 0 else ():
+            arm.put(0x700 + node, b"\x05", 0.0001)
+
+    links = tuple(DriveLink(node, f"drive {node}", heartbeat=0.36) for node in NODES)
+    done = run(seldom, links=links)
+    assert (done.result.outcome, done.result.cycles) == ("completed", 400)
+    assert done.rows["complete"].all()
+    assert all_off(done.arm)
+
+
 def test_where_frames_were_lost_on_this_side_no_answer_of_late_is_believed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -32,7 +32,7 @@ LINKS = tuple(DriveLink(node, f"drive {node}", heartbeat=0.1) for node in NODES)
 def torque_reasons(signals: list[tuple[int, int, int]]) -> list[str | None]:
     """What a guard of 10 N·m (0.1 a count of axis 0, −0.05 of axis 1) says of signals, SYNC by SYNC."""
     limits = (TorqueLimit("elbow", ((0, 0.1), (1, -0.05)), 10.0),)
-    checks = MotionChecks(replace(stream_job(), torque_limits=limits, budgets=Budgets(torque_cycles=5)))
+    checks = MotionChecks(replace(stream_job(), torque_limits=limits, budgets=Budgets()))
     seen: Any = SimpleNamespace(complete=[False] * 3, position=[0] * 3)
     found = []
     for signal in signals:
@@ -77,6 +77,19 @@ def test_a_heartbeat_that_stays_away_is_noticed() -> None:
     assert done.result.reason.startswith("no heartbeat from drive 2 in 0.3")
     assert not any(axis.targets[-1] != axis.targets[-2] for axis in done.arm.axes)
     assert run(beating(0), links=LINKS).result.reason == "drive 2 has sent no heartbeat in 1 s"
+
+
+def test_a_drive_that_has_started_anew_is_noticed_although_it_looks_healthy() -> None:
+    healthy = beating(10_000)
+
+    def script(number: int, arm: FakeArm) -> None:
+        healthy(number, arm)
+        for state in (b"\x00", b"\x05") if number == 210 else ():
+            arm.put(0x702, state, 0.0001)
+
+    done = run(script, links=LINKS)
+    assert done.result.reason.startswith("drive 2 has started anew (boot-up message)")
+    assert done.result.outcome == "fault" and done.result.cycles < 250
 
 
 @pytest.mark.parametrize(("code", "ends"), [(0x4310, True), (0xFF01, True), (0x0000, False)])

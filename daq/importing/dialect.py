@@ -1,0 +1,94 @@
+"""Text tables as programs write them: any usual delimiter, decimal commas, a row of units, no header."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+
+_COMMENTS = ("#", "%", "//")
+_LEAST_TEXT = 9
+"""Code of the tabulator: no text has a byte below it, and nearly every binary file has."""
+_HEAD = 60
+"""Lines in which header, units and comments are looked for."""
+_DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A text table, split into names and numbers.
+
+    Attributes:
+        header: names of the columns; ``c1``, ``c2`` … where the file has none.
+        body: the rows of numbers, with points in them.
+        delimiter: between numbers; None for white space.
+    """
+
+    header: list[str]
+    body: str
+    delimiter: str | None
+
+
+def decoded(content: bytes) -> str:
+    """The text of a file: UTF-8 or UTF-16 by its mark, else a Western code page.
+
+    Raises:
+        UnicodeDecodeError: it is no text.
+    """
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if content and min(content) < _LEAST_TEXT:
+            raise
+        return content.decode("cp1252")
+
+
+def text_table(text: str) -> TextTable:
+    """Find names, delimiter and rows of a text; a table without rows has an empty body.
+
+    Raises:
+        csv.Error: the first line is no line of a table.
+    """
+    lines = text.split("\n", _HEAD)  # the last holds all that follows
+    while lines and not lines[0].strip():
+        lines.pop(0)
+    comments: list[str] = []
+    while lines and lines[0].lstrip().startswith(_COMMENTS):
+        comments.append(lines.pop(0).lstrip().lstrip("#%/").strip())
+    if not lines:
+        return TextTable([], "", ",")
+    delimiter = _delimiter(lines[min(1, len(lines) - 1)])
+    header = _split(lines[0], _delimiter(lines[0]) if len(lines) == 1 else delimiter)
+    if all(_is_number(field) for field in header):
+        named = _split(comments[-1], _delimiter(comments[-1])) if comments else []
+        count = len(header)
+        header = named if len(named) == count else [f"c{k}" for k in range(1, count + 1)]
+    else:
+        lines.pop(0)
+        if lines and not any(_is_number(field) for field in _split(lines[0], delimiter)):
+            lines.pop(0)  # a row of units
+    body = "\n".join(lines)
+    if delimiter != "," and "." not in body and _DECIMAL_COMMA.search(body):
+        body = body.replace(",", ".")
+    return TextTable(header, body, delimiter)
+
+
+def _delimiter(line: str) -> str | None:
+    """That of one line; white space where it has none of the usual ones."""
+    return next((mark for mark in (";", "\t", ",") if mark in line), "," if len(line.split()) < 2 else None)
+
+
+def _split(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return line.split()
+    return [name.strip() for name in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field.replace(",", "."))
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,55 @@
+"""Text tables of any usual kind say the same numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq.importing.columns import read_table
+from daq.recording.errors import CaptureError
+
+ROWS = [[0.0, 0.5, -1.25], [0.01, 0.6, 2e-3]]
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [
+        (b"t,q1,v1\n0,0.5,-1.25\n0.01,0.6,2e-3\n", ["t", "q1", "v1"]),
+        (b"t;q1;v1\r\n0;0.5;-1.25\r\n0.01;0.6;2e-3\r\n", ["t", "q1", "v1"]),
+        (b"t;q1;v1\n0,0;0,5;-1,25\n0,01;0,6;2e-3\n", ["t", "q1", "v1"]),
+        (b"t\tq1\tv1\n0\t0.5\t-1.25\n0.01\t0.6\t2e-3\n", ["t", "q1", "v1"]),
+        (b"t q1 v1\n0 0.5 -1.25\n0.01  0.6 2e-3\n", ["t", "q1", "v1"]),
+        (b"t,q1,v1\ns,rad,V\n0,0.5,-1.25\n0.01,0.6,2e-3\n", ["t", "q1", "v1"]),
+        (b"0,0.5,-1.25\n0.01,0.6,2e-3\n", ["c1", "c2", "c3"]),
+        (b"# made by hand\n# t q1 v1\n0 0.5 -1.25\n0.01 0.6 2e-3\n", ["t", "q1", "v1"]),
+        ("t,q\u00b0,v1\n0,0.5,-1.25\n0.01,0.6,2e-3\n".encode("cp1252"), ["t", "q\u00b0", "v1"]),
+        ("t,q1,v1\n0,0.5,-1.25\n0.01,0.6,2e-3\n".encode("utf-16"), ["t", "q1", "v1"]),
+    ],
+    ids=[
+        "comma",
+        "semicolon",
+        "decimal comma",
+        "tab",
+        "spaces",
+        "units",
+        "no header",
+        "comments",
+        "cp1252",
+        "utf-16",
+    ],
+)
+def test_the_same_numbers_in_any_dress(tmp_path: Path, content: bytes, names: list[str]) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(content)
+    table = read_table(path)
+    assert list(table.columns) == names
+    assert np.array_equal(table.pick(names), ROWS)
+
+
+def test_a_binary_file_is_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"\x89MCAP0\r\n\x00\x01\xff")
+    with pytest.raises(CaptureError, match="is not a text file"):
+        read_table(path)
