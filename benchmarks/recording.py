@@ -182,7 +182,7 @@ def failing_run(folder: Path, number: int) -> dict[str, object]:
             message = "the run was not ended"
         except (CaptureError, DriveError) as error:
             message = str(error)
-        states = [sdo.read_int(0x6041) & 0x6F for sdo in session._connect().drives]
+        states = [sdo.read_int(0x6041) & 0x6F for sdo in session._connection.drives]
     kept = read_capture(path, allow_empty=True)
     return {
         "message": message,
