@@ -68,7 +68,7 @@ def test_the_size_that_would_still_be_named_is_said_and_holds() -> None:
     viscous = said["viscous_friction"]
     assert (viscous.parameter, viscous.unit) == ("Fv1", "N·s/m")
     described = robots.load("emps").drive[0].dynamics.viscous
-    for share, named in ((2.0, True), (0.3, False)):
+    for share, named in ((1.4, True), (0.7, False)):
         change = share * viscous.size / described
         answer = search({"viscous_friction": [{"drive": 1, "change": change}]})
         assert bool(answer.findings) is named, change
