@@ -6,6 +6,7 @@ One wrong sample of a position is two wrong speeds and three wrong accelerations
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ident.errors import IdentificationError
 from ident.recording import LARGEST
@@ -44,7 +45,8 @@ def without_outliers(
     """
     if values.shape[0] < _FEWEST or (np.abs(values) > LARGEST[what]).any():
         return values, ()  # what is beyond any arm is refused by Recording
-    residual = np.abs(_off_neighbours(values))
+    off = _off_neighbours(values) * _evenly_sampled(time)[:, np.newaxis]
+    residual = np.abs(off)
     usual = np.percentile(residual, 90.0, axis=0)
     mended, sentences = values.copy(), []
     for joint in range(values.shape[1]):
@@ -60,7 +62,7 @@ def without_outliers(
                 " can; cut the log there"
             )
         size = float(residual[peaks, joint].max())
-        mended[peaks, joint] = values[peaks, joint] - _off_neighbours(values)[peaks, joint]
+        mended[peaks, joint] = values[peaks, joint] - off[peaks, joint]
         number = "one sample" if len(peaks) == 1 else f"{len(peaks)} single samples"
         sentences.append(
             f"{name}: {what} of joint {joint + 1} is off by up to {size:.3g} at {number} ({at} s), set aside"
@@ -74,6 +76,13 @@ def _off_neighbours(values: FloatArray) -> FloatArray:
     near, far = values[1:-3] + values[3:-1], values[:-4] + values[4:]
     off[2:-2] = values[2:-2] - (4.0 * near - far) / 6.0
     return off
+
+
+def _evenly_sampled(time: FloatArray) -> BoolArray:
+    """Samples with no gap among their five: the cubic has its neighbours where they were."""
+    steps = np.diff(time)
+    gap = np.pad(steps > 1.5 * np.median(steps), _NEIGHBOURS)
+    return np.asarray(~sliding_window_view(gap, 2 * _NEIGHBOURS).any(axis=1), dtype=np.bool_)
 
 
 def _is_peak(size: FloatArray) -> BoolArray:
