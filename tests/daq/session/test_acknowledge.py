@@ -53,7 +53,7 @@ def test_a_stream_that_ends_by_itself_leaves_the_note(
     def streamed(job: object, on_samples: object, control: object) -> StreamResult:
         (found,) = folder.glob("lockout-*")
         assert "was cut off" in str(ArmSession(robot, channel).unacknowledged), "noted before anything moves"
-        assert found.stat().st_mode & 0o777 == folder.stat().st_mode & 0o666, "as its folder: 0600 in one of ours"
+        assert found.stat().st_mode & 0o777 == folder.stat().st_mode & 0o666, "as its folder"
         return StreamResult(outcome, "no TPDO from drive 1", 0, 0, 0)
 
     with drives(robot, channel), monkeypatch.context() as patch, ArmSession(robot, channel) as session:
