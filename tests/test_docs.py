@@ -78,7 +78,8 @@ def folder(tmp_path: Path) -> Path:
     """A folder as a reader has it: the command, the arms, and files of the reader's own."""
     (tmp_path / "armhil").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m daq "$@"\n')
     (tmp_path / "armhil").chmod(0o755)
-    shutil.copytree(ROOT / "robots", tmp_path / "robots")
+    # The arms alone: the package itself in the working folder would be in the way of the installed one.
+    shutil.copytree(ROOT / "robots", tmp_path / "robots", ignore=shutil.ignore_patterns("*.py"))
     return tmp_path
 
 
