@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.effects.entry import EffectEntry
 from ident.effects.family import StandardParameter
-from ident.effects.vocabulary import EffectEntry
 from ident.verdicts import Gate, RevisedTest
 from robots.arrays import FloatArray
 

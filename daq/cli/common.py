@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from daq.cli.app import SAID
+from robots.errors import UserError
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -25,6 +27,21 @@ def there(value: Any) -> Any:
             allowed = capture if path.suffix == ".mcap" else f"{capture}, or a log with its column map"
             raise CaptureError(f"{path}: no such file; allowed: {allowed}")
     return value
+
+
+class NoSuchFile(UserError):
+    """A file that an option names and that is not there."""
+
+
+def file_of(kind: str) -> Callable[[Path | None], Path | None]:
+    """Callback of options that name one file of a kind: as :func:`there`."""
+
+    def existing(path: Path | None) -> Path | None:
+        if path is not None and not path.exists():
+            raise NoSuchFile(f"{path}: no such file; allowed: {kind}")
+        return path
+
+    return existing
 
 
 def found(value: str | None) -> str | None:
@@ -72,9 +89,15 @@ StandsAt = Annotated[
     str | None,
     typer.Option("--stands-at", help="Posture read off the arm: n positions, comma.", show_default="none"),
 ]
+CELL_FILE = "a cell file (cell.toml)"
 CellOption = Annotated[
     Path | None,
-    typer.Option("--cell", help="cell.toml: what to keep clear of.", show_default="only the arm itself"),
+    typer.Option(
+        "--cell",
+        help="cell.toml: what to keep clear of.",
+        show_default="only the arm itself",
+        callback=file_of(CELL_FILE),
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
 NotCommissioned = Annotated[

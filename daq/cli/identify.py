@@ -18,6 +18,7 @@ from daq.cli.common import (
     catalogue_of,
     code_of,
     console_of,
+    file_of,
     print_json,
     steps_of,
     there,
@@ -75,7 +76,10 @@ def identify(
     model: Annotated[
         Path | None,
         typer.Option(
-            "--model", help="A model file whose found effects belong to the model.", show_default="usual"
+            "--model",
+            help="A model file whose found effects belong to the model.",
+            show_default="usual",
+            callback=file_of("a model file (*.model.toml)"),
         ),
     ] = None,
     urdf: UrdfOfLog = None,
