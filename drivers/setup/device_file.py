@@ -9,6 +9,7 @@ from pathlib import Path
 from drivers.setup.findings import Finding
 
 _SIGNED = frozenset({2, 3, 4, 0x10, 0x15})
+_REAL = frozenset({8, 0x11})
 _BITS = {
     1: 1,
     2: 8,
@@ -53,8 +54,13 @@ class ObjectEntry:
     high: int | None = None
 
     @property
+    def whole(self) -> bool:
+        """Whether it is an integer; a number with a point is none, nor a string."""
+        return self.bits is not None and self.data_type not in _REAL
+
+    @property
     def bits(self) -> int | None:
-        """Length of an integer; None for anything else."""
+        """Length of a number; None for anything else."""
         return _BITS.get(self.data_type or 0)
 
     def as_value(self, number: int | None) -> int | None:

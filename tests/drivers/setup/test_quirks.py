@@ -37,10 +37,17 @@ FINE = {
     "absent_06010000": "6007: absent",
     "absent_06040043": "6007: absent",
     "unsized": "",
+    "period_fixed": "",
+    "period_power_fixed": "",
+    "mode_fixed": "",
+    "rpdo_type_fixed": "",
+    "abort_option_fixed": "6007: the drive takes no fault as abort option, it has 2 now",
 }
 """Configured without a word in robot.toml; with what is noted."""
 REFUSED = {
     "no_interpolation_period": r"writing 0x4 to 60C2:01: the drive refuses: the object does not exist",
+    "node_guarding_only": r"1016: no heartbeat consumer \(absent\) and no RPDO deadline .* \(node guarding",
+    "one_rpdo_slot": r"no RPDO can carry 6040:00 and 607A:00 alone \(1600: 6040:00\): map one so",
     "no_torque": r"reading 6077:00: the drive refuses: the (object|subindex) does not exist",
     "mode_shown_late": r"mode 8 \(csp\) was set but 6061 shows 0",
 }
@@ -185,7 +192,21 @@ def test_profiles_are_chosen_by_identity_or_by_name() -> None:
     assert all(profile.name == name and profile.summary for name, profile in known_profiles().items())
 
 
-MOVES = ("fixed_cob_ids", "immediate_rpdos", "one_slot", "eight_tpdos", "interpolated_only", "unsized")
+MOVES = (
+    "fixed_cob_ids",
+    "fixed_cob_ids_four_tpdos",
+    "immediate_rpdos",
+    "one_slot",
+    "eight_tpdos",
+    "interpolated_only",
+    "unsized",
+    "period_fixed",
+    "period_power_fixed",
+    "period_fixed_when_enabled",
+    "mode_fixed",
+    "rpdo_type_fixed",
+    "abort_option_fixed",
+)
 PLAIN = Profile("own", "")
 MOVES_WITH = {
     **NEEDS,
@@ -194,6 +215,7 @@ MOVES_WITH = {
     "absent_08000000": PLAIN,
     "absent_06010000": PLAIN,
     "absent_06040043": PLAIN,
+    "late_tpdos": Profile("own", "", tpdo_delay=0.003),
 }
 TOLERANCE = np.deg2rad(0.01)
 
