@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import robots
 from drivers import ArmSession, Channel, DriveError
 from drivers.cyclic.cycle import receive_seconds
 from drivers.setup.profiles import choose_profile, known_profiles
@@ -206,6 +208,7 @@ MOVES = (
     "mode_fixed",
     "rpdo_type_fixed",
     "abort_option_fixed",
+    "late_tpdos",
 )
 PLAIN = Profile("own", "")
 MOVES_WITH = {
@@ -237,10 +240,10 @@ def test_the_motion_is_the_one_that_was_asked_of_the_others_too(
     jogs_by_two_degrees(tx40, arm, new_channel(), kind)
 
 
-def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) -> None:
+def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str, source: str = "tx40") -> None:
     """Drives of a kind, under an arm that is described for them."""
     with (
-        SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
+        SimulatedArm(source, channel, truth=without_dry_friction(tx40), profile=kind),
         ArmSession(arm, channel, allow_jog=True) as session,
     ):
         began = session.actual_position()
@@ -248,6 +251,37 @@ def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) ->
         assert result.outcome == "completed", result
         moved = session.actual_position() - began
         assert moved == pytest.approx([0, 0, 0, 0, np.deg2rad(2.0), 0], abs=TOLERANCE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [0x6078, 0x6074, 0x2022])
+def test_the_motion_with_the_torque_of_another_object(
+    tx40: Robot, tmp_path: Path, new_channel: Callable[[], Channel], index: int
+) -> None:
+    """Drives without 6077, under an arm that names what they have."""
+    folder = tmp_path / "arm"
+    shutil.copytree(tx40.folder, folder)
+    file = folder / "robot.toml"
+    text = file.read_text("utf-8")
+    file.write_text(text.replace("index = 0x6077", f"index = 0x{index:X}"), "utf-8")
+    jogs_by_two_degrees(tx40, robots.load(folder), new_channel(), "no_torque", str(folder))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["locked", "needs_sync_period", "warns_when_enabled"])
+def test_without_its_profile_nothing_moves_far_and_the_end_is_no_success(
+    tx40: Robot, new_channel: Callable[[], Channel], kind: str
+) -> None:
+    channel = new_channel()
+    with (
+        SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
+        ArmSession(tx40, channel, allow_jog=True) as session,
+    ):
+        began = session.actual_position()
+        result = session.jog("joint_5", np.deg2rad(2.0))
+        assert result.outcome != "completed" and result.reason
+        moved = np.abs(np.rad2deg(session.actual_position() - began))
+        assert moved.max() < 0.2 and np.delete(moved, 4).max() < 0.01
 
 
 @pytest.mark.parametrize(("codes", "outcome"), [({0xFF01}, "completed"), (set(), "fault")])
