@@ -95,11 +95,14 @@ class DeviceFile:
         return (index, subindex) in self.objects
 
     def transmitted_cob_ids(self) -> dict[int, str]:
-        """COB-IDs that a drive with these values sends on, and the objects that say so."""
+        """COB-IDs that a drive with these values sends on after the set-up, and the objects that say so.
+
+        The set-up gives each PDO the COB-ID of its node where that can be written.
+        """
         sent = {}
         for index in (*range(0x1800, 0x1804), 0x1014):
             entry = self.objects.get((index, 0 if index == 0x1014 else 1))
-            if entry is None:
+            if entry is None or (index != 0x1014 and entry.access not in ("ro", "const")):
                 continue
             word = entry.value if entry.value is not None else entry.default
             if word is not None and not word >> 31:

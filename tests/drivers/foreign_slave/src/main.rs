@@ -81,7 +81,7 @@ impl Axis {
             self.target = f64::from(od::OBJECT607A.get_value());
         }
         od::OBJECT6064.set_value(self.position.round() as i32);
-        od::OBJECT6077.set_value(torque.clamp(-1000.0, 1000.0) as i16);
+        od::OBJECT6077.set_value(torque as i16);
         self.show();
         let off = (self.target - self.position).abs();
         (self.state == State::Enabled && off > f64::from(od::OBJECT6065.get_value())).then_some(FOLLOWING_ERROR)
@@ -103,7 +103,7 @@ impl Axis {
             self.position += FOLLOWS * (self.target - self.position);
         }
         let speed = self.position - before;
-        let torque = 0.2 * speed + 0.5 * (speed - self.speed);
+        let torque = (0.2 * speed + 0.5 * (speed - self.speed)).clamp(-1000.0, 1000.0);
         self.speed = speed;
         torque
     }
