@@ -17,7 +17,7 @@ from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from daq.files.cell_file import CellFile, read_cell
-from daq.files.found_model import found_words, read_found_model
+from daq.files.found_model import read_found_model
 from daq.files.model_file import ModelFile, ModelFileError, read_model
 from daq.files.run_folder import make_run_folder
 from daq.importing.load import LoadedRecordings, load_recording
@@ -29,6 +29,7 @@ from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, descri
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.discrepancy.settings import searching
 from ident.discrepancy.verdict import beside_gate
+from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
 from ident.identification.found_effects import FoundModel, extended_model, found_entries
 from robots import Robot
