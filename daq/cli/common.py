@@ -127,9 +127,9 @@ def say(text: str) -> None:
     sys.stderr.write("\n".join(wrapped(f"armhil: {text}", width_of(sys.stderr))) + "\n")
 
 
-def code_of(verdict: str) -> int:
+def code_of(result: Any) -> int:
     """A model that must not be trusted is a warning to whoever calls this from a script."""
-    return WARNING if verdict == "instruments_invalid" else OK
+    return OK if result.trusted else WARNING
 
 
 def bus_of(arm: Any, interface: str | None, channel: str | None) -> Any:

@@ -145,4 +145,4 @@ def identify(
         write(console, f"\nReport: {result.report}")
     if result.urdf is not None:
         write(console, f"URDF: {result.urdf}")
-    return code_of(result.fitted.result.test.verdict)
+    return code_of(result.fitted.result)

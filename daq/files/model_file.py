@@ -74,6 +74,14 @@ class ModelEstimate(_Frozen):
     torque_noise: tuple[NonNegative, ...] = Field(
         default=(), description="rms per joint of what does not repeat from period to period, N·m or N"
     )
+    impossible: tuple[str, ...] = Field(
+        default=(), description="what no arm can have and the estimate has: then it must not be trusted"
+    )
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the model."""
+        return self.verdict != "instruments_invalid" and not self.impossible
 
 
 class ModelParameter(_Frozen):
@@ -171,7 +179,8 @@ def model_of(
         "estimate": {
             "estimator": estimate.method,
             "verdict": result.test.verdict,
-            "recommendation": result.test.recommendation,
+            "recommendation": "; ".join(result.impossible) or result.test.recommendation,
+            "impossible": result.impossible,
             "covariance": estimate.covariance_kind,
             "rows": result.rows,
             "relative_error_percent": estimate.relative_error_percent,

@@ -57,6 +57,8 @@ def identification_json(
         "consistency": None if result.consistency is None else _consistency(result.consistency),
         "essential": None if result.essential is None else _essential(result.essential),
         "truth": None if truth is None else {name: json_number(value) for name, value in truth.items()},
+        "trusted": result.trusted,
+        "impossible": list(result.impossible),
         "warnings": list(result.warnings),
     }
 
