@@ -9,6 +9,7 @@ import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
+    CELL_FILE,
     OK,
     UNKNOWN,
     WARNING,
@@ -27,6 +28,8 @@ from daq.cli.common import (
     asking,
     catalogue_of,
     console_of,
+    file_of,
+    found,
     print_json,
     steps_of,
     there,
@@ -61,10 +64,19 @@ def diagnose(
         str | None, typer.Option(help="An accepted model file, or cad.", show_default="after a refit")
     ] = None,
     cell: Annotated[
-        Path | None, typer.Option(help="cell.toml: what a planned motion has to keep clear of.")
+        Path | None,
+        typer.Option(
+            help="cell.toml: what a planned motion has to keep clear of.",
+            callback=file_of(CELL_FILE),
+        ),
     ] = None,
     live: Annotated[
-        str | None, typer.Option("--live", help="The arm on its bench: record, and settle what is ambiguous.")
+        str | None,
+        typer.Option(
+            "--live",
+            help="The arm on its bench: record, and settle what is ambiguous.",
+            callback=found,
+        ),
     ] = None,
     interface: Annotated[
         str | None, typer.Option(help="python-can interface, with --live.", show_default="the robot's")
@@ -101,12 +113,15 @@ def diagnose(
 
     Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
     """
+    from daq.recording.errors import CaptureError
+
+    if live is None and not paths:
+        raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import answer_json, print_evidence
     from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
-    from daq.recording.capture import CaptureError
     from daq.report.power import print_power
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
@@ -125,8 +140,6 @@ def diagnose(
         evaluations,
         power=power,
     )
-    if live is None and not paths:
-        raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
     answer = _by_evidence(request, search, console, quiet)
     if search == "evidence":
         return _only_evidence(answer, console, as_json, power)

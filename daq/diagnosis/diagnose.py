@@ -16,7 +16,7 @@ from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from daq.files.accepted_model import prior_from
 from daq.files.cell_file import CellFile, read_cell
-from daq.files.found_model import found_words, read_found_model
+from daq.files.found_model import read_found_model
 from daq.files.model_file import read_model
 from daq.files.run_folder import make_run_folder
 from daq.importing.load import LoadedRecordings, load_recording
@@ -31,6 +31,7 @@ from ident.discrepancy.by_evidence.power.recorded import recorded_sizes
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.settings import searching
 from ident.discrepancy.verdict import beside_gate
+from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
 from ident.identification.found_effects import FoundModel, extended_model, found_entries
 from robots import Robot

@@ -18,10 +18,9 @@ from daq.catalogue import arms, baselines, checks, findings, models, overview, r
 from daq.catalogue.database import Catalogue
 from daq.catalogue.overview import ArmNow
 from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
+from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError, fleet_words, read_fleet
 from daq.check.reported import view_of
-from daq.check.request import CheckError
-from daq.files.found_model import found_words
 from daq.report.check_view import KINDS, WORDS, CheckView
 from daq.report.pictures import icon
 from daq.report.templates import templates
@@ -32,6 +31,7 @@ from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
 from daq.text.numbers import percent, significant, with_sigma
+from ident.effects.entry import found_words
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
 _STATIC = {

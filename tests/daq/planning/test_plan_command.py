@@ -330,7 +330,7 @@ def test_a_slow_run_of_a_file_is_judged_at_its_speed(plan: Plan, tmp_path: Path)
             "t,carriage\n" + "".join(f"{k**1.1},0\n" for k in range(9)),
             r"samples are not evenly spaced",
         ),
-        ("a.csv", "t,carriage\n" + "".join(f"{k},nan\n" for k in range(9)), r"position is not a number at"),
+        ("a.csv", "t,carriage\n" + "".join(f"{k},nan\n" for k in range(9)), r"row 1: 'nan' is not a number"),
         ("a.json", "{", r"a\.json: not JSON: "),
         ("a.json", "[]", r"a\.json: has no kind 'armhil trajectory'"),
         ("a.json", '{"kind": "armhil trajectory", "format": 9}', r"a\.json: format 9; allowed: 1"),
