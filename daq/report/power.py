@@ -13,7 +13,7 @@ from daq.text.wrapped import Column, write, write_table
 from ident.discrepancy.by_evidence.power.planned import CHANNELS
 from ident.discrepancy.by_evidence.power.smallest import CHANCE, Smallest, worst_first
 from ident.discrepancy.by_evidence.report.as_json import smallest_json
-from ident.effects.family import joint_words
+from ident.effects.entry import joint_words
 from robots import Robot
 
 _SHOWN = 15
