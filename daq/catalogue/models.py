@@ -15,8 +15,8 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import models, parameters
 from daq.catalogue.schema import runs as runs_table
 from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
-from daq.files.found_model import entry_json, entry_of_json
 from daq.recording.who import user
+from ident.effects.entry import EffectEntry
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
@@ -50,7 +50,7 @@ def add(catalogue: Catalogue, run_id: int, new: NewModel) -> Model:
             "gates": dict(new.gates),
             "torque_rms": list(new.torque_rms),
             "effects": list(new.effects),
-            "found": [entry_json(entry) for entry in new.found],
+            "found": [entry.as_json() for entry in new.found],
             "covariance": _packed(new.covariance),
             "settings": dict(new.settings),
             "sources": [asdict(source) for source in new.sources],
@@ -156,7 +156,7 @@ def _model_of(row: Row[Any], belonging: tuple[CatalogueParameter, ...]) -> Model
         fields["torque_rms"] = tuple(fields["torque_rms"])
         fields["effects"] = tuple(fields["effects"])
         # A catalogue of before has none there.
-        fields["found"] = tuple(entry_of_json(entry) for entry in fields["found"] or ())
+        fields["found"] = tuple(EffectEntry.of_json(entry) for entry in fields["found"] or ())
         fields["sources"] = tuple(Source(**source) for source in fields["sources"])
         fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
     except (zlib.error, ValueError, TypeError, KeyError, AttributeError) as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from robots.arrays import FloatArray
 from robots.errors import UserError
 

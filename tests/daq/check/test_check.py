@@ -17,9 +17,10 @@ from daq.catalogue import arms, baselines, checks, leases, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description
 from daq.catalogue.values import ArmIdentity, ArmMismatch, LeaseHeld
+from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError, read_fleet
 from daq.check.recorded import require_own_baseline
-from daq.check.request import CheckError, Verdict
+from daq.check.request import Verdict
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from drivers import Channel

@@ -8,7 +8,8 @@ from typing import Literal
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import Named, smallest
 from ident.discrepancy.by_evidence.power.smallest import Smallest
-from ident.effects.family import PlacedEffect, joint_words
+from ident.effects.entry import joint_words
+from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
 
 EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
