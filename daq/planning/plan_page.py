@@ -12,6 +12,7 @@ from markupsafe import Markup
 from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
 from daq.report.parameters import joint_heading
 from daq.report.pictures import dot_row, icon, scaled
+from daq.report.power import power_map
 from daq.report.templates import templates, write_page
 from daq.text.numbers import count, percent, setting, significant
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
@@ -102,6 +103,7 @@ def render_plan(result: PlanResult) -> str:
             scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
             payload=[(parameter.name, significant(sigma)) for parameter, sigma in result.payload.items()],
             prediction=None if prediction is None else _prediction_words(prediction),
+            power=None if result.power is None else power_map(result.robot, result.power),
             made=_made(result),
         )
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -68,7 +69,6 @@ def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
     """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
-
     environment.filters |= {"whole": _whole, "ending": _ending}
 
     def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
@@ -285,9 +285,16 @@ def _verdict_view(found: Sequence[CheckRecord], catalogue: Catalogue) -> CheckVi
 
 
 def _first_choice(by_name: dict[str, list[TrendPoint]], found: Sequence[CheckRecord]) -> str:
-    """What moved most in the last check; where nothing did, friction, which wears first."""
+    """What moved most in the last check; where nothing did, what lies farthest from its first value, in σ."""
     moved = ((found[0].details.get("comparison") or {}).get("parameters") or ()) if found else ()
     for parameter in moved:
         if parameter["name"] in by_name:
             return str(parameter["name"])
-    return next((name for name in by_name if name.startswith("Fc")), next(iter(by_name), ""))
+    return max(by_name, key=lambda name: _moved(by_name[name]), default="")
+
+
+def _moved(points: Sequence[TrendPoint]) -> float:
+    """|last − first| over the σ of that difference; 0 where there is no σ."""
+    first, last = points[0], points[-1]
+    sigma = math.hypot(first.sigma, last.sigma)
+    return abs(last.value - first.value) / sigma if sigma > 0 else 0.0
