@@ -100,6 +100,9 @@ def diagnose(
     search: Annotated[
         Searches, typer.Option(help="Which search answers: that by rules, by evidence, or both side by side.")
     ] = "rules",
+    power: Annotated[
+        bool, typer.Option("--power", help="How small each effect would still have been named.")
+    ] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
@@ -119,6 +122,7 @@ def diagnose(
     from daq.diagnosis.evidence import answer_json, print_evidence
     from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
+    from daq.report.power import print_power
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
 
@@ -134,10 +138,11 @@ def diagnose(
         out,
         cell,
         evaluations,
+        power=power,
     )
     answer = _by_evidence(request, search, console, quiet)
     if search == "evidence":
-        return _only_evidence(answer, console, as_json)
+        return _only_evidence(answer, console, as_json, power)
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
         result = run_diagnose(request, steps_of(console, quiet))
@@ -171,6 +176,8 @@ def diagnose(
     model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
+    if result.power is not None:
+        print_power(console, result.power)
     if answer is not None:
         print_evidence(console, answer)
     if result.folder is not None:
@@ -199,12 +206,15 @@ def _by_evidence(request: Any, search: Searches, console: Any, quiet: bool) -> A
     return run_by_evidence(request, steps_of(console, quiet))
 
 
-def _only_evidence(answer: Any, console: Any, as_json: bool) -> int:
+def _only_evidence(answer: Any, console: Any, as_json: bool, power: bool) -> int:
     """Print what the evidence says, and nothing else."""
     from daq.diagnosis.evidence import answer_json, print_evidence
+    from daq.report.power import print_power
 
     if as_json:
         print_json({"evidence": answer_json(answer)})
+    if power:
+        print_power(console, answer.nameable)
     print_evidence(console, answer)
     return OK if answer.verdict == "clean" else WARNING
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.special import expit
 
+from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, Slot, of_nothing, slot
@@ -20,9 +21,8 @@ from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import candidates
-from ident.discrepancy.by_evidence.power.smallest import smallest_sizes
+from ident.discrepancy.by_evidence.power.planned import sizes_beside
 from ident.discrepancy.by_evidence.report.answer import (
-    SURE,
     EvidenceAnswer,
     EvidenceFinding,
     JointMisfit,
@@ -78,8 +78,8 @@ def diagnose_by_evidence(
         findings=findings,
         ranking=ranking,
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
-        nameable=smallest_sizes(
-            problem.rows, searched.found.level, searched.found.members, searched.entries, SURE
+        nameable=sizes_beside(
+            problem, searched.found, searched.present, question.fit, wanted, lag_is_known(question.robot)
         ),
         gate_one_rejected=rejected,
         repeats=problem.prepared.repeats,
