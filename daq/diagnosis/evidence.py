@@ -13,7 +13,7 @@ from daq.text.progress import Steps
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
 from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.by_evidence.report.as_json import answer_json
-from ident.effects.family import joint_words
+from ident.effects.entry import joint_words
 
 __all__ = ["answer_json", "print_evidence", "run_by_evidence"]
 

@@ -32,12 +32,17 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
 
 
 def test_both_searches_answer_side_by_side(armhil: Call, shared_data: Path) -> None:
-    words = (*emps(shared_data), "--without", "coulomb_friction", "--search", "both", "--json")
+    words = (*emps(shared_data), "--without", "coulomb_friction", "--search", "both", "--power", "--json")
     _, out, text = armhil("diagnose", *words)
     content = json.loads(out)
     assert content["findings"][0]["effect"] == "coulomb_friction"
     assert content["evidence"]["joints"][0]["unexplained"]["before"] > 0.1
     assert "By evidence" in text
+    assert "Smallest size that would be named rightly" in text
+    said = {one["effect"]: one for one in content["power"]["smallest"]}
+    # Of 20 N of dry friction the model lacks all; next to that misfit a play would need to be large.
+    assert said["coulomb_friction"]["size"] is None or said["coulomb_friction"]["size"] < 20.0
+    assert said["payload"]["size"] is None  # after a refit there is no other mass to tell it from
 
 
 def test_what_the_evidence_does_not_do_is_said(armhil: Call, shared_data: Path, tmp_path: Path) -> None:

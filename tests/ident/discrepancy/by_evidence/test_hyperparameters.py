@@ -17,7 +17,6 @@ from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import Named, probabilities, smallest
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
-from ident.discrepancy.by_evidence.decide.screening import Screened, smallest_named
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit
@@ -200,16 +199,6 @@ def test_the_reported_set_holds_95_percent() -> None:
     assert len(smallest((Named("a", (), 0.951), Named("b", (), 0.049)))) == 1
     both = probabilities({("a", ()): 2.0, ("b", ()): 0.0})
     assert both[0].probability == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
-
-
-def test_the_smallest_size_is_the_one_whose_nats_make_the_name_sure() -> None:
-    best: Any = SimpleNamespace(
-        entry=SimpleNamespace(white=SimpleNamespace(scale=np.array([2.0, 2.0]))), log_prior=-3.0
-    )
-    size = smallest_named(Screened(best, 0.0, np.array([99.0, 0.5])), 0.9)
-    assert size[1] == np.inf
-    gained = 0.5 * (size[0] / 2.0) ** 2 * 99.0**2 / 100.0 - 0.5 * np.log(100.0)
-    assert 0.5 * gained - 3.0 == pytest.approx(np.log(9.0))
 
 
 def finding(
