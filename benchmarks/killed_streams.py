@@ -118,15 +118,15 @@ A program drives and records a simulated one-axis arm (EMPS, SYNCs of 4 ms) as i
 random moment between the opening of its session and the end of its stream some of its processes get SIGKILL:
 the program itself (recorder and listener are threads of it), the cyclic process, the drives; every subset of
 them. Drives that were killed, and in half of the other cases those that were not, start anew and know of
-nothing. Then another user, with other `HOME`, `TMPDIR`, `XDG_STATE_HOME` and `XDG_RUNTIME_DIR`, opens the same
-arm and streams. Four arms at a time on a busy machine of two cores.
+nothing. Then another user, with other `HOME`, `TMPDIR`, `XDG_STATE_HOME` and `XDG_RUNTIME_DIR`, opens the
+same arm and streams. Four arms at a time on a busy machine of two cores.
 
-Of {kills} kills {torque} came under torque. The other user **moved the arm without an acknowledgement {moved} times**,
-and each refusal named `armhil acknowledge`. Where nothing had been enabled yet, or the stream had ended well,
-nothing stands in the way, and nothing should. {cut} recordings were cut: at most **{most} s** of the motion that
-had gone out are not in the file, {median} s in the median; more than 0.3 s in {beyond}. Of that, rows wait for a
-heartbeat of their drives for up to 0.1 s (simulated ones for another 0.1 s), and up to 0.05 s until they are
-fetched.
+Of {kills} kills {torque} came under torque. The other user **moved the arm without an acknowledgement
+{moved} times**, and each refusal named `armhil acknowledge`. Where nothing had been enabled yet, or the
+stream had ended well, nothing stands in the way, and nothing should. {cut} recordings were cut: at most
+**{most} s** of the motion that had gone out are not in the file, {median} s in the median; more than 0.3 s
+in {beyond}. Of that, rows wait for a heartbeat of their drives for up to 0.1 s (simulated ones for another
+0.1 s), and up to 0.05 s until they are fetched.
 """
 
 
