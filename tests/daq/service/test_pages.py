@@ -167,9 +167,9 @@ def test_what_moved_farthest_is_shown_first() -> None:
         "Fv1": course("Fv1", 0.1, 2.0, 2.0, 1.7),
         "off1": course("off1", 0.0, 0.0, 0.0, 9.0),
     }
-    assert _first_choice(trends, ()) == "Fv1"
-    assert _first_choice({"ZZ1R": trends["ZZ1R"][:1], "Fv1": trends["Fv1"][:1]}, ()) == "ZZ1R"
-    assert _first_choice({}, ()) == ""
+    assert _first_choice(trends, None) == "Fv1"
+    assert _first_choice({"ZZ1R": trends["ZZ1R"][:1], "Fv1": trends["Fv1"][:1]}, None) == "ZZ1R"
+    assert _first_choice({}, None) == ""
 
 
 def test_rest(client: TestClient) -> None:
