@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,6 +26,9 @@ from daq.text.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
 from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
+from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
+from ident.discrepancy.by_evidence.report.as_json import answer_json
+from ident.discrepancy.question import Progress
 from ident.discrepancy.settings import searching
 from ident.discrepancy.verdict import beside_gate
 from ident.effects.vocabulary import VOCABULARY
@@ -37,6 +39,9 @@ from trajectories import Conditions
 
 FROM_DESCRIPTION = "cad"
 """What ``--prior`` is given to take the description's own figures."""
+
+
+SearchName = Literal["evidence", "rules"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ class DiagnoseRequest:
         cell: what stands around the arm, for the motion that tells candidates apart.
         evaluations: trials of the search for that motion; none is planned where 0.
         found: a model with found effects to examine where ``prior`` is no file.
+        search: which search names what the moving arm shows.
     """
 
     fit: tuple[Path, ...]
@@ -69,6 +75,7 @@ class DiagnoseRequest:
     cell: Path | None = None
     evaluations: int = 1500
     found: FoundModel | None = None
+    search: SearchName = "evidence"
 
 
 @dataclass(frozen=True)
@@ -83,6 +90,7 @@ class DiagnoseResult:
         blind: what these recordings could not have shown.
         content: what ``--json`` prints.
         folder: of the results; None where nothing was written.
+        evidence: what the search by evidence says; None where the rules searched.
     """
 
     robot: Robot
@@ -92,6 +100,7 @@ class DiagnoseResult:
     blind: tuple[BlindSpot, ...]
     content: dict[str, Any]
     folder: Path | None
+    evidence: EvidenceAnswer | None = None
 
 
 def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
@@ -107,31 +116,27 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         question, uncut = _asked(robot, request, steps)
         robot = question.robot
         with steps.step("Search for the missing effect") as update:
-            diagnosis = diagnose(question, lambda step, share: update(share, step))
+            diagnosis, answer = _search(question, request.search, lambda step, share: update(share, step))
         with steps.step("Check the model without and with it"):
             series = before_and_after(diagnosis, uncut, question.validation, robot.identification)
             diagnosis = beside_gate(diagnosis, series.checks[-1].gate)
-        result = _result(robot, request, diagnosis, series, (), folder)
+        result = _result(robot, request, diagnosis, answer, series, (), folder)
         if folder is not None:
             # Before a motion is planned: that takes minutes, and may fail.
             _write(folder, request, result)
             apart = _apart(robot, request, diagnosis, conditions, steps)
             if apart:
-                result = _result(robot, request, diagnosis, series, apart, folder)
+                result = _result(robot, request, diagnosis, answer, series, apart, folder)
                 _write(folder, request, result)
     return result
 
 
-@contextmanager
-def question_of(request: DiagnoseRequest, steps: Steps) -> Iterator[Question]:
-    """What is asked, for another search than that of :func:`run_diagnose`; the description lives as long.
-
-    Raises:
-        CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
-    """
-    _require_validation(request)
-    with described(request.robot, request.fit[0]) as (robot, _):
-        yield _asked(robot, request, steps)[0]
+def _search(
+    question: Question, name: SearchName, progress: Progress
+) -> tuple[Diagnosis, EvidenceAnswer | None]:
+    if name == "rules":
+        return diagnose(question, progress), None
+    return diagnose_with_evidence(question, progress)
 
 
 def _asked(robot: Robot, request: DiagnoseRequest, steps: Steps) -> tuple[Question, tuple[Recording, ...]]:
@@ -150,6 +155,7 @@ def _result(
     robot: Robot,
     request: DiagnoseRequest,
     diagnosis: Diagnosis,
+    answer: EvidenceAnswer | None,
     series: Series,
     apart: tuple[TellingApart, ...],
     folder: Path | None,
@@ -157,7 +163,9 @@ def _result(
     names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
     blind = blind_spots(diagnosis)
     content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
-    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder)
+    if answer is not None:
+        content["evidence"] = answer_json(answer)
+    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder, answer)
 
 
 def _apart(
