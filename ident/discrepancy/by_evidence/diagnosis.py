@@ -12,8 +12,8 @@ import numpy as np
 from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Named
-from ident.discrepancy.by_evidence.report.answer import SURE, EvidenceAnswer, EvidenceFinding
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Named
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.question import Progress, Question

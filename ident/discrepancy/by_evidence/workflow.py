@@ -9,7 +9,16 @@ from scipy.special import expit
 
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Key, Named, Slot, of_nothing, slot
+from ident.discrepancy.by_evidence.decide.names import (
+    NOTHING,
+    SURE,
+    Key,
+    Named,
+    Slot,
+    of_nothing,
+    simplified,
+    slot,
+)
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, smallest_named
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
@@ -21,7 +30,6 @@ from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_fo
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.report.answer import (
-    SURE,
     EvidenceAnswer,
     EvidenceFinding,
     JointMisfit,
@@ -61,7 +69,7 @@ def diagnose_by_evidence(
     problem = posed(question)
     wanted = candidates(problem.prepared.robot, question.families)
     search = Search(problem, wanted, progress)
-    searched = search.run()
+    searched = simplified(search, search.run())
     problem = search.problem
     progress("validation", 0.95)
     held = HeldOut.of(problem, prepare(problem.prepared.robot, question.validation))

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Key, Named, smallest
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, smallest
 from ident.effects.family import PlacedEffect, joint_words
 from robots.arrays import FloatArray
 
 EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
-
-SURE = 0.9
-"""Probability from which on a name is given, or an arm called clean."""
 
 
 @dataclass(frozen=True)
