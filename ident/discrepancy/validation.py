@@ -108,7 +108,7 @@ class Validation:
             indistinguishable_from=accepted.indistinguishable_from,
             mode="refit" if whole.prior is None else "prior",
             gap=gap,
-            confirmation=Confirmation(torque, self._shown_in_loop(*loops), basis.doubt or accepted.unsure),
+            confirmation=Confirmation(torque, self.shown_in_loop(*loops), basis.doubt or accepted.unsure),
             placed=accepted.placed,
             binned_residual=self._binned_residual(without, whole),
             ranking=basis.ranking,
@@ -133,7 +133,8 @@ class Validation:
         """Per piece, rows × joints."""
         return [piece.thin(torque_residual(step.base, step.shown, piece)) for piece in self.prepared]
 
-    def _shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
+    def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
+        """Of what the one model changes of the other's simulated positions, the share that is there."""
         if without[0] is None or whole[0] is None:
             return None
         floor = position_floor(self.prepared)

@@ -8,6 +8,9 @@ recordings: the evidence of the rows that were fitted, and the gap on those that
 
 from __future__ import annotations
 
+import logging
+from dataclasses import replace
+
 import numpy as np
 from scipy.special import logit
 
@@ -16,13 +19,17 @@ from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Named
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
 from ident.discrepancy.component import Component
+from ident.discrepancy.course import Course
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.validation import Validation
 from ident.discrepancy.workflow import Search, silent
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
 from robots.description import Robot
+
+_log = logging.getLogger(__name__)
 
 _RANKED = 12
 """Candidates that a ranking lists."""
@@ -58,9 +65,26 @@ class _Led(Search):
         found = [one for one in self.answer.findings if one.something >= SURE]
         if found:
             robot = self.step.base.model.robot
-            self.course.take(
-                [_component(robot, one.placed) for one in found], [basis_of(one) for one in found]
-            )
+            components = [_component(robot, one.placed) for one in found]
+            self.course.take(components, [basis_of(one) for one in found])
+            for number, one in enumerate(found):
+                for rival in _at_reversals(robot, one):
+                    self._settle_in_loop(number, rival)
+
+    def _settle_in_loop(self, number: int, rival: Named) -> None:
+        """Take a rival that differs at reversals alone, where the simulated loop of the fit shows it."""
+        assert rival.placed is not None
+        components = [one.component for one in self.findings]
+        bases = [one.basis for one in self.findings]
+        components[number] = _component(self.step.base.model.robot, rival.placed)
+        bases[number] = replace(bases[number], score=rival.log_odds)
+        course = Course.begun(self.prepared, self.first)
+        course.take(components, bases)
+        fitted = Validation(self.prepared, self.first.examination.whitening)
+        shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
+        _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
+        if shown is not None and shown.there:
+            self.course = course
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
@@ -69,6 +93,19 @@ class _Led(Search):
 
     def _more_in_motion(self) -> bool:
         return self.answer.verdict != "clean"
+
+
+def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
+    """Names that explain the moving rows in a finding's place, and show where no such row is."""
+    return [
+        one
+        for one in finding.names
+        if one.placed is not None
+        and one.log_odds > 0.0
+        and one.joints == finding.key[1]
+        and one.key != finding.key
+        and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
+    ]
 
 
 def _component(robot: Robot, placed: PlacedEffect) -> Component:
