@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.effects.entry import EffectEntry
 from ident.effects.family import StandardParameter
-from ident.effects.vocabulary import EffectEntry
 from ident.verdicts import Gate, RevisedTest
 from robots.arrays import FloatArray
 
@@ -241,6 +241,13 @@ class Identification:
     essential: Essential | None = None
     found: tuple[EffectEntry, ...] = ()
     """Effects that a diagnosis had found and that are part of the model, beside the usual ones."""
+    impossible: tuple[str, ...] = ()
+    """What no arm can have and this estimate has: it must not be trusted, whatever the tests say."""
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the model: no test, and no value that no arm can have."""
+        return self.test.verdict != "instruments_invalid" and not self.impossible
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:

@@ -76,7 +76,7 @@ def test_the_pages_were_found() -> None:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A folder as a reader has it: the command, the arms, and files of the reader's own."""
-    (tmp_path / "armhil").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m daq "$@"\n')
+    (tmp_path / "armhil").write_text(f'#!/bin/sh\nexec "{Path(sys.executable).with_name("armhil")}" "$@"\n')
     (tmp_path / "armhil").chmod(0o755)
     shutil.copytree(ROOT / "robots", tmp_path / "robots")
     return tmp_path

@@ -88,7 +88,7 @@ class Catalogue:
                 reason = " ".join(str(error.orig).split())
                 raise CatalogueError(f"{self}: {reason}") from error
             raise
-        except ValueError as error:
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
             if isinstance(error, UserError) or not _is_of_a_row(error):
                 raise
             reason = one_line(str(error))[:120]
@@ -110,12 +110,13 @@ class Catalogue:
         self.close()
 
 
-def _is_of_a_row(error: ValueError) -> bool:
-    """Did reading a row raise it: text that is no JSON, no UTF-8, no time?"""
+def _is_of_a_row(error: Exception) -> bool:
+    """Did reading a row raise it: no JSON, no UTF-8, no time, or another kind of value than stands there?"""
     if isinstance(error, JSONDecodeError | UnicodeDecodeError):
         return True
-    frames = [frame.f_globals.get("__name__", "") for frame, _ in walk_tb(error.__traceback__)]
-    return bool(frames) and frames[-1].startswith("sqlalchemy.")
+    frames = [(f.f_globals.get("__name__", ""), f.f_code.co_name) for f, _ in walk_tb(error.__traceback__)]
+    reader = any(module.startswith("daq.catalogue.") and name.endswith("_of") for module, name in frames)
+    return reader or (bool(frames) and frames[-1][0].startswith("sqlalchemy."))
 
 
 def _is_access(error: DBAPIError) -> bool:

@@ -9,7 +9,7 @@ from typing import Literal
 from daq.catalogue import baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CatalogueFinding, CheckRecord, Model, Run
-from daq.files.model_file import source_sha256
+from daq.files.checksum import source_sha256
 
 CaptureState = Literal["none", "intact", "changed", "gone"]
 

@@ -15,8 +15,8 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import models, parameters
 from daq.catalogue.schema import runs as runs_table
 from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
-from daq.files.found_model import entry_json, entry_of_json
 from daq.recording.who import user
+from ident.effects.entry import EffectEntry
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
@@ -50,7 +50,7 @@ def add(catalogue: Catalogue, run_id: int, new: NewModel) -> Model:
             "gates": dict(new.gates),
             "torque_rms": list(new.torque_rms),
             "effects": list(new.effects),
-            "found": [entry_json(entry) for entry in new.found],
+            "found": [entry.as_json() for entry in new.found],
             "covariance": _packed(new.covariance),
             "settings": dict(new.settings),
             "sources": [asdict(source) for source in new.sources],
@@ -117,17 +117,21 @@ def trend(
         name: of one parameter; all where None.
         since: runs started at or after.
     """
-    columns = (models.c.id, models.c.run_id, runs_table.c.started, *_parameter_columns()[:4])
-    joined = parameters.join(models, models.c.id == parameters.c.model_id)
-    joined = joined.join(runs_table, runs_table.c.id == models.c.run_id)
-    wanted = select(*columns).select_from(joined).where(models.c.arm_id == arm_id)
-    wanted = wanted.order_by(runs_table.c.started, models.c.id, parameters.c.place)
-    if name is not None:
-        wanted = wanted.where(parameters.c.name == name)
+    made = select(models.c.id, models.c.run_id, runs_table.c.started)
+    made = made.join(runs_table, runs_table.c.id == models.c.run_id).where(models.c.arm_id == arm_id)
     if since is not None:
-        wanted = wanted.where(runs_table.c.started >= since)
+        made = made.where(runs_table.c.started >= since)
+    p = parameters.c
+    # What all parameters of a model share is asked for once a model, not once a parameter.
+    listed = select(p.model_id, p.name, p.value, p.sigma, p.unit)
+    listed = listed.join(models, models.c.id == p.model_id).where(models.c.arm_id == arm_id)
+    if name is not None:
+        listed = listed.where(p.name == name)
     with catalogue.reading() as connection:
-        return tuple(TrendPoint(*row) for row in connection.execute(wanted))
+        at = {row.id: (row.run_id, row.started) for row in connection.execute(made)}
+        found = connection.execute(listed.order_by(p.model_id, p.place)).all()
+    points = [TrendPoint(model_id, *at[model_id], *rest) for model_id, *rest in found if model_id in at]
+    return tuple(sorted(points, key=lambda point: (point.at, point.model_id)))
 
 
 def _parameter_columns() -> tuple[Any, ...]:
@@ -152,7 +156,7 @@ def _model_of(row: Row[Any], belonging: tuple[CatalogueParameter, ...]) -> Model
         fields["torque_rms"] = tuple(fields["torque_rms"])
         fields["effects"] = tuple(fields["effects"])
         # A catalogue of before has none there.
-        fields["found"] = tuple(entry_of_json(entry) for entry in fields["found"] or ())
+        fields["found"] = tuple(EffectEntry.of_json(entry) for entry in fields["found"] or ())
         fields["sources"] = tuple(Source(**source) for source in fields["sources"])
         fields["covariance"] = _unpacked(fields["covariance"], len(belonging))
     except (zlib.error, ValueError, TypeError, KeyError, AttributeError) as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from robots.arrays import FloatArray
 from robots.errors import UserError
 
@@ -237,7 +237,10 @@ class CatalogueFinding(NewFinding):
 
 @dataclass(frozen=True)
 class CheckRecord:
-    """The verdict of one check of an arm against its baseline."""
+    """The verdict of one check of an arm against its baseline.
+
+    ``details`` is what it rests on; where many are listed, only what was asked for of it.
+    """
 
     id: int
     arm_id: int

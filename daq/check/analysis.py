@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import robots
-from daq.check.request import CheckError
+from daq.check.errors import CheckError
 from daq.importing.load import loaded_capture
 from daq.recording.reader import read_capture
 from ident import Fitted, Options, identify

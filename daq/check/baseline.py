@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -10,7 +11,7 @@ from rich.markup import escape
 from daq.catalogue import arms, baselines, models
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline
-from daq.check.request import CheckError
+from daq.check.errors import CheckError
 from daq.recording.who import user
 
 Changed = tuple[str, tuple[Baseline, ...]]
@@ -91,6 +92,28 @@ def print_baselines(console: Console, label: str, found: tuple[Baseline, ...]) -
             what = f"{event.state.replace('_', ' ')} by {event.author}: {event.reason}{page}"
             said = f"  {event.at:%Y-%m-%d %H:%M} UTC {what}"
             console.print(escape(said), soft_wrap=True, highlight=False)
+
+
+def baseline_json(baseline: Baseline) -> dict[str, Any]:
+    """One baseline with everything that was said of it."""
+    return {
+        "id": baseline.id,
+        "run": baseline.run_id,
+        "model": baseline.model_id,
+        "state": baseline.state,
+        "accepted": baseline.accepted.isoformat(),
+        "description_sha256": baseline.description_sha256,
+        "events": [
+            {
+                "state": event.state,
+                "author": event.author,
+                "reason": event.reason,
+                "report": event.report,
+                "at": event.at.isoformat(),
+            }
+            for event in baseline.events
+        ],
+    }
 
 
 def _all(catalogue: Catalogue, arm_id: int) -> Changed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
-from daq.catalogue.values import Baseline
+from daq.check.baseline import baseline_json
 from daq.check.judged import comparison_json
 from daq.check.request import CheckResult
 
@@ -29,28 +29,6 @@ def check_json(result: CheckResult) -> dict[str, Any]:
         "findings": list(result.findings),
         "capture": str(result.capture),
         "report": str(result.report),
-    }
-
-
-def baseline_json(baseline: Baseline) -> dict[str, Any]:
-    """One baseline with everything that was said of it."""
-    return {
-        "id": baseline.id,
-        "run": baseline.run_id,
-        "model": baseline.model_id,
-        "state": baseline.state,
-        "accepted": baseline.accepted.isoformat(),
-        "description_sha256": baseline.description_sha256,
-        "events": [
-            {
-                "state": event.state,
-                "author": event.author,
-                "reason": event.reason,
-                "report": event.report,
-                "at": event.at.isoformat(),
-            }
-            for event in baseline.events
-        ],
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Arm, ArmIdentity
-from daq.check.request import CheckError
+from daq.check.errors import CheckError
 from daq.session.stages import changed_since, status
 
 _LAST = "full run"

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 import robots
-from daq.check.request import CheckError
+from daq.check.errors import CheckError
 from daq.files.toml_file import read_toml
 from daq.session.bench import ArmOrder
 from drivers import Channel

@@ -182,7 +182,9 @@ def _verdict(
         return Verdict.WARNING, said
     if increase:
         return Verdict.WARNING, f"{residual_increase_words(increase)[0]}; {said}"
-    if fitted.result.test.verdict == "instruments_invalid":
+    if fitted.result.impossible:
+        return Verdict.WARNING, f"the model does not explain the arm ({fitted.result.impossible[0]}); {said}"
+    if not fitted.result.trusted:
         return Verdict.WARNING, f"the model does not explain the arm (instruments invalid); {said}"
     return Verdict.OK, said
 

@@ -13,7 +13,8 @@ from daq.catalogue.descriptions import Description
 from daq.catalogue.identity import description_of, sha256_of
 from daq.catalogue.values import Arm, ArmMismatch, Baseline, CatalogueError
 from daq.check.commissioned import require_commissioned
-from daq.check.request import CheckError, CheckRequest
+from daq.check.errors import CheckError
+from daq.check.request import CheckRequest
 from daq.check.simulated_night import with_own_noise
 from daq.recording.reader import read_capture
 from daq.session.bench import OpenArm, opened

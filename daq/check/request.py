@@ -12,11 +12,6 @@ from daq.session.bench import ArmOrder
 from daq.session.cell import Cell
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings
-from robots.errors import UserError
-
-
-class CheckError(UserError):
-    """A check that cannot be made as it was asked for; one line for the user."""
 
 
 class Verdict(StrEnum):

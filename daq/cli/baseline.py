@@ -84,8 +84,7 @@ def show(arm: Arm, as_json: Json = False) -> int:
     Example: [bold]armhil baseline show tx40[/]
     """
     from daq.catalogue.database import Catalogue
-    from daq.check.baseline import all_of, print_baselines
-    from daq.check.check_json import baseline_json
+    from daq.check.baseline import all_of, baseline_json, print_baselines
 
     with Catalogue() as catalogue:
         found = all_of(catalogue, arm)
@@ -99,8 +98,7 @@ def _shown(
     change: Any, of: int | str, reason: str, author: str | None, report: Path | None, as_json: bool
 ) -> int:
     from daq.catalogue.database import Catalogue
-    from daq.check.baseline import print_baselines
-    from daq.check.check_json import baseline_json
+    from daq.check.baseline import baseline_json, print_baselines
 
     with Catalogue() as catalogue:
         label, found = change(catalogue, of, author, reason, report)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daq.catalogue.details import RunDetails
 from daq.catalogue.values import Baseline, CatalogueFinding, CheckRecord, Model, Run
-from daq.files.found_model import entry_json
-from daq.keeping.again import Rerun
-from daq.keeping.compare import ComparedParameter, Comparison
-from daq.keeping.prune import PrunePlan
 from daq.text.numbers import json_number
 from daq.text.parameter_rows import parameter_rows
+
+if TYPE_CHECKING:  # what makes them takes long to import
+    from daq.keeping.again import Rerun
+    from daq.keeping.compare import ComparedParameter, Comparison
+    from daq.keeping.prune import PrunePlan
 
 
 def runs_json(runs: Iterable[Run], verdicts: Mapping[int, str]) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "relative_error_percent": json_number(model.relative_error_percent),
         "torque_rms": [json_number(value) for value in model.torque_rms],
         "effects": list(model.effects),
-        "found": [entry_json(entry) for entry in model.found],
+        "found": [entry.as_json() for entry in model.found],
         "parameters": parameter_rows(model.parameters),
         "covariance": model.covariance_kind,
         "settings": dict(model.settings),

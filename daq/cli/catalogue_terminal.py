@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -13,11 +14,13 @@ from rich.table import Table
 from daq.catalogue.details import RunDetails
 from daq.catalogue.runs import UNJUDGED
 from daq.catalogue.values import Model, Run
-from daq.files.found_model import found_words
-from daq.keeping.again import Rerun, Sameness
-from daq.keeping.compare import Comparison
-from daq.keeping.prune import PrunePlan
 from daq.text.numbers import percent, significant, with_sigma
+from ident.effects.entry import found_words
+
+if TYPE_CHECKING:  # what makes them takes long to import
+    from daq.keeping.again import Rerun, Sameness
+    from daq.keeping.compare import Comparison
+    from daq.keeping.prune import PrunePlan
 
 _CAPTURE_WORDS = {
     "none": "none",

@@ -21,6 +21,8 @@ from daq.cli.common import (
     StandsAt,
     arm_order_of,
     console_of,
+    file_of,
+    found,
     print_json,
     say,
     steps_of,
@@ -49,12 +51,19 @@ def check(
     robot: Annotated[
         str | None,
         typer.Argument(
-            help="A shipped arm (see `armhil robots`) or a robot.toml.", show_default="with --all"
+            help="A shipped arm (see `armhil robots`) or a robot.toml.",
+            show_default="with --all",
+            callback=found,
         ),
     ] = None,
     everyone: Annotated[bool, typer.Option("--all", help="Every arm of the fleet.")] = False,
     fleet: Annotated[
-        Path | None, typer.Option(help="fleet.toml of --all.", show_default="the user's")
+        Path | None,
+        typer.Option(
+            help="fleet.toml of --all.",
+            show_default="the user's",
+            callback=file_of("a fleet (fleet.toml)"),
+        ),
     ] = None,
     interface: Interface = None,
     channel: ChannelName = None,
@@ -65,10 +74,19 @@ def check(
         typer.Option(min=0, help="Of its noise, to repeat a run.", show_default="another one for every run"),
     ] = None,
     scenario: Annotated[
-        Path | None, typer.Option(help="A scenario.toml: what the simulated arm has besides.")
+        Path | None,
+        typer.Option(
+            help="A scenario.toml: what the simulated arm has besides.",
+            callback=file_of("a scenario.toml"),
+        ),
     ] = None,
     trajectory: Annotated[
-        Path | None, typer.Option(help="What to drive.", show_default="the accepted one, else a new plan")
+        Path | None,
+        typer.Option(
+            help="What to drive.",
+            show_default="the accepted one, else a new plan",
+            callback=file_of("a trajectory"),
+        ),
     ] = None,
     cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="Of a new plan, s.")] = 12.0,
@@ -91,7 +109,11 @@ def check(
     backend: Annotated[str, typer.Option(help="Of joblib, with --all: loky, sequential, dask.")] = "loky",
     notify: Annotated[
         Path | None,
-        typer.Option(help="notify.toml: who is told of a new verdict.", show_default="the user's"),
+        typer.Option(
+            help="notify.toml: who is told of a new verdict.",
+            show_default="the user's",
+            callback=file_of("who is told (notify.toml)"),
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-check-<robot>")
@@ -104,12 +126,19 @@ def check(
 
     Example: [bold]armhil check tx40 --simulated[/]
     """
+    from daq.check.errors import CheckError
+
+    if everyone == (robot is not None):
+        raise CheckError("give one ROBOT, or --all for the fleet")
+    refuse_given(context, OF_ONE_ARM if everyone else OF_A_FLEET, everyone)
+    if not everyone and not simulated and (scenario is not None or noise_seed is not None):
+        raise CheckError("--scenario and --noise-seed are of simulated drives; give --simulated")
     from daq.catalogue.database import Catalogue
     from daq.check.check import run_check
     from daq.check.check_json import check_json
     from daq.check.fleet import read_fleet
     from daq.check.fleet_run import check_fleet
-    from daq.check.request import CheckError, CheckRequest
+    from daq.check.request import CheckRequest
     from daq.check.terminal import print_check, print_fleet
     from daq.files.run_folder import make_run_folder
     from daq.notify.notify import notify_of
@@ -122,9 +151,6 @@ def check(
         false_alarms_per_year=false_alarms, nights_per_year=per_year, tolerance=tolerance
     )
     console = console_of(as_json)
-    if everyone == (robot is not None):
-        raise CheckError("give one ROBOT, or --all for the fleet")
-    refuse_given(context, OF_ONE_ARM if everyone else OF_A_FLEET, everyone)
     if notify is not None:
         read_notify(notify)  # a mistake in it is told before anything moves
     with Catalogue() as catalogue:
@@ -151,8 +177,6 @@ def check(
             print_fleet(console, done)
             return done.exit_code
         assert robot is not None
-        if not simulated and (scenario is not None or noise_seed is not None):
-            raise CheckError("--scenario and --noise-seed are of simulated drives; give --simulated")
         order = replace(
             arm_order_of(
                 robot,
@@ -195,7 +219,7 @@ def refuse_given(context: typer.Context, names: tuple[str, ...], everyone: bool)
     Raises:
         CheckError: names the first one.
     """
-    from daq.check.request import CheckError
+    from daq.check.errors import CheckError
 
     for name in names:
         source = context.get_parameter_source(name)

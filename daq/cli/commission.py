@@ -27,6 +27,7 @@ from daq.cli.common import (
     asking,
     catalogue_of,
     console_of,
+    file_of,
     print_json,
     steps_of,
     watcher_of,
@@ -41,7 +42,12 @@ def commission(
         typer.Option("--move/--dry-run", help="Go through the stages; else nothing is sent or moved."),
     ] = False,
     trajectory: Annotated[
-        Path | None, typer.Option(help="A trajectory to commission with.", show_default="one is planned")
+        Path | None,
+        typer.Option(
+            help="A trajectory to commission with.",
+            show_default="one is planned",
+            callback=file_of("a trajectory"),
+        ),
     ] = None,
     cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the plan, s.")] = 12.0,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from daq.cli.app import SAID
+from robots.errors import UserError
 
 OK, WARNING, FAILED, UNKNOWN, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -25,6 +27,21 @@ def there(value: Any) -> Any:
             allowed = capture if path.suffix == ".mcap" else f"{capture}, or a log with its column map"
             raise CaptureError(f"{path}: no such file; allowed: {allowed}")
     return value
+
+
+class NoSuchFile(UserError):
+    """A file that an option names and that is not there."""
+
+
+def file_of(kind: str) -> Callable[[Path | None], Path | None]:
+    """Callback of options that name one file of a kind: as :func:`there`."""
+
+    def existing(path: Path | None) -> Path | None:
+        if path is not None and not path.exists():
+            raise NoSuchFile(f"{path}: no such file; allowed: {kind}")
+        return path
+
+    return existing
 
 
 def found(value: str | None) -> str | None:
@@ -72,9 +89,15 @@ StandsAt = Annotated[
     str | None,
     typer.Option("--stands-at", help="Posture read off the arm: n positions, comma.", show_default="none"),
 ]
+CELL_FILE = "a cell file (cell.toml)"
 CellOption = Annotated[
     Path | None,
-    typer.Option("--cell", help="cell.toml: what to keep clear of.", show_default="only the arm itself"),
+    typer.Option(
+        "--cell",
+        help="cell.toml: what to keep clear of.",
+        show_default="only the arm itself",
+        callback=file_of(CELL_FILE),
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no live view.")]
 NotCommissioned = Annotated[
@@ -104,9 +127,9 @@ def say(text: str) -> None:
     sys.stderr.write("\n".join(wrapped(f"armhil: {text}", width_of(sys.stderr))) + "\n")
 
 
-def code_of(verdict: str) -> int:
+def code_of(result: Any) -> int:
     """A model that must not be trusted is a warning to whoever calls this from a script."""
-    return WARNING if verdict == "instruments_invalid" else OK
+    return OK if result.trusted else WARNING
 
 
 def bus_of(arm: Any, interface: str | None, channel: str | None) -> Any:

@@ -20,12 +20,16 @@ def compare(
 
     Example: [bold]armhil compare 11 12[/]
     """
+    from daq.catalogue import runs
     from daq.catalogue.database import Catalogue
     from daq.cli.catalogue_json import comparison_json
     from daq.cli.catalogue_terminal import print_comparison
-    from daq.keeping.compare import compare as compared
 
     with Catalogue() as catalogue:
+        for run in (first, second):
+            runs.get(catalogue, run)
+        from daq.keeping.compare import compare as compared
+
         found = compared(catalogue, first, second)
     if as_json:
         print_json(comparison_json(found))

@@ -83,4 +83,4 @@ def demo(
     write(console, f"\nReport: {result.report}")
     if result.run is not None:
         write(console, f"Run {result.run} of the catalogue: armhil show {result.run}")
-    return code_of(result.fitted.result.test.verdict)
+    return code_of(result.fitted.result)

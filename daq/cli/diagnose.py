@@ -9,6 +9,7 @@ import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
+    CELL_FILE,
     OK,
     UNKNOWN,
     WARNING,
@@ -27,6 +28,8 @@ from daq.cli.common import (
     asking,
     catalogue_of,
     console_of,
+    file_of,
+    found,
     print_json,
     steps_of,
     there,
@@ -61,10 +64,19 @@ def diagnose(
         str | None, typer.Option(help="An accepted model file, or cad.", show_default="after a refit")
     ] = None,
     cell: Annotated[
-        Path | None, typer.Option(help="cell.toml: what a planned motion has to keep clear of.")
+        Path | None,
+        typer.Option(
+            help="cell.toml: what a planned motion has to keep clear of.",
+            callback=file_of(CELL_FILE),
+        ),
     ] = None,
     live: Annotated[
-        str | None, typer.Option("--live", help="The arm on its bench: record, and settle what is ambiguous.")
+        str | None,
+        typer.Option(
+            "--live",
+            help="The arm on its bench: record, and settle what is ambiguous.",
+            callback=found,
+        ),
     ] = None,
     interface: Annotated[
         str | None, typer.Option(help="python-can interface, with --live.", show_default="the robot's")
@@ -88,6 +100,9 @@ def diagnose(
     search: Annotated[
         Searches, typer.Option(help="Which search names what the moving arm shows: by evidence, or by rules.")
     ] = "evidence",
+    power: Annotated[
+        bool, typer.Option("--power", help="How small each effect would still have been named.")
+    ] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
@@ -98,12 +113,16 @@ def diagnose(
 
     Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
     """
+    from daq.recording.errors import CaptureError
+
+    if live is None and not paths:
+        raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import print_evidence
     from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
-    from daq.recording.capture import CaptureError
+    from daq.report.power import print_power
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
 
@@ -119,10 +138,9 @@ def diagnose(
         out,
         cell,
         evaluations,
+        power=power,
         search=search,
     )
-    if live is None and not paths:
-        raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
         result = run_diagnose(request, steps_of(console, quiet))
@@ -154,6 +172,8 @@ def diagnose(
     model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
+    if result.power is not None:
+        print_power(console, result.power)
     if result.evidence is not None:
         print_evidence(console, result.evidence)
     if result.folder is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import ChannelName, Interface, Json, bus_of, console_of, print_json
+from daq.cli.common import ChannelName, Interface, Json, bus_of, console_of, found, print_json
 
 
 @app.command()
@@ -15,7 +15,8 @@ def doctor(
     robot: Annotated[
         str | None,
         typer.Argument(
-            help="A shipped arm (see `armhil robots`) or a robot.toml; without one, this machine."
+            help="A shipped arm (see `armhil robots`) or a robot.toml; without one, this machine.",
+            callback=found,
         ),
     ] = None,
     interface: Interface = None,

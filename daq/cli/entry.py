@@ -32,6 +32,7 @@ from daq.cli import (
     jog,
     note,
     plan,
+    protocol,
     prune,
     recover,
     rerun,
@@ -55,7 +56,7 @@ __all__ = ["app", "main"]
 # Importing one of these adds its command to the app; groups and order are those of the help.
 GROUPS = {
     "From an arm to a model": (demo, identify, diagnose, gain, controller),
-    "Driving an arm": (plan, home, jog, commission, run, acknowledge),
+    "Driving an arm": (plan, home, jog, commission, protocol, run, acknowledge),
     "Watching over arms": (check, baseline, schedule, serve),
     "What was run": (runs, show, note, rerun, compare, prune),
     "Recordings": (import_, export, export_model, recover),

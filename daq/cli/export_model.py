@@ -54,6 +54,6 @@ def export_model(
             write(console, f"  not in it: {sentence}", indent="    ")
     for sentence in nowhere:
         write(console, f"In none of them: {sentence}", indent="  ")
-    if content.estimate.verdict == "instruments_invalid":
+    if not content.estimate.trusted:
         write(console, f"Do not trust these files yet: {content.estimate.recommendation}", style="bold red")
-    return code_of(content.estimate.verdict)
+    return code_of(content.estimate)

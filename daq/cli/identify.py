@@ -18,6 +18,7 @@ from daq.cli.common import (
     catalogue_of,
     code_of,
     console_of,
+    file_of,
     print_json,
     steps_of,
     there,
@@ -75,7 +76,10 @@ def identify(
     model: Annotated[
         Path | None,
         typer.Option(
-            "--model", help="A model file whose found effects belong to the model.", show_default="usual"
+            "--model",
+            help="A model file whose found effects belong to the model.",
+            show_default="usual",
+            callback=file_of("a model file (*.model.toml)"),
         ),
     ] = None,
     urdf: UrdfOfLog = None,
@@ -141,4 +145,4 @@ def identify(
         write(console, f"\nReport: {result.report}")
     if result.urdf is not None:
         write(console, f"URDF: {result.urdf}")
-    return code_of(result.fitted.result.test.verdict)
+    return code_of(result.fitted.result)

@@ -8,13 +8,19 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import OK, WARNING, Json, console_of, print_json
+from daq.cli.common import OK, WARNING, Json, console_of, file_of, found, print_json
 
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(help="A log: .csv, .mat, .parquet, .mcap, .db3, or a folder.")],
-    robot: Annotated[str, typer.Option("--robot", help="A shipped arm or a robot.toml.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="A log: .csv, .mat, .parquet, .mcap, .db3, or a folder.",
+            callback=file_of("a log, or a folder"),
+        ),
+    ],
+    robot: Annotated[str, typer.Option("--robot", help="A shipped arm or a robot.toml.", callback=found)],
     columns: Annotated[
         Path | None, typer.Option(help="Column map of the log.", show_default="the robot's")
     ] = None,

@@ -9,6 +9,7 @@ import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
+    CELL_FILE,
     FAILED,
     OK,
     UNKNOWN,
@@ -18,6 +19,7 @@ from daq.cli.common import (
     Quiet,
     RobotArgument,
     console_of,
+    file_of,
     print_json,
     steps_of,
 )
@@ -27,7 +29,11 @@ from daq.cli.common import (
 def plan(
     robot: RobotArgument,
     check: Annotated[
-        Path | None, typer.Option(help="Judge this trajectory (.json, .csv, .mcap) instead of planning one.")
+        Path | None,
+        typer.Option(
+            help="Judge this trajectory (.json, .csv, .mcap) instead of planning one.",
+            callback=file_of("a trajectory"),
+        ),
     ] = None,
     objective: Annotated[
         str, typer.Option(help="determinant, trace or condition: what is minimised.")
@@ -42,13 +48,23 @@ def plan(
     start: Annotated[
         str | None, typer.Option(help="Where the arm stands: n positions, comma.", show_default="home")
     ] = None,
-    cell: Annotated[Path | None, typer.Option(help="cell.toml: floor, obstacles, tool.")] = None,
+    cell: Annotated[
+        Path | None,
+        typer.Option(
+            help="cell.toml: floor, obstacles, tool.",
+            callback=file_of(CELL_FILE),
+        ),
+    ] = None,
     floor: Annotated[float | None, typer.Option(help="Height of a floor, m.", show_default="none")] = None,
     tool_speed: Annotated[
         float | None, typer.Option(help="Highest speed of the tool, m/s.", show_default="none")
     ] = None,
     earlier: Annotated[
-        Path | None, typer.Option(help="An earlier capture or model of the arm: errors and values to expect.")
+        Path | None,
+        typer.Option(
+            help="An earlier capture or model of the arm: errors and values to expect.",
+            callback=file_of("a capture or a model file of the arm"),
+        ),
     ] = None,
     cycle_time: Annotated[
         float | None, typer.Option(help="Between set-points, s.", show_default="the robot's")
@@ -60,6 +76,9 @@ def plan(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-plan-<robot>")
     ] = None,
+    power: Annotated[
+        bool, typer.Option("--power", help="How small each effect could be and still be named, as a map.")
+    ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
@@ -94,6 +113,7 @@ def plan(
         cycle_time=cycle_time,
         earlier=earlier,
         out=out,
+        power=power,
     )
     result = run_plan(request, steps_of(console, quiet))
     if as_json:

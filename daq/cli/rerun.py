@@ -38,11 +38,14 @@ def rerun(
 
     Example: [bold]armhil rerun 12[/]
     """
+    from daq.catalogue import runs
     from daq.catalogue.database import Catalogue
-    from daq.keeping.rerun_choice import chosen_analysis
 
     console = console_of(as_json)
     with Catalogue() as catalogue:
+        runs.get(catalogue, run)
+        from daq.keeping.rerun_choice import chosen_analysis
+
         wanted = Analysis(chosen_analysis(catalogue, run)) if analysis is None else analysis
         again = {
             Analysis.IDENTIFICATION: _identification,

@@ -29,6 +29,7 @@ from daq.cli.common import (
     asking,
     catalogue_of,
     console_of,
+    file_of,
     print_json,
     steps_of,
     watcher_of,
@@ -38,7 +39,10 @@ from daq.cli.common import (
 @app.command()
 def run(
     robot: RobotArgument,
-    trajectory: Annotated[Path, typer.Argument(help="What to drive (.json, .csv, .mcap).")],
+    trajectory: Annotated[
+        Path,
+        typer.Argument(help="What to drive (.json, .csv, .mcap).", callback=file_of("a trajectory")),
+    ],
     interface: Interface = None,
     channel: ChannelName = None,
     simulated: Simulated = False,

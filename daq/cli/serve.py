@@ -37,7 +37,6 @@ def serve(
 
     Example: [bold]armhil serve --port 8090[/]
     """
-    from daq.service.serve import serve as run_service
     from daq.service.settings import read_service
     from daq.service.units import serving_unit
 
@@ -48,7 +47,8 @@ def serve(
             serving_unit(tuple(options), Path.cwd(), VARIABLES), soft_wrap=True, highlight=False, markup=False
         )
         return OK
-    run_service(
-        read_service(config, host, port), out, lambda address: say(f"serving {address}; Ctrl-C ends it")
-    )
+    service = read_service(config, host, port)
+    from daq.service.serve import serve as run_service
+
+    run_service(service, out, lambda address: say(f"serving {address}; Ctrl-C ends it"))
     return OK

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from daq.cli.app import app
-from daq.cli.common import ChannelName, Interface, RobotArgument, SimulatedSeed, bus_of
+from daq.cli.common import ChannelName, Interface, RobotArgument, SimulatedSeed, bus_of, file_of
 
 
 @app.command()
@@ -19,7 +19,10 @@ def sim(
     seed: SimulatedSeed = 0,
     scenario: Annotated[
         Path | None,
-        typer.Option(help="A scenario.toml: what the arm hides. Only the drives' process reads it."),
+        typer.Option(
+            help="A scenario.toml: what the arm hides. Only the drives' process reads it.",
+            callback=file_of("a scenario.toml"),
+        ),
     ] = None,
     seal: Annotated[
         Path | None, typer.Option(help="New file for the sealed truth, which scoring opens later.")

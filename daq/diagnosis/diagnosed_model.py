@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from daq.diagnosis.diagnosis_words import headline
+from daq.files.checksum import source_sha256
 from daq.files.model_file import (
     ModelFile,
     ModelFileError,
     model_found,
     model_parameters,
-    source_sha256,
     write_model_file,
 )
 from daq.files.toml_file import validation_line

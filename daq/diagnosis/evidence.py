@@ -9,7 +9,7 @@ from rich.console import Console
 from daq.text.wrapped import Column, write, write_table
 from ident.discrepancy.by_evidence import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.decide.names import NOTHING, Named
-from ident.effects.family import joint_words
+from ident.effects.entry import joint_words
 
 _RANKED = 5
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from daq.files.model_file import ModelFile, ModelFileError, read_model
-from ident.effects.family import joint_words
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from ident.identification.found_effects import FoundModel
 from robots import Robot
 
@@ -35,27 +34,12 @@ def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:
     return tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
 
 
-def found_words(entries: Sequence[EffectEntry]) -> str:
-    """Found effects and where they sit."""
-    return "; ".join(f"{entry.name.replace('_', ' ')} ({joint_words(entry.joints)})" for entry in entries)
-
-
-def entry_json(entry: EffectEntry) -> dict[str, Any]:
-    """A found effect as model files, ``--json`` and the catalogue have it."""
-    return {"effect": entry.name, "joints": list(entry.joints), "shape": dict(entry.shape)}
-
-
-def entry_of_json(values: Mapping[str, Any]) -> EffectEntry:
-    """A found effect out of the catalogue."""
-    return EffectEntry(values["effect"], tuple(values["joints"]), dict(values["shape"]))
-
-
 def found_json(model: FoundModel) -> dict[str, Any]:
     """A model with found effects as the catalogue keeps it among the settings of an identification."""
     return {
         "source": model.source,
         "usual": list(model.usual),
-        "found": [entry_json(entry) for entry in model.found],
+        "found": [entry.as_json() for entry in model.found],
         "values": dict(model.values),
     }
 
@@ -64,5 +48,5 @@ def found_of_json(values: Mapping[str, Any] | None) -> FoundModel | None:
     """The same back; None where nothing was found."""
     if values is None:
         return None
-    entries = tuple(entry_of_json(entry) for entry in values["found"])
+    entries = tuple(EffectEntry.of_json(entry) for entry in values["found"])
     return FoundModel(values["source"], tuple(values["usual"]), entries, dict(values["values"]))

@@ -14,11 +14,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from daq.files.checksum import file_sha256
+from daq.files.checksum import source_sha256
 from daq.files.toml_file import read_toml, validation_line
 from daq.files.toml_text import TomlTextError, toml_text
 from ident import Fitted
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from ident.estimators import ESTIMATORS
 from ident.results import Parameter
 from ident.verdicts import Verdict
@@ -74,6 +74,14 @@ class ModelEstimate(_Frozen):
     torque_noise: tuple[NonNegative, ...] = Field(
         default=(), description="rms per joint of what does not repeat from period to period, N·m or N"
     )
+    impossible: tuple[str, ...] = Field(
+        default=(), description="what no arm can have and the estimate has: then it must not be trusted"
+    )
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the model."""
+        return self.verdict != "instruments_invalid" and not self.impossible
 
 
 class ModelParameter(_Frozen):
@@ -171,7 +179,8 @@ def model_of(
         "estimate": {
             "estimator": estimate.method,
             "verdict": result.test.verdict,
-            "recommendation": result.test.recommendation,
+            "recommendation": "; ".join(result.impossible) or result.test.recommendation,
+            "impossible": result.impossible,
             "covariance": estimate.covariance_kind,
             "rows": result.rows,
             "relative_error_percent": estimate.relative_error_percent,
@@ -211,22 +220,6 @@ def model_parameters(parameters: Sequence[Parameter], covariance: FloatArray) ->
         }
         for row, parameter in enumerate(parameters)
     )
-
-
-def source_sha256(path: Path) -> str:
-    """Checksum of a recording; of a folder, that of the lines ``<sha256>  <name>`` of its files by name.
-
-    Raises:
-        ModelFileError: it cannot be read.
-    """
-    try:
-        if not path.is_dir():
-            return file_sha256(path)
-        files = sorted(file for file in path.iterdir() if file.is_file())
-        lines = "".join(f"{file_sha256(file)}  {file.name}\n" for file in files)
-    except OSError as error:
-        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from error
-    return sha256(lines.encode()).hexdigest()
 
 
 def write_model(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from daq.text.numbers import percent, significant
-from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for
+from daq.text.verdict_words import VerdictKind, asked_for, headline_of, kind_of
 from ident import Estimate, Identification
 from robots import Robot
 
@@ -42,9 +42,10 @@ def answer_of(
         model: the model file that was written; None where there is none.
         truth: base parameters of a simulated arm by name, SI; None for a real one.
     """
-    kind = VERDICTS[result.test.verdict].kind
+    kind = kind_of(result)
     parts = [_good_to(result, kind), *_use(kind, model), *_not_seen(result.recommended)]
-    odd = [f"{result.test.recommendation} {asked_for(result)}".strip()]
+    odd = [*(f"{_capital(words)}." for words in result.impossible)]
+    odd += [] if result.impossible else [f"{result.test.recommendation} {asked_for(result)}".strip()]
     odd += [] if truth is None else [_against(result.recommended, truth)]
     odd += [f"warning: {_ended(warning)}" for warning in result.warnings]
     return Answer(kind, "; ".join(parts) + ".", tuple(odd))
@@ -54,7 +55,7 @@ def _good_to(result: Identification, kind: VerdictKind) -> str:
     estimate = result.recommended
     fitted = f"{percent(estimate.relative_error_percent)} of torque"
     if kind == "bad":
-        return f"{VERDICTS[result.test.verdict].headline}; it leaves {fitted}"
+        return f"{headline_of(result)}; it leaves {fitted}"
     held = [h.relative_error_percent for h in result.held_out if h.method == estimate.method]
     other = f"{percent(max(held))} of torque on a motion that it was not fitted to" if held else fitted
     return f"Model good to {other}" if kind != "unknown" else f"Model not tested; it leaves {other}"
@@ -83,6 +84,10 @@ def _against(estimate: Estimate, truth: Mapping[str, float]) -> str:
         f"Beside the true parameters of the simulated arm: {int(np.sum(away < 2.0))} of {away.size}"
         f" within 2 σ, furthest {estimate.parameters[worst].name} by {away[worst]:.1f} σ."
     )
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
 
 
 def _ended(words: str) -> str:

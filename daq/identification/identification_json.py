@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from daq.files.found_model import entry_json
 from daq.text.numbers import json_number
 from ident.estimators import ESTIMATORS
 from ident.results import (
@@ -42,7 +41,7 @@ def identification_json(
         "base_parameters": [parameter.name for parameter in parameters],
         "units": {parameter.name: parameter.unit for parameter in parameters},
         "expressions": {parameter.name: parameter.expression for parameter in parameters},
-        "found": [entry_json(entry) for entry in result.found],
+        "found": [entry.as_json() for entry in result.found],
         "estimates": {
             name: _estimate(result.by_estimator[name]) if name in result.by_estimator else None
             for name in ESTIMATORS
@@ -58,6 +57,8 @@ def identification_json(
         "consistency": None if result.consistency is None else _consistency(result.consistency),
         "essential": None if result.essential is None else _essential(result.essential),
         "truth": None if truth is None else {name: json_number(value) for name, value in truth.items()},
+        "trusted": result.trusted,
+        "impossible": list(result.impossible),
         "warnings": list(result.warnings),
     }
 

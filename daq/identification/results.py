@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.files.found_model import found_words
 from daq.files.model_file import write_model
 from daq.identification.identification_json import identification_json
 from daq.identification.torque_noise import torque_noise
 from daq.report.check_view import CheckView
 from daq.report.page import MotionTrace, ReportContent, write_report
 from ident import Fitted, Recording
+from ident.effects.entry import found_words
 from robots import Robot
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from daq.files.found_model import found_words
 from daq.identification.answer import answer_of, per_joint
 from daq.text.numbers import NOTHING, percent, probability, setting, significant, with_sigma
 from daq.text.verdict_words import VerdictKind, words_of
 from daq.text.wrapped import Column, write, write_table
 from ident import Estimate, Fitted, Identification
+from ident.effects.entry import found_words
 from ident.results import Consistency, Essential, HeldOut, Rank, Signals
 
 _COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "green", "bad": "red", "unknown": "yellow"}

@@ -17,7 +17,7 @@ from daq.recording.capture import CaptureError
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
-ALLOWED = ".csv, .mat, .parquet, .mcap, .db3, .txt, .tsv, .dat, a folder of .csv or with a ROS 2 bag"
+ALLOWED = ".csv, .mat, .parquet, .npz, .h5, .mcap, .db3, .bag, .txt, .tsv, .dat, a folder of .csv or of ROS 2"
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read a .csv, .mat, .parquet, .mcap or .db3 file, or a folder with a ROS 2 bag.
+    """Read a file of one of the kinds in ``ALLOWED``, or a folder with a ROS 2 bag.
 
     Raises:
         CaptureError: it is not there, not readable, or not what its name says.

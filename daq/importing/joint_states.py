@@ -1,4 +1,4 @@
-"""``sensor_msgs/JointState`` out of MCAP files and ROS 2 bags, as named columns.
+"""``sensor_msgs/JointState`` out of MCAP files, ROS 2 and ROS 1 bags, as named columns.
 
 Columns are ``TOPIC/position/JOINT``, ``TOPIC/velocity/JOINT`` and ``TOPIC/effort/JOINT``; ``TOPIC/stamp`` is
 the time in the messages' headers and ``TOPIC/log_time`` the one at which they were recorded, both in s since
@@ -20,6 +20,7 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 from numpy.typing import NDArray
 
+from daq.importing.rosbag1 import ROS1_SUFFIX, in_rosbag1
 from daq.recording.cdr import CdrError
 from daq.recording.errors import CaptureError
 from daq.recording.messages import JointState, decode_joint_state
@@ -27,7 +28,8 @@ from daq.recording.messages import JointState, decode_joint_state
 log = logging.getLogger(__name__)
 
 MCAP_SUFFIX, SQLITE_SUFFIX = ".mcap", ".db3"
-BAG_SUFFIXES = (MCAP_SUFFIX, SQLITE_SUFFIX)
+ROS2_SUFFIXES = (MCAP_SUFFIX, SQLITE_SUFFIX)
+BAG_SUFFIXES = (*ROS2_SUFFIXES, ROS1_SUFFIX)
 JOINT_STATE_TYPES = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 _LARGEST_RECORD = 1 << 28
 
@@ -42,7 +44,7 @@ def is_bag_folder(path: Path) -> bool:
 
 def bag_files(path: Path) -> list[Path]:
     """The files of a bag, in their order: a bag may be split."""
-    return sorted(file for file in path.iterdir() if file.suffix in BAG_SUFFIXES)
+    return sorted(file for file in path.iterdir() if file.suffix in ROS2_SUFFIXES)
 
 
 def read_bag(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -55,19 +57,28 @@ def read_bag(path: Path) -> dict[str, NDArray[np.float64]]:
     files = bag_files(path) if path.is_dir() else [path]
     messages: dict[str, list[tuple[int, JointState]]] = defaultdict(list)
     for file in files:
-        logged = _in_sqlite(file) if file.suffix == SQLITE_SUFFIX else _in_mcap(file)
-        for topic, time, data in logged:
-            try:
-                messages[topic].append((time, decode_joint_state(data)))
-            except CdrError as error:
-                raise CaptureError(f"{file}: a message of {topic} is no JointState: {error}") from error
+        for topic, time, state in in_rosbag1(file) if file.suffix == ROS1_SUFFIX else _in_cdr(file):
+            messages[topic].append((time, state))
     if not messages:
-        raise CaptureError(f"{path}: holds no {JOINT_STATE_TYPES[0]} in CDR")
+        raise CaptureError(f"{path}: holds no {JOINT_STATE_TYPES[0]}, as CDR or of ROS 1")
     origins = [_time_of(time, state) for rows in messages.values() for time, state in rows[:1]]
     columns: dict[str, NDArray[np.float64]] = {}
     for topic, rows in messages.items():
         columns |= _columns(path, topic, rows, min(origins))
     return columns
+
+
+def _in_cdr(file: Path) -> Iterator[tuple[str, int, JointState]]:
+    """Topic, time of recording in ns, and message of a file of ROS 2.
+
+    Raises:
+        CaptureError: a message cannot be read.
+    """
+    for topic, time, data in _in_sqlite(file) if file.suffix == SQLITE_SUFFIX else _in_mcap(file):
+        try:
+            yield topic, time, decode_joint_state(data)
+        except CdrError as error:
+            raise CaptureError(f"{file}: a message of {topic} is no JointState: {error}") from error
 
 
 def _time_of(logged: int, state: JointState) -> int:

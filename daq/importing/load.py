@@ -174,15 +174,21 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     map_path = columns if columns is not None else robot.folder / MAP_NAME
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
-    recording, complete, warnings = log_recording(path, robot, meaning)
+    recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
     recordings, dropped = answered_pieces(path, recording, complete)
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
 def log_recording(
-    path: Path, robot: Robot, columns: ImportMap
+    path: Path, robot: Robot, columns: ImportMap, cutoff_hz: float
 ) -> tuple[Recording, BoolArray, tuple[str, ...]]:
     """What a column map makes of a log; for the errors see :func:`load_log`.
+
+    Args:
+        path: the log.
+        robot: the arm.
+        columns: the column map.
+        cutoff_hz: of the positions' low-pass, by which gaps are judged.
 
     Returns:
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
@@ -207,11 +213,11 @@ def log_recording(
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
-    recording, warnings = uniform_recording(path.name, time, reference, position, control_signal)
-    warnings = (*wrong, *odd, *warnings)
-    if columns.complete is None:
-        return recording, np.ones((len(recording.time), robot.n), dtype=np.bool_), warnings
-    return recording, complete_at(recording.time, time, complete), warnings
+    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz)
+    there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
+    if columns.complete is not None:
+        there &= complete_at(even.recording.time, time, complete)
+    return even.recording, there, (*wrong, *odd, *even.words)
 
 
 def _complete(source: _Source, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:

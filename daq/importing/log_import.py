@@ -58,8 +58,8 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
     if not source.exists():
         raise CaptureError(f"{source}: no such file")
     columns = load_import_map(map_path)
-    settings_of(columns, robot, map_path)
-    recording, complete, warnings = log_recording(source, robot, columns)
+    settings = settings_of(columns, robot, map_path)
+    recording, complete, warnings = log_recording(source, robot, columns, settings.cutoff_hz)
     facts = _facts(source, robot, map_path, columns, recording, warnings, note)
     has_reference = recording.reference is not None
     samples = _samples(recording, complete, float(facts[RUN]["period"]))

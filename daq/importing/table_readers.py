@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from daq.importing.array_readers import Columns, add_array, read_hdf5, read_numpy
 from daq.importing.joint_states import BAG_SUFFIXES, read_bag
 from daq.recording.errors import CaptureError
 from robots.extras import install_command
@@ -23,14 +23,11 @@ _MAT_ERRORS = (
     ValueError,
     TypeError,
     LookupError,
-    NotImplementedError,
     UnboundLocalError,
     OverflowError,
     MemoryError,
     zlib.error,
 )
-
-Columns = dict[str, NDArray[np.float64]]
 
 
 def read_mat(path: Path) -> Columns:
@@ -47,11 +44,10 @@ def read_mat(path: Path) -> Columns:
 
     try:
         content = loadmat(path)
+    except NotImplementedError:  # what SciPy says of version 7.3
+        return read_hdf5(path, ".")
     except (*_MAT_ERRORS, MatReadError) as error:
-        reason = "MATLAB 7.3 files are not supported: save with -v7"
-        if not isinstance(error, NotImplementedError):
-            reason = "is not a MATLAB file of version 4 to 7"
-        raise CaptureError(f"{path}: {reason}") from error
+        raise CaptureError(f"{path}: is not a MATLAB file") from error
     columns: Columns = {}
     for name, value in content.items():
         _add_variable(columns, name, value)
@@ -69,8 +65,8 @@ def _add_variable(columns: Columns, name: str, value: Any, depth: int = 0) -> No
     if value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _add_variable(columns, f"{name}.{field}", value.ravel()[0][field], depth + 1)
-    elif value.dtype.kind in "iufb" and value.ndim <= 2 and value.size:
-        _add(columns, name, np.asarray(value, dtype=np.float64))
+    elif not value.dtype.names:
+        add_array(columns, name, value)
 
 
 def read_parquet(path: Path) -> Columns:
@@ -93,7 +89,7 @@ def read_parquet(path: Path) -> Columns:
             for column, field in zip(table.columns, table.schema, strict=True):
                 if types.is_fixed_size_list(field.type):
                     rows = np.asarray(column.combine_chunks().flatten(), dtype=np.float64)
-                    _add(columns, field.name, rows.reshape(-1, field.type.list_size))
+                    add_array(columns, field.name, rows.reshape(-1, field.type.list_size))
                 elif types.is_timestamp(field.type):
                     nanoseconds = column.cast("timestamp[ns]").cast("int64")
                     columns[field.name] = np.asarray(nanoseconds, dtype=np.float64)
@@ -110,18 +106,13 @@ def _is_number(types: Any, kind: Any) -> bool:
     return any(test(kind) for test in tests)
 
 
-def _add(columns: Columns, name: str, value: NDArray[np.float64]) -> None:
-    if value.ndim == 2 and min(value.shape) > 1:
-        value = value.T if value.shape[0] < value.shape[1] else value
-        columns |= {f"{name}:{k + 1}": value[:, k].copy() for k in range(value.shape[1])}
-    else:
-        columns[name] = value.ravel()
-
-
 READERS: dict[str, Callable[[Path], Columns]] = {
     ".mat": read_mat,
     ".parquet": read_parquet,
     ".pq": read_parquet,
+    ".npz": read_numpy,
+    ".npy": read_numpy,
+    **dict.fromkeys((".h5", ".hdf5", ".hdf"), read_hdf5),
     **dict.fromkeys(BAG_SUFFIXES, read_bag),
 }
 """By the end of the file's name."""

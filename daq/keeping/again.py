@@ -14,8 +14,8 @@ from daq.catalogue import models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import description_of
 from daq.catalogue.values import CatalogueError, Model, Run, RunKind, Source
+from daq.files.checksum import source_sha256
 from daq.files.found_model import found_json, found_of_json
-from daq.files.model_file import source_sha256
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.text.progress import Steps
 from ident.identification.found_effects import FoundModel

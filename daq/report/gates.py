@@ -10,7 +10,7 @@ from markupsafe import Markup
 from daq.report.columns import ColumnPlot, column_plot
 from daq.report.pictures import GateState, gate_picture, icon
 from daq.text.numbers import count, percent, probability, significant
-from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, words_of
+from daq.text.verdict_words import VERDICTS, VerdictKind, asked_for, headline_of, kind_of, words_of
 from ident.results import Identification
 from ident.verdicts import Gate, GateName, Verdict
 
@@ -86,12 +86,15 @@ def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -
     """The banner: sign, words, advice and headline numbers."""
     test = identification.test
     words = VERDICTS[test.verdict]
-    headline, recommendation = words.headline, test.recommendation
-    if test.verdict == "not_testable":
+    headline, recommendation, kind = headline_of(identification), test.recommendation, kind_of(identification)
+    if identification.impossible:
+        recommendation = " ".join(f"{words[:1].upper()}{words[1:]}." for words in identification.impossible)
+    elif test.verdict == "not_testable":
         headline += f": {identification.instrumental_reason or recommendation or 'the test could not be run'}"
         recommendation = recommendation if identification.instrumental_reason else ""
     estimate = identification.recommended
-    recommendation = f"{recommendation} {asked_for(identification)}".strip()
+    if not identification.impossible:
+        recommendation = f"{recommendation} {asked_for(identification)}".strip()
     method = words_of(estimate.method)
     poor = sum(not p.percent_sigma <= POORLY_SEEN_PERCENT for p in estimate.parameters)
     facts = [Fact("Relative torque error", percent(estimate.relative_error_percent), method)]
@@ -103,7 +106,7 @@ def verdict_view(identification: Identification, joint_names: tuple[str, ...]) -
     facts.append(Fact("Base parameters", count(len(estimate.parameters)), seen))
     per_parameter = identification.rows // max(len(estimate.parameters), 1)
     facts.append(Fact("Rows", count(identification.rows), f"{count(per_parameter)} per parameter"))
-    return VerdictView(words.kind, icon(words.kind), words.word, headline, recommendation, tuple(facts))
+    return VerdictView(kind, icon(kind), words.word, headline, recommendation, tuple(facts))
 
 
 def gate_views(identification: Identification) -> tuple[GateView, ...]:

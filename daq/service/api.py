@@ -13,11 +13,10 @@ from daq.catalogue import arms, checks, findings, models, overview, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.overview import ArmNow
 from daq.catalogue.values import Arm, CatalogueError, CheckRecord, Model, Run
-from daq.check.check_json import baseline_json
+from daq.check.baseline import baseline_json
+from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError
 from daq.check.judged import plain
-from daq.check.request import CheckError
-from daq.files.found_model import entry_json
 from daq.report.traces import POLICY
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
@@ -52,13 +51,13 @@ def api_routes(
 
 
 def _reading(router: APIRouter, catalogue: Catalogue) -> None:
-    @router.get("/api/arms", summary="All arms with the last verdict and the baseline")
+    @router.get("/api/arms", summary="All arms with the last verdict, without its details, and the baseline")
     def every_arm() -> list[dict[str, Any]]:
         return [arm_json(one) for one in overview.every(catalogue)]
 
     @router.get("/api/arms/{label}", summary="One arm")
     def one_arm(label: Label) -> dict[str, Any]:
-        (one,) = overview.every(catalogue, arm_of(catalogue, label).label)
+        (one,) = overview.every(catalogue, arm_of(catalogue, label).label, None)
         return arm_json(one)
 
     @router.get("/api/arms/{label}/checks", summary="Verdicts on an arm, newest first")
@@ -240,7 +239,7 @@ def model_json(model: Model) -> dict[str, Any]:
         "verdict": model.verdict,
         "relative_error_percent": plain(model.relative_error_percent),
         "effects": list(model.effects),
-        "found": [entry_json(entry) for entry in model.found],
+        "found": [entry.as_json() for entry in model.found],
         "parameters": parameter_rows(model.parameters),
         "gates": plain(dict(model.gates)),
     }

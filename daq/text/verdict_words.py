@@ -37,6 +37,18 @@ VERDICTS: dict[Verdict, VerdictWords] = {
 }
 
 
+def kind_of(result: Identification) -> VerdictKind:
+    """What sign and colour go by: that of the verdict; bad where a value is one that no arm can have."""
+    return "bad" if result.impossible else VERDICTS[result.test.verdict].kind
+
+
+def headline_of(result: Identification) -> str:
+    """What to do, in one line."""
+    if result.impossible:
+        return "Do not trust this model: it has values that no arm can have"
+    return VERDICTS[result.test.verdict].headline
+
+
 def words_of(estimator: Estimator) -> str:
     """An estimator as people call it."""
     return ESTIMATORS[estimator].words

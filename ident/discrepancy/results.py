@@ -12,7 +12,8 @@ from ident.discrepancy.gap import Gap, LoopTrace
 from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.effects.family import PlacedEffect, Scope, joint_words
+from ident.effects.entry import joint_words
+from ident.effects.family import PlacedEffect, Scope
 from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 

@@ -7,10 +7,11 @@ closed-loop simulation use once the effect has been named.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from ident.effects.entry import joint_words
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -31,13 +32,6 @@ class Place:
     def words(self) -> str:
         """The place as a person says it."""
         return joint_words(tuple(joint + 1 for joint in self.joints))
-
-
-def joint_words(joints: Sequence[int]) -> str:
-    """Joints (from 1) as a person says them; none are the whole arm."""
-    if not joints:
-        return "the arm"
-    return ("joint " if len(joints) == 1 else "joints ") + " and ".join(map(str, joints))
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ A file in this folder that declares a :class:`Family` with a ``row`` is part of 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection
 from importlib import import_module
 from pkgutil import iter_modules
 
 from ident import effects
+from ident.effects.entry import EffectEntry
 from ident.effects.family import PlacedEffect, PresentModel
 from ident.effects.placed import Family, Placed
 from ident.errors import IdentificationError
@@ -68,15 +68,6 @@ def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
         if places and {shape.name for shape in form.shapes(robot, places[0])} == set(shape_names):
             return form
     return family
-
-
-@dataclass(frozen=True)
-class EffectEntry:
-    """A placed effect as plain values: what a model file holds. Joints count from 1."""
-
-    name: str
-    joints: tuple[int, ...]
-    shape: Mapping[str, float]
 
 
 def entry_of(robot: Robot, placed: PlacedEffect) -> EffectEntry:

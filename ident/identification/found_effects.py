@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.effects.entry import EffectEntry
 from ident.effects.found import Found
-from ident.effects.vocabulary import EffectEntry, effect_from, entry_of
+from ident.effects.vocabulary import effect_from, entry_of
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel

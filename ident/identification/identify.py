@@ -126,6 +126,7 @@ def identify(
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
     signals = _signals(prepared, recordings, spectrum, proposal)
+    rotors, beyond = not_of_a_rotor(least_squares)
     result = Identification(
         robot=robot.name,
         rows=rows.count,
@@ -139,13 +140,14 @@ def identify(
             *warnings,
             *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
-            *not_of_a_rotor(least_squares),
+            *(() if beyond else rotors),
             *poorly_seen(least_squares),
         ),
         method=options.method,
         rank=prepared.rank,
         signals=signals,
         essential=essential_of(base, rows) if options.essential else None,
+        impossible=rotors if beyond else (),
     )
     refuse_nothing_explained(result.recommended, prepared.rank)
     consistent = None

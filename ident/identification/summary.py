@@ -36,7 +36,7 @@ _NOTHING = 100.0
 _NEGATIVE = 3.0
 """Deviations below zero from which on a rotor inertia is not zero by chance."""
 _IMPOSSIBLE = 5.0
-"""Deviations below zero from which on a friction is taken for negative."""
+"""Deviations below zero from which on a friction or a rotor is taken for negative."""
 
 
 def estimate_of(
@@ -195,13 +195,17 @@ def refuse_nothing_explained(estimate: Estimate, rank: Rank) -> None:
         )
 
 
-def not_of_a_rotor(estimate: Estimate) -> tuple[str, ...]:
-    """A sentence on rotor inertias below zero by more than errors explain; none where there is none."""
+def not_of_a_rotor(estimate: Estimate) -> tuple[tuple[str, ...], bool]:
+    """A sentence on rotor inertias below zero by more than errors explain, none where there is none.
+
+    The second is whether one is so by so much that the model must not be trusted.
+    """
     found = [p for p in estimate.parameters if p.name.startswith("Ia") and p.value < -_NEGATIVE * p.sigma]
     if not found:
-        return ()
+        return (), False
     listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])
-    return (f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something",)
+    words = f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something"
+    return (words,), any(p.value < -_IMPOSSIBLE * p.sigma for p in found)
 
 
 def refuse_negative_friction(estimate: Estimate, joints: int) -> None:

@@ -1,22 +1,49 @@
-"""Records with jitter or a few missing samples, made uniform; worse ones refused with the place."""
+"""Samples as a log has them, brought to an even grid: jitter, late stamps, samples that are missing.
+
+Positions are smooth, so they say which clock is right. Where they are smoother by their time stamps, the
+samples were taken at those times and a cubic spline through them gives the grid. Where they are smoother by
+their number, they were taken evenly and only stamped late: then the even clock is used.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
 
 from ident.errors import IdentificationError
 from ident.recording import JITTER_ALLOWED, Recording
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
-_LARGEST_JITTER = 0.5
-"""Sampling periods by which a time stamp may be off its place."""
+_COST = 0.01
+"""Share of the motion that a spline across a gap may lose; beyond it, the recording is cut there."""
+_SPLINE = 5.0 / 384.0
+"""Error of a cubic spline of spacing h: at most this times h⁴ times the fourth derivative (Hall, Meyer)."""
+_MOTION = 0.2
+"""Of the cut-off: the bandwidth of the motion, by the rule that proposes cut-offs."""
+_NEAR = 9
+"""Samples among which the middle one says how many are missing before."""
+_FEW = 64
+"""Samples by whose phases the clock is found."""
+_BACK = 2.0
+"""Periods by which stamps may be out of order where the number of samples says when they were taken."""
 
-_LONGEST_GAP = 10
-"""Samples in a row that may be missing: what is missing then is still below a usual cut-off."""
 
-_MISSING_ALLOWED = 0.01
-"""Share of all samples."""
+@dataclass(frozen=True)
+class Uniform:
+    """An even recording.
+
+    Attributes:
+        recording: M samples.
+        there: (M,) whether a sample is near; False inside gaps that no spline can fill.
+        words: what was done, as sentences of warning.
+    """
+
+    recording: Recording
+    there: BoolArray
+    words: tuple[str, ...]
 
 
 def uniform_recording(
@@ -25,11 +52,12 @@ def uniform_recording(
     reference: FloatArray | None,
     position: FloatArray,
     control_signal: FloatArray,
-) -> tuple[Recording, tuple[str, ...]]:
+    cutoff_hz: float,
+) -> Uniform:
     """A recording from samples that need not be evenly spaced.
 
     Evenly spaced samples pass unchanged. Otherwise all channels are interpolated by cubic splines on an even
-    grid of the same clock, and a sentence says so.
+    grid of the same clock, and a sentence says so and what that costs at the cut-off.
 
     Args:
         name: for messages.
@@ -37,74 +65,158 @@ def uniform_recording(
         reference: samples × joints, rad (or m); None where it was not recorded.
         position: samples × joints, rad (or m).
         control_signal: samples × drives.
-
-    Returns:
-        The recording, and what was done as sentences of warning.
+        cutoff_hz: of the low-pass for the positions.
 
     Raises:
-        IdentificationError: time does not increase, jitters too much, or too much is missing; says where.
+        IdentificationError: too few samples, or time that goes back; says where, and what to do.
     """
     if time.shape[0] < 3:
         raise IdentificationError(f"{name}: {time.shape[0]} samples are too few to identify")
     steps = np.diff(time)
     period = float(np.median(steps))
-    _check_increasing(name, time, steps)
-    if np.abs(steps - period).max() <= JITTER_ALLOWED * period:
-        return Recording(name, time, reference, position, control_signal), ()
-    index = np.concatenate([[0], np.cumsum(np.rint(steps / period))])
-    # The median of jittering steps is a little off; over the whole record the clock is not.
-    period = float((time[-1] - time[0]) / index[-1])
-    off = (time - time[0]) / period - index
-    off -= np.median(off)
-    words = _judge(name, time, steps, period, off)
-    grid = time[0] + period * np.arange(int(index[-1]) + 1)
+    if period > 0 and np.abs(steps - period).max() <= JITTER_ALLOWED * period:
+        everywhere = np.ones(len(time), dtype=np.bool_)
+        return Uniform(Recording(name, time, reference, position, control_signal), everywhere, ())
+    number, period = _numbered(name, time, steps)
+    even = time[0] + period * number
+    even += np.median(time - even)
+    jitter = float(np.abs(time - even).max())
+    on_clock = jitter <= JITTER_ALLOWED * period
+    rising = bool((steps > 0).all())
+    stamped = rising and (on_clock or _roughness(time, position) <= _roughness(even, position))
+    taken = time if stamped else even
+    grid = taken[0] + period * np.arange(int((taken[-1] - taken[0]) / period + 1e-6) + 1)
     resampled = [
-        None if values is None else np.asarray(CubicSpline(time, values, axis=0)(grid))
+        None if values is None else _on_grid(grid, taken, values)
         for values in (reference, position, control_signal)
     ]
     assert resampled[1] is not None
     assert resampled[2] is not None
-    return Recording(name, grid, resampled[0], resampled[1], resampled[2]), (f"{name}: {words}",)
+    recording = Recording(name, grid, resampled[0], resampled[1], resampled[2])
+    there = _there(grid, taken, cutoff_hz)
+    return Uniform(recording, there, (_said(name, taken, period, jitter, stamped, number, there, cutoff_hz),))
 
 
-def _check_increasing(name: str, time: FloatArray, steps: FloatArray) -> None:
-    back = np.flatnonzero(steps <= 0)
-    if back.size:
-        at = int(back[0])
-        raise IdentificationError(
-            f"{name}: time does not increase after {time[at]:.6g} s (sample {at}), {back.size} times in all"
-        )
-
-
-def _judge(name: str, time: FloatArray, steps: FloatArray, period: float, off: FloatArray) -> str:
-    """What is wrong with the sampling, in words, where it can be mended.
+def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArray, float]:
+    """The place of each sample on an even clock, and its period.
 
     Raises:
-        IdentificationError: where it cannot.
+        IdentificationError: time goes back, or stands.
     """
-    missing = np.rint(steps / period).astype(np.int64) - 1
-    if missing.min() < 0:
-        at = float(time[int(np.argmin(steps)) + 1])
+    none = np.arange(len(time), dtype=np.float64)
+    whole = float(time[-1] - time[0]) / len(steps)
+    back = np.flatnonzero(steps <= 0)
+    if back.size:
+        coarse = float(np.percentile(steps[steps > 0], 99.0)) if whole > 0 else 0.0
+        if whole > 0 and np.abs(time - time[0] - whole * none).max() <= max(_BACK * whole, coarse):
+            return none, whole
+        at = int(back[0])
         raise IdentificationError(
-            f"{name}: sampling is not uniform: {1e3 * steps.min():.3g} ms before {at:.6g} s, median"
-            f" {1e3 * period:.6g} ms; allowed: time stamps off by {_LARGEST_JITTER:g} periods"
+            f"{name}: time does not increase after {time[at]:.6g} s (sample {at}), {back.size} times in all;"
+            " cut the log there, or give its sampling rate in place of the stamps"
         )
-    longest, total = int(missing.max()), int(missing.sum())
-    at = float(time[int(np.argmax(missing))])
-    if longest > _LONGEST_GAP or total > _MISSING_ALLOWED * time.shape[0]:
-        raise IdentificationError(
-            f"{name}: sampling is not uniform: {total} of {time.shape[0] + total} samples are missing,"
-            f" {longest} in a row after {at:.6g} s; allowed: {_LONGEST_GAP} in a row and"
-            f" {_MISSING_ALLOWED:.0%} in all"
+    period, start = _clock(time, float(np.median(steps)))
+    place = (time - start) / period - none
+    missing = np.rint(place).astype(np.int64)
+    if (np.diff(missing) < 0).any():  # what jitters comes back, what is missing does not
+        missing = np.rint(median_filter(place, _NEAR, mode="nearest")).astype(np.int64)
+    missing = np.minimum.accumulate(missing[::-1])[::-1]
+    some = none + missing - missing[0]
+    whole = float(np.polyfit(none, time, 1)[0])
+    if _off(time, none, whole) <= _off(time, some, period):
+        return none, whole
+    return np.asarray(some, dtype=np.float64), period
+
+
+def _off(time: FloatArray, number: FloatArray, period: float) -> float:
+    return float(np.std(time - period * number))
+
+
+def _clock(time: FloatArray, near: float) -> tuple[float, float]:
+    """Period and start of the clock that samples keep to: by the phases of a few, then by more and more."""
+    few = time[: min(_FEW, len(time))] - time[0]
+    tried = near * np.linspace(0.8, 1.25, 50 * len(few))
+    period = float(tried[np.argmax(np.abs(np.exp(2j * np.pi * few / tried[:, np.newaxis]).sum(axis=1)))])
+    start, count = float(time[0]), len(few)
+    while True:
+        part = time[:count]
+        number = np.rint((part - start) / period)
+        period, start = (float(x) for x in np.polyfit(number, part, 1))
+        if count == len(time):
+            return period, start
+        count = min(2 * count, len(time))
+
+
+def _roughness(time: FloatArray, position: FloatArray) -> float:
+    """How far samples are from the cubic through their two neighbours on each side: the median over samples,
+    each joint beside how much it moves from sample to sample."""
+    nodes = [time[k : len(time) - 4 + k] for k in range(5)]
+    guess = np.zeros_like(position[2:-2])
+    for k in (0, 1, 3, 4):
+        weight = np.ones(len(guess))
+        for other in (0, 1, 3, 4):
+            if other != k:
+                weight *= (nodes[2] - nodes[other]) / (nodes[k] - nodes[other])
+        guess += weight[:, np.newaxis] * position[k : len(time) - 4 + k]
+    off = np.median(np.abs(position[2:-2] - guess), axis=0)
+    step = np.mean(np.abs(np.diff(position, axis=0)), axis=0)
+    moved = step > 0
+    return float(np.mean(off[moved] / step[moved])) if moved.any() else 0.0
+
+
+def _on_grid(grid: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
+    """By a cubic spline; beyond the ends the last sample, not what a cubic does there."""
+    return np.asarray(CubicSpline(time, values, axis=0)(np.clip(grid, time[0], time[-1])))
+
+
+def _loss(step: float, frequency: float) -> float:
+    """Share of a sine of that frequency that a cubic spline of that spacing can lose."""
+    return float(_SPLINE * (2 * np.pi * frequency * step) ** 4)
+
+
+def longest_gap(cutoff_hz: float) -> float:
+    """s; between two samples that a spline may join."""
+    return float((_COST / _SPLINE) ** 0.25 / (2 * np.pi * _MOTION * cutoff_hz))
+
+
+def _there(grid: FloatArray, time: FloatArray, cutoff_hz: float) -> BoolArray:
+    after = np.clip(np.searchsorted(time, grid), 1, len(time) - 1)
+    gap = time[after] - time[after - 1]
+    period = (grid[-1] - grid[0]) / (len(grid) - 1)
+    inside = np.minimum(grid - time[after - 1], time[after] - grid) > 0.75 * period
+    return np.asarray(~((gap > longest_gap(cutoff_hz)) & inside), dtype=np.bool_)
+
+
+def _said(
+    name: str,
+    taken: FloatArray,
+    period: float,
+    jitter: float,
+    stamped: bool,
+    number: FloatArray,
+    there: BoolArray,
+    cutoff_hz: float,
+) -> str:
+    """What was done, in one sentence."""
+    off = f"{1e3 * jitter:.2g} ms"
+    parts = []
+    if not stamped:
+        parts.append(f"time stamps are up to {off} off the even clock that the positions keep to")
+    elif jitter > JITTER_ALLOWED * period:
+        parts.append(f"samples are up to {off} off an even clock")
+    missing = np.diff(number).astype(np.int64) - 1
+    if missing.any():
+        at = taken[int(np.argmax(missing))]
+        total = int(number[-1]) + 1
+        parts.append(
+            f"{int(missing.sum())} of {total} samples are missing, {missing.max()} in a row after {at:.6g} s"
         )
-    jitter = float(np.abs(off).max())
-    worst = int(np.argmax(np.abs(off)))
-    if jitter > _LARGEST_JITTER:
-        raise IdentificationError(
-            f"{name}: sampling is not uniform: the sample at {time[worst]:.6g} s is off by {jitter:.2g}"
-            f" periods of {period:.6g} s; allowed: {_LARGEST_JITTER:g}"
-        )
-    words = f"sampling is not uniform (time stamps are off by up to {1e3 * jitter * period:.2g} ms)"
-    if total:
-        words += f", {total} samples are missing, {longest} in a row after {at:.6g} s"
-    return f"{words}; resampled every {1e3 * period:.6g} ms by cubic splines"
+    steps = np.diff(taken)
+    joined = steps[steps <= max(longest_gap(cutoff_hz), period)]
+    cost = 100 * _loss(float(joined.max(initial=period)), cutoff_hz)
+    words = f"{name}: {', '.join(parts)}; resampled every {1e3 * period:.4g} ms by cubic splines"
+    words += f", which loses at most {min(cost, 100.0):.3g} % at {cutoff_hz:g} Hz"
+    if not there.all():
+        count = int(np.count_nonzero(steps > longest_gap(cutoff_hz)))
+        words += f"; cut at {count} gap{'s' * (count > 1)} longer than {1e3 * longest_gap(cutoff_hz):.3g} ms"
+    return words

@@ -10,7 +10,7 @@ from scipy.io import loadmat
 
 import robots
 from ident import Fitted, Options, Recording, identify
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from ident.identification.found_effects import FoundModel
 
 

@@ -15,14 +15,16 @@ from drivers.simulated.scenario import Scenario
 from ident import Fitted, IdentificationError, Options, Recording, RegressorModel, base_parameters, identify
 from ident.discrepancy.prepared_recording import thinned
 from ident.effects import State
+from ident.effects.entry import EffectEntry
 from ident.effects.family import Place, StandardParameter
 from ident.effects.found import Found, unused
 from ident.effects.placed import Family
-from ident.effects.vocabulary import VOCABULARY, EffectEntry, family_named
+from ident.effects.vocabulary import VOCABULARY, family_named
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
 from ident.identification.taken_up import without_taken_up
 from ident.parameters.present import Present
-from ident.preparation.observation import observe, observed_torque
+from ident.preparation.observation import observe
+from ident.preparation.observed_torque import observed_torque
 from ident.signals import motion
 from robots import Robot
 from robots.arrays import FloatArray

@@ -49,11 +49,12 @@ def test_a_fit_that_is_none_is_refused(estimate: Estimate, rank: Rank, message: 
 
 
 def test_a_rotor_below_zero_is_said_beyond_three_deviations() -> None:
-    assert not_of_a_rotor(ESTIMATE) == (
-        "rotor inertia below zero (Ia3 by 6.67 σ): no rotor has it, so the model lacks something",
-    )
+    said = "rotor inertia below zero (Ia3 by 6.67 σ): no rotor has it, so the model lacks something"
+    assert not_of_a_rotor(ESTIMATE) == ((said,), True)
+    odd = replace(ESTIMATE, parameters=(replace(PARAMETERS[1], sigma=0.05),))
+    assert not_of_a_rotor(odd) == ((said.replace("6.67", "4"),), False)
     by_chance = replace(ESTIMATE, parameters=(replace(PARAMETERS[1], sigma=0.1),))
-    assert not_of_a_rotor(by_chance) == ()
+    assert not_of_a_rotor(by_chance) == ((), False)
 
 
 def test_a_signal_a_thousand_times_too_large_is_refused() -> None:

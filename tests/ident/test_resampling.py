@@ -1,4 +1,4 @@
-"""Samples that are not evenly spaced: mended, or refused with the place."""
+"""Samples that are not evenly spaced: brought to a grid, cut at long gaps, or refused with the place."""
 
 from __future__ import annotations
 
@@ -8,71 +8,114 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident import IdentificationError
-from ident.preparation.resampling import uniform_recording
+from ident.preparation.resampling import Uniform, longest_gap, uniform_recording
 
-PERIOD = 0.002
+PERIOD, CUTOFF = 0.002, 20.0
+EVEN = np.arange(2000) * PERIOD
 
 
 def course(time: np.ndarray) -> np.ndarray:
-    return np.stack([np.sin(2 * np.pi * 3.0 * time), np.cos(2 * np.pi * 5.0 * time)], axis=1)
+    return np.stack([np.sin(2 * np.pi * 1.5 * time), np.cos(2 * np.pi * 2.5 * time)], axis=1)
 
 
-def call(time: np.ndarray, reference: bool = True):
-    values = course(time)
-    return uniform_recording("log", time, values if reference else None, values, 2.0 * values)
+def call(time: np.ndarray, taken: np.ndarray | None = None, reference: bool = True) -> Uniform:
+    """Of samples with the stamps ``time`` that were taken at ``taken``."""
+    values = course(time if taken is None else taken)
+    return uniform_recording("log", time, values if reference else None, values, 2.0 * values, CUTOFF)
 
 
 def test_even_samples_pass_as_they_are() -> None:
-    time = np.arange(500) * PERIOD
-    recording, words = call(time)
-    assert words == ()
-    assert recording.time is time
-    np.testing.assert_array_equal(recording.position, course(time))
+    even = call(EVEN)
+    assert even.words == ()
+    assert even.there.all()
+    assert even.recording.time is EVEN
+    np.testing.assert_array_equal(even.recording.position, course(EVEN))
 
 
-@given(st.integers(0, 1000), st.floats(0.02, 0.2))
+@given(st.integers(0, 1000), st.floats(0.05, 0.5))
 def test_jitter_is_taken_out(seed: int, share: float) -> None:
-    even = np.arange(1000) * PERIOD
-    time = even + share * PERIOD * np.random.default_rng(seed).uniform(-1, 1, even.size)
-    time[[0, -1]] = even[[0, -1]]
-    recording, words = call(time)
-    assert recording.time == pytest.approx(even, abs=1e-12)
-    assert np.abs(recording.position - course(even)).max() < 3e-5
-    assert np.abs(recording.control_signal - 2 * course(even)).max() < 6e-5
-    assert recording.reference is not None
-    assert "not uniform" in words[0] and words[0].startswith("log: ")
+    time = EVEN + share * PERIOD * np.random.default_rng(seed).uniform(-1, 1, EVEN.size)
+    even = call(time)
+    assert even.there.all()
+    assert np.ptp(np.diff(even.recording.time)) < 1e-12
+    assert np.diff(even.recording.time)[0] == pytest.approx(PERIOD, rel=1e-3)
+    assert np.abs(even.recording.position - course(even.recording.time)).max() < 1e-5
+    assert np.abs(even.recording.control_signal - 2 * course(even.recording.time)).max() < 2e-5
+    assert even.recording.reference is not None
+    assert "off an even clock" in even.words[0] and even.words[0].startswith("log: ")
 
 
-def test_a_few_missing_samples_are_filled_and_named() -> None:
-    even = np.arange(2000) * PERIOD
-    time = np.delete(even, [700, 701, 702, 1500])
-    recording, words = call(time, reference=False)
-    assert recording.time == pytest.approx(even)
-    assert recording.reference is None
-    assert np.abs(recording.position - course(even)).max() < 3e-5
-    assert "4 samples are missing, 3 in a row after 1.398 s" in words[0]
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.4])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_samples_that_were_only_stamped_late_keep_their_clock(seed: int, share: float) -> None:
+    stamps = EVEN + share * PERIOD * np.random.default_rng(seed).uniform(-1, 1, EVEN.size)
+    even = call(stamps, EVEN)
+    assert "time stamps are up to" in even.words[0]
+    assert even.recording.position == pytest.approx(course(EVEN), abs=1e-12)
+    assert even.recording.sample_time == pytest.approx(PERIOD, rel=1e-3)
+
+
+def test_missing_samples_are_filled_and_counted() -> None:
+    keep = np.random.default_rng(0).random(EVEN.size) > 0.05
+    keep[[0, -1]] = True
+    even = call(EVEN[keep], reference=False)
+    assert even.recording.time == pytest.approx(EVEN)
+    assert even.recording.reference is None
+    assert even.there.all()
+    assert np.abs(even.recording.position - course(EVEN)).max() < 1e-4
+    assert f"{np.count_nonzero(~keep)} of 2000 samples are missing, 2 in a row" in even.words[0]
+    assert "% at 20 Hz" in even.words[0]
+
+
+def test_missing_samples_are_found_behind_stamps_that_jitter() -> None:
+    noise = np.random.default_rng(5)
+    keep = noise.random(EVEN.size) > 0.02
+    keep[[0, -1]] = True
+    stamps = EVEN[keep] + 0.3 * PERIOD * noise.uniform(-1, 1, np.count_nonzero(keep))
+    even = call(stamps, EVEN[keep])
+    assert f"{np.count_nonzero(~keep)} of 2000 samples are missing" in even.words[0]
+    assert even.recording.position == pytest.approx(course(EVEN), abs=1e-4)
+
+
+def test_a_long_gap_is_cut_and_said() -> None:
+    gap = int(longest_gap(CUTOFF) / PERIOD) + 1
+    even = call(np.delete(EVEN, np.arange(900, 900 + gap)))
+    assert np.flatnonzero(~even.there).tolist() == list(range(900, 900 + gap))
+    assert f"{gap} in a row after 1.798 s" in even.words[0]
+    assert "cut at 1 gap longer than" in even.words[0]
+
+
+def test_a_gap_that_a_spline_can_fill_costs_what_is_said() -> None:
+    # The worst case of the bound: a sine at the motion's bandwidth, half of its period inside the gap.
+    frequency = 0.2 * CUTOFF
+    gap = int(longest_gap(CUTOFF) / PERIOD) - 1
+    worst = 0.0
+    for begin in range(900, 1030, 5):
+        kept = np.delete(EVEN, np.arange(begin, begin + gap))
+        values = np.sin(2 * np.pi * frequency * kept)[:, np.newaxis]
+        even = uniform_recording("log", kept, None, values, values, CUTOFF)
+        assert even.there.all()
+        truth = np.sin(2 * np.pi * frequency * even.recording.time)
+        worst = max(worst, float(np.abs(even.recording.position[:, 0] - truth).max()))
+    assert 0.001 < worst < 0.01
+
+
+def test_coarse_stamps_count_as_the_even_clock_that_they_are() -> None:
+    even = call(np.floor(EVEN / 0.005) * 0.005, EVEN)
+    assert even.there.all()
+    assert np.diff(even.recording.time)[0] == pytest.approx(PERIOD, rel=2e-3)
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    ("time", "said"),
     [
-        (
-            lambda t: np.delete(t, np.arange(900, 920)),
-            r"20 of 2000 samples are missing, 20 in a row after 1.798 s",
-        ),
-        (lambda t: np.delete(t, np.arange(100, 1900, 50)), r"36 of 2000 samples are missing"),
-        (
-            lambda t: np.where(np.arange(t.size) == 1000, t - 2.5 * PERIOD, t),
-            r"does not increase after 1.998 s",
-        ),
-        (
-            lambda t: np.concatenate([t[:1000], t[1000:] + 0.0]) + 0.7 * PERIOD * (np.arange(t.size) == 600),
-            r"0\.6 ms before 1\.202 s, median 2 ms",
-        ),
-        (lambda t: t[:2], "too few"),
+        (np.concatenate([EVEN[:1000], EVEN[:1000]]), r"does not increase after 1\.998 s.*cut the log there"),
+        (np.where(np.arange(2000) == 1000, EVEN - 2.5 * PERIOD, EVEN), r"does not increase after 1\.998 s"),
+        (np.zeros(2000), r"does not increase after 0 s"),
+        (EVEN[:2], "too few"),
     ],
 )
-def test_worse_is_refused_in_one_line_with_the_place(damage, said: str) -> None:
+def test_time_that_goes_back_is_refused_with_the_place(time: np.ndarray, said: str) -> None:
     with pytest.raises(IdentificationError, match=said) as caught:
-        call(damage(np.arange(2000) * PERIOD))
+        call(time)
     assert "\n" not in str(caught.value)

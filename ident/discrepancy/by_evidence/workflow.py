@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.special import expit
 
+from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
-    SURE,
     Key,
     Named,
     Slot,
@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.names import (
     slot,
 )
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
-from ident.discrepancy.by_evidence.decide.screening import Screened, screen, smallest_named
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
@@ -29,11 +29,11 @@ from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.power.planned import sizes_beside
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
     JointMisfit,
-    Nameable,
     parameters_of,
     verdict_of,
 )
@@ -88,7 +88,9 @@ def diagnose_by_evidence(
         ranking=ranking,
         beside=tuple(_against_nothing(one) for one in _likeliest_forms(beside)),
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
-        nameable=tuple(_nameable(one) for one in _best_forms(beside)),
+        nameable=sizes_beside(
+            problem, searched.found, searched.present, question.fit, wanted, lag_is_known(question.robot)
+        ),
         gate_one_rejected=rejected,
         repeats=problem.prepared.repeats,
         log_evidence=(searched.empty.log_evidence, searched.found.log_evidence),
@@ -204,23 +206,6 @@ def _not_smooth(problem: Problem, found: Found) -> FloatArray:
 def misfit_of(problem: Problem, found: Found) -> FloatArray:
     """(n,) rms of all that stays unexplained, N·m (or N)."""
     return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
-
-
-def _best_forms(beside: Sequence[Screened]) -> list[Screened]:
-    """Of each name at each place the form that would be named first."""
-    best: dict[tuple[str, tuple[int, ...]], Screened] = {}
-    for one in beside:
-        known = best.setdefault(one.candidate.key, one)
-        if smallest_named(one, SURE)[0] < smallest_named(known, SURE)[0]:
-            best[one.candidate.key] = one
-    return list(best.values())
-
-
-def _nameable(one: Screened) -> Nameable:
-    name, joints = one.candidate.key
-    placed = one.best.entry.placed
-    size = float(smallest_named(one, SURE)[0])
-    return Nameable(name, tuple(j + 1 for j in joints), placed.parameter_names[0], size, placed.units[0])
 
 
 def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:

@@ -19,7 +19,7 @@ from daq.catalogue.descriptions import Description, difference
 from daq.catalogue.location import catalogue_url
 from daq.catalogue.migrations import bring_up_to_date, found_version
 from daq.catalogue.values import CatalogueError, NewFinding
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from tests.daq.catalogue.entries import OTHER_SHA, SHA, identity, model
 
 ROOT = Path(__file__).parents[3]

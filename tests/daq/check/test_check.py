@@ -17,9 +17,10 @@ from daq.catalogue import arms, baselines, checks, leases, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description
 from daq.catalogue.values import ArmIdentity, ArmMismatch, LeaseHeld
+from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError, read_fleet
 from daq.check.recorded import require_own_baseline
-from daq.check.request import CheckError, Verdict
+from daq.check.request import Verdict
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from drivers import Channel
@@ -44,6 +45,7 @@ def check(channel: Channel, out: Path, *more: str) -> tuple[int, dict[str, objec
     return done.returncode, json.loads(done.stdout), done.stderr
 
 
+@pytest.mark.slow
 def test_from_no_baseline_to_a_verdict(channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
     code, first, _ = check(channel, tmp_path / "one")
     assert code == 3 and first["verdict"] == "unknown" and "baseline accept 1" in str(first["sentence"])

@@ -12,8 +12,9 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import sha256_of
 from daq.catalogue.values import Arm, ArmIdentity
 from daq.check.commissioned import require_commissioned
+from daq.check.errors import CheckError
 from daq.check.recorded import record_check
-from daq.check.request import CheckError, CheckRequest
+from daq.check.request import CheckRequest
 from daq.session.bench import ArmOrder
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import SessionError

@@ -20,10 +20,11 @@ from daq.catalogue.database import Catalogue
 from daq.check import analysis
 from daq.check import check as check_module
 from daq.check.analysis import AnalysisOrder, analyse
+from daq.check.errors import CheckError
 from daq.check.fleet import Fleet, FleetArm
 from daq.check.fleet_run import FleetChecked, check_fleet
 from daq.check.judged import comparison_json
-from daq.check.request import CheckError, CheckResult, Verdict
+from daq.check.request import CheckResult, Verdict
 from daq.cli import entry
 from drivers import Channel
 from ident import Fitted, IdentificationError
@@ -194,7 +195,7 @@ def test_an_identification_that_fails_does_not_stop_the_others(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--all", "--cell", "x.toml"), "--cell: not with --all; fleet.toml says it for each arm"),
+        (("--all", "--cell", str(Path(__file__))), "--cell: not with --all; fleet.toml says it for each arm"),
         (("emps", "--jobs", "3"), "--jobs: only with --all"),
     ],
 )

@@ -43,6 +43,7 @@ COMMANDS = (
     "jog",
     "note",
     "plan",
+    "protocol",
     "prune",
     "recover",
     "rerun",

@@ -36,9 +36,14 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
 
 
 def test_the_rules_answer_where_they_are_asked(armhil: Call, shared_data: Path) -> None:
-    words = (*emps(shared_data), "--without", "coulomb_friction", "--search", "rules", "--json")
+    words = (*emps(shared_data), "--without", "coulomb_friction", "--search", "rules", "--power", "--json")
     _, out, text = armhil("diagnose", *words)
     content = json.loads(out)
     assert content["findings"][0]["effect"] == "coulomb_friction"
     assert content["findings"][0]["probability"] is None
     assert "evidence" not in content and "by evidence" not in text
+    assert "Smallest size that would be named rightly" in text
+    said = {one["effect"]: one for one in content["power"]["smallest"]}
+    # Of 20 N of dry friction the model lacks all; next to that misfit a play would need to be large.
+    assert said["coulomb_friction"]["size"] is None or said["coulomb_friction"]["size"] < 20.0
+    assert said["payload"]["size"] is None  # after a refit there is no other mass to tell it from

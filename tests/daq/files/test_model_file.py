@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
+from daq.files.checksum import ChecksumError, source_sha256
 from daq.files.model_file import (
     ModelEstimate,
     ModelFile,
@@ -22,7 +23,6 @@ from daq.files.model_file import (
     ModelRobot,
     ModelSource,
     read_model,
-    source_sha256,
     write_model,
 )
 from ident import Fitted
@@ -103,7 +103,7 @@ def test_a_folder_has_a_checksum_of_names_and_contents(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_is_gone_is_one_line(tmp_path: Path, fitted: Fitted, emps: Robot) -> None:
-    with pytest.raises(ModelFileError, match=r"none\.mcap: cannot be read: No such file or directory"):
+    with pytest.raises(ChecksumError, match=r"none\.mcap: cannot be read: No such file or directory"):
         write_model(tmp_path / "emps.model.toml", fitted, [tmp_path / "none.mcap"], emps)
 
 

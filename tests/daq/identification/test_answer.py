@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 from rich.cells import cell_len
 
+from daq.cli.common import code_of
+from daq.files.model_file import model_of
 from daq.identification.answer import answer_of
 from daq.identification.terminal import print_identification
+from daq.report.gates import verdict_view
 from daq.text.wrapped import WordConsole
 from ident import Fitted
 from ident.verdicts import Verdict
@@ -59,6 +62,26 @@ def test_a_model_that_must_not_be_trusted_is_never_to_be_used(fitted: Fitted, ve
     text = text_of(with_verdict(fitted, verdict))
     assert "use" not in text.lower().replace("used", "").split()
     assert "good to" not in text
+
+
+@pytest.mark.parametrize("verdict", ["exogenous", "endogenous", "not_testable"])
+def test_a_value_that_no_arm_can_have_is_worse_than_any_verdict(fitted: Fitted, verdict: Verdict) -> None:
+    one = with_verdict(fitted, verdict)
+    said = "rotor inertia below zero (Ia1 by 6.67 σ): no rotor has it, so the model lacks something"
+    one = replace(one, result=replace(one.result, impossible=(said,)))
+    text = text_of(one)
+    assert text.strip().startswith("Do not trust this model")
+    assert said[1:40] in text
+    assert "use" not in text.lower().replace("used", "").split()
+    assert "As the gates say" not in text
+    assert not one.result.trusted
+    assert code_of(one.result) == 1
+    page = verdict_view(one.result, ("carriage",))
+    assert page.kind == "bad"
+    assert page.recommendation == f"R{said[1:]}."
+    model = model_of(one, [Path(__file__)], one.base.model.robot)
+    assert not model.estimate.trusted
+    assert model.estimate.impossible == (said,)
 
 
 def test_the_parameters_come_when_they_are_asked_for(fitted: Fitted) -> None:

@@ -196,6 +196,8 @@ SCHEMA = closed(
         "instrumental_reason": {"type": ["string", "null"]},
         "textbook": {"anyOf": [GATE, {"type": "null"}]},
         "truth": {"anyOf": [{"type": "object", "additionalProperties": NUMBER}, {"type": "null"}]},
+        "trusted": {"type": "boolean"},
+        "impossible": TEXTS,
         "warnings": TEXTS,
     }
 )

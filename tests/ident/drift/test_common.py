@@ -21,7 +21,7 @@ from ident.drift import (
     in_terms_of,
     patterns_of,
 )
-from ident.effects.vocabulary import EffectEntry
+from ident.effects.entry import EffectEntry
 from ident.identification.found_effects import FoundModel, extended_model
 from ident.preparation.observation import Rows
 from robots.arrays import FloatArray

@@ -14,11 +14,12 @@ from scipy.integrate import solve_ivp
 import robots
 from ident import RegressorModel, effects
 from ident.effects import State
+from ident.effects.entry import EffectEntry
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT, UNNAMED_FAMILIES
 from ident.effects.placed import Family, Placed
 from ident.effects.usual import friction_sign
-from ident.effects.vocabulary import VOCABULARY, EffectEntry, effect_from, entry_of, family_named
+from ident.effects.vocabulary import VOCABULARY, effect_from, entry_of, family_named
 from ident.errors import IdentificationError
 from ident.parameters.present import Present
 from ident.signals import low_pass

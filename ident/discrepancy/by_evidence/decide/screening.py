@@ -11,7 +11,8 @@ from scipy.special import logsumexp
 
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
-from ident.discrepancy.by_evidence.evidence.gram import Gram, bounds_factor
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, bounds_factor
+from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from robots.arrays import FloatArray
 
@@ -23,13 +24,11 @@ class Screened:
     Attributes:
         best: with the best shape of its grid.
         gain: log evidence over the set without it, its shapes averaged over the grid.
-        information: (p,) of each of its parameters alone, all else integrated, in units of its scale.
         log_odds: coarsened, with its prior.
     """
 
     best: Member
     gain: float
-    information: FloatArray
 
     @property
     def candidate(self) -> Candidate:
@@ -42,7 +41,7 @@ class Screened:
 
 def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Screened]:
     """All candidates that are not in a set, the likeliest first."""
-    gains, known = _gains(problem, found, entries)
+    gains = _gains(problem, found, entries)
     taken = {member.candidate.key for member in found.members if not member.candidate.family.several}
     grouped: dict[Candidate, list[int]] = {}
     for number, entry in enumerate(entries):
@@ -54,33 +53,36 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
         mean = float(logsumexp(own) - np.log(own.size))
         best = numbers[int(np.argmax(own))]
         member = Member(entries[best], mean - float(own.max()))
-        screened.append(Screened(member, mean, known[best]))
+        screened.append(Screened(member, mean))
     return sorted(screened, key=lambda one: -one.log_odds)
 
 
-def smallest_named(one: Screened, sure: float) -> FloatArray:
-    """(p,) size of each parameter, in its unit, from which on a candidate would get a probability.
+def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArray:
+    """(entries,) log evidence of the set with each of them, less that of the set."""
+    own, score = information_beside(problem.rows, found.level, found.members, entries)
+    gains, start = np.empty(len(entries)), 0
+    for number, entry in enumerate(entries):
+        part = slice(start, start + entry.white.count)
+        gains[number] = _gain(own[part, part], score[part], entry)
+        start = part.stop
+    return gains
 
-    With information I about θ in units of its scale, a θ adds ½ θ² I²/(I + 1) − ½ log(1 + I) nats in mean.
-    Infinite where the data say less of it than its scale does.
+
+def information_beside(
+    rows: Rows, level: Level, found: Sequence[Member], entries: Sequence[Entry]
+) -> tuple[FloatArray, FloatArray]:
+    """Information (P, P) and score (P,) of the columns of entries, with all else integrated.
 
     Args:
-        one: a candidate beside a set.
-        sure: the probability, against nothing at all.
+        rows: the data.
+        level: of the misfit.
+        found: members of a set that they stand beside.
+        entries: whose columns follow each other, in units of their scales.
     """
-    scale, information = one.best.entry.white.scale, np.maximum(one.information, 1e-300)
-    wanted = (np.log(sure / (1.0 - sure)) - one.best.log_prior) / TEMPERATURE
-    nats = wanted + 0.5 * np.log1p(information)
-    size = scale * np.sqrt(2.0 * nats * (information + 1.0)) / information
-    return np.where(information > 1.0, size, np.inf)
-
-
-def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> tuple[FloatArray, list[FloatArray]]:
-    """(entries,) log evidence of the set with each of them, less that of the set; and their information."""
-    members = [member.entry.white for member in found.members]
-    gram = Gram(problem.rows, (*members, *(entry.white for entry in entries)))
-    whole, _ = gram.reduced(found.level)
-    precision = problem.rows.precision
+    members = [member.entry.white for member in found]
+    gram = Gram(rows, (*members, *(entry.white for entry in entries)))
+    whole, _ = gram.reduced(level)
+    precision = rows.precision
     k, p = precision.size, int(gram.starts[len(members)])
     y = k
     inner = np.concatenate([np.arange(k), np.arange(k + 1, k + 1 + p)])
@@ -94,14 +96,7 @@ def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> tuple[Fl
     solved = cho_solve((factor, True), np.column_stack([beside, right]), check_finite=False)
     own = whole[np.ix_(outer, outer)] - beside.T @ solved[:, :-1]
     score = whole[outer, y] - whole[outer, k + 1 : k + 1 + p] @ centre - beside.T @ solved[:, -1]
-    gains, start = np.empty(len(entries)), 0
-    known = []
-    for number, entry in enumerate(entries):
-        part = slice(start, start + entry.white.count)
-        gains[number] = _gain(own[part, part], score[part], entry)
-        known.append(np.diag(own)[part])
-        start = part.stop
-    return gains, known
+    return own, score
 
 
 def _gain(own: FloatArray, score: FloatArray, entry: Entry) -> float:

@@ -7,7 +7,9 @@ from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, smallest
-from ident.effects.family import PlacedEffect, joint_words
+from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.effects.entry import joint_words
+from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
 
 EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
@@ -141,23 +143,6 @@ class JointMisfit:
 
 
 @dataclass(frozen=True)
-class Nameable:
-    """What would still have been named on these recordings, beside what is found; joints from 1.
-
-    Attributes:
-        name, joints: the effect and its place.
-        parameter, unit: its first parameter.
-        size: from which on the name would get a probability of 0.9; infinite where nothing shows it.
-    """
-
-    name: str
-    joints: tuple[int, ...]
-    parameter: str
-    size: float
-    unit: str
-
-
-@dataclass(frozen=True)
 class EvidenceAnswer:
     """What the evidence says.
 
@@ -167,7 +152,7 @@ class EvidenceAnswer:
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
         beside: names for one effect more beside the set, each against nothing, the likeliest first.
         joints: worst first.
-        nameable: what would still have been named here.
+        nameable: the smallest size of each other effect that would have been named here.
         gate_one_rejected: whether gate 1 of the revised test rejects a model that is otherwise clean; None
             where it was not asked, or the loop cannot be simulated.
         repeats: whether noise was told from repeats of the motion.
@@ -179,7 +164,7 @@ class EvidenceAnswer:
     ranking: tuple[Named, ...]
     beside: tuple[Named, ...]
     joints: tuple[JointMisfit, ...]
-    nameable: tuple[Nameable, ...]
+    nameable: tuple[Smallest, ...]
     gate_one_rejected: bool | None
     repeats: bool
     log_evidence: tuple[float, float]

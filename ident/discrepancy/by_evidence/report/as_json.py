@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import Any
 
 from ident.discrepancy.by_evidence.decide.names import Named
+from ident.discrepancy.by_evidence.power.smallest import Smallest, worst_first
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 
 
@@ -27,17 +27,7 @@ def answer_json(answer: EvidenceAnswer) -> dict[str, Any]:
             }
             for one in answer.joints
         ],
-        "smallest_named": [
-            {
-                "effect": one.name,
-                "joints": list(one.joints),
-                "parameter": one.parameter,
-                "size": one.size,
-                "unit": one.unit,
-            }
-            for one in answer.nameable
-            if isfinite(one.size)
-        ],
+        "smallest_named": [smallest_json(one) for one in worst_first(answer.nameable)],
         "gate_1_rejected": answer.gate_one_rejected,
         "repeats": answer.repeats,
         "log_evidence": {"without": answer.log_evidence[0], "with": answer.log_evidence[1]},
@@ -78,4 +68,20 @@ def _named(one: Named) -> dict[str, Any]:
         "effect": one.name,
         "joints": [joint + 1 for joint in one.joints],
         "probability": one.probability,
+    }
+
+
+def smallest_json(one: Smallest) -> dict[str, Any]:
+    """The smallest size of one effect at one place; null where no size of it would be named."""
+    return {
+        "effect": one.name,
+        "joints": list(one.joints),
+        "parameter": one.parameter,
+        "size": one.size if one.seen else None,
+        "unit": one.unit,
+        "torque": one.torque if one.seen else None,
+        "torque_joint": one.joint,
+        "torque_unit": one.torque_unit,
+        "shape": {name: value for name, value, _ in one.shape},
+        "last_told_from": {"effect": one.rival[0], "joints": list(one.rival[1])},
     }

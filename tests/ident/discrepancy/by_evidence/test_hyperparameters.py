@@ -17,7 +17,6 @@ from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, as_limit, probabilities, smallest
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
-from ident.discrepancy.by_evidence.decide.screening import Screened, smallest_named
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit
@@ -232,16 +231,6 @@ def test_a_model_without_a_prior_is_fitted_at_the_motion_of_the_other_periods() 
         data, base, accepted_prior(base, start, np.diag(1e-4 * start**2)), start, present
     )
     assert held.columns[:, :, : start.size] == pytest.approx(own @ beta.spread)
-
-
-def test_the_smallest_size_is_the_one_whose_nats_make_the_name_sure() -> None:
-    best: Any = SimpleNamespace(
-        entry=SimpleNamespace(white=SimpleNamespace(scale=np.array([2.0, 2.0]))), log_prior=-3.0
-    )
-    size = smallest_named(Screened(best, 0.0, np.array([99.0, 0.5])), 0.9)
-    assert size[1] == np.inf
-    gained = 0.5 * (size[0] / 2.0) ** 2 * 99.0**2 / 100.0 - 0.5 * np.log(100.0)
-    assert 0.5 * gained - 3.0 == pytest.approx(np.log(9.0))
 
 
 def finding(

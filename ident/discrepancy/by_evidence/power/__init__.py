@@ -1,0 +1,1 @@
+"""How small an effect would still be named, from the motion and the noise alone."""

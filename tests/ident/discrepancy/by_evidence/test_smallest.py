@@ -1,0 +1,135 @@
+"""The smallest size that would be named: by its formulas against drawn scores, and its limits."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ident.discrepancy.by_evidence.decide.screening import _gain
+from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
+from ident.discrepancy.by_evidence.power.expected import Expectation
+from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, worst_first
+
+ANY = (-np.inf, np.inf)
+DRAWS = 4000
+NEEDED = float(np.log(9.0))
+
+
+def entry(
+    name: str,
+    count: int = 1,
+    bounds: tuple[float, float] = ANY,
+    centre: float = 0.0,
+    essential: tuple[int, ...] = (0,),
+    candidate: Any = None,
+) -> Any:
+    family = SimpleNamespace(essential=essential)
+    white = SimpleNamespace(
+        count=count,
+        centre=np.full(count, centre),
+        bounds=np.array([bounds] * count),
+        scale=np.ones(count),
+        unsaid=0.0,
+    )
+    own = candidate or SimpleNamespace(key=(name, (0,)), share=0.1, family=family)
+    placed = SimpleNamespace(whole=centre != 0.0, of_measured=False)
+    return SimpleNamespace(candidate=own, white=white, placed=placed)
+
+
+def information(columns: int, strength: float, seed: int) -> Any:
+    """(P, P) of columns that have something in common."""
+    rows = np.random.default_rng(seed).standard_normal((40, columns))
+    rows[:, 1] += 1.5 * rows[:, 0]
+    return strength * rows.T @ rows
+
+
+def scores(own: Any, theta: Any, seed: int) -> Any:
+    """(draws, P) of data in which the columns have the factors θ (P,)."""
+    root = np.linalg.cholesky(own)
+    return own @ theta + np.random.default_rng(seed).standard_normal((DRAWS, theta.size)) @ root.T
+
+
+def gains(own: Any, score: Any, entries: Any) -> Any:
+    """(draws, entries) as the search screens them."""
+    found, start = [], 0
+    for one in entries:
+        part = slice(start, start + one.white.count)
+        found.append([_gain(own[part, part], row, one) for row in score[:, part]])
+        start = part.stop
+    return np.array(found).T
+
+
+@pytest.mark.parametrize("centre", [0.0, 2.0])
+def test_the_mean_of_every_candidate_is_that_of_drawn_scores(centre: float) -> None:
+    entries = [entry("true"), entry("wide", 2, centre=centre), entry("other")]
+    own = information(4, 5.0, 1)
+    size = 0.7
+    means = Expectation.of(entries, own).means(0, np.ones(1)).at(np.array([size]))[0]
+    drawn = gains(own, scores(own, np.array([size, 0.0, 0.0, 0.0]), 2), entries)
+    for number in range(3):
+        error = drawn[:, number].std() / np.sqrt(DRAWS)
+        assert abs(drawn[:, number].mean() - means[number]) < 4.0 * error
+
+
+def named(own: Any, size: float, entries: Any) -> float:
+    """Share of drawn data in which the first entry is sure against nothing and ahead of all others."""
+    theta = np.zeros(own.shape[0])
+    theta[0] = size
+    odds = TEMPERATURE * gains(own, scores(own, theta, 3), entries) + np.log(ONE_MORE * 0.1)
+    return float(np.mean((odds[:, 0] > NEEDED) & (odds[:, 0] >= odds.max(axis=1))))
+
+
+@pytest.mark.parametrize("strength", [3.0, 300.0])
+def test_the_smallest_size_is_named_in_four_of_five(strength: float) -> None:
+    entries = [entry("true"), entry("other"), entry("wide", 2)]
+    own = information(4, strength, 4)
+    size, _ = _Odds(entries, own, 0.9, 0.8).unlucky(0)
+    assert named(own, size, entries) == pytest.approx(0.8, abs=0.04)
+
+
+def test_what_another_name_imitates_needs_to_be_larger_and_is_told_from_that_name() -> None:
+    entries = [entry("true"), entry("other")]
+    own = 100.0 * np.array([[1.0, 0.0], [0.0, 1.0]])
+    apart, rival = _Odds(entries, own, 0.9, 0.8).unlucky(0)
+    assert rival == ("nothing", ())
+    own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
+    near, rival = _Odds(entries, own, 0.9, 0.8).unlucky(0)
+    assert rival == ("other", (0,))
+    assert near > 1.2 * apart
+    assert named(own, near, entries) == pytest.approx(0.8, abs=0.04)
+    own = 100.0 * np.ones((2, 2))
+    assert _Odds(entries, own, 0.9, 0.8).unlucky(0)[0] == np.inf
+
+
+def test_a_rival_that_cannot_have_the_sign_is_none() -> None:
+    """Both signs of the effect are asked about: one of them is told easily, the other is the answer."""
+    own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
+    positive = entry("other", bounds=(0.0, np.inf))
+    either = _Odds([entry("true"), positive], own, 0.9, 0.8)
+    falls = _Odds([entry("true", bounds=(-np.inf, 0.0)), positive], own, 0.9, 0.8)
+    rises = _Odds([entry("true", bounds=(0.0, np.inf)), positive], own, 0.9, 0.8)
+    assert falls.unlucky(0)[0] < rises.unlucky(0)[0] == either.unlucky(0)[0]
+
+
+def test_of_several_shapes_the_one_in_the_middle_answers() -> None:
+    shared = SimpleNamespace(key=("true", (0,)), share=0.1, family=SimpleNamespace(essential=()))
+    entries = [entry("true", candidate=shared) for _ in range(3)]
+    own = np.diag([400.0, 25.0, 100.0])
+    odds = _Odds(entries, own, 0.9, 0.8)
+    assert odds.middle([0, 1, 2]) == 2
+    alone = _Odds([entries[2]], own[2:, 2:], 0.9, 0.8)
+    assert odds.unlucky(2)[0] > alone.unlucky(0)[0]  # the shapes share the prior
+
+
+def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
+    own = np.array([[1e-9]])
+    assert _Odds([entry("true")], own, 0.9, 0.8).unlucky(0)[0] == np.inf
+    assert SIZES[-1] == 3.0
+
+    def said(share: float) -> Smallest:
+        return Smallest("a", (1,), "Fv1", "1", share, share, 1, "N·m", (), ("nothing", ()), share)
+
+    assert [one.size for one in worst_first([said(0.1), said(np.inf), said(0.2)])] == [np.inf, 0.2, 0.1]
