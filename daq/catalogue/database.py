@@ -87,7 +87,7 @@ class Catalogue:
             if isinstance(error, OperationalError) or error.connection_invalidated or _is_access(error):
                 raise CatalogueError(f"{self}: {_with_advice(one_line(str(error.orig)))}") from error
             raise
-        except (ValueError, TypeError, LookupError, AttributeError) as error:
+        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
             if isinstance(error, UserError) or not _is_of_a_row(error):
                 raise
             reason = one_line(str(error))[:120]
@@ -140,7 +140,7 @@ def _is_of_a_row(error: Exception) -> bool:
         return True
     frames = [(f.f_globals.get("__name__", ""), f.f_code.co_name) for f, _ in walk_tb(error.__traceback__)]
     reader = any(module.startswith("daq.catalogue.") and name.endswith("_of") for module, name in frames)
-    return reader or (bool(frames) and frames[-1][0].startswith("sqlalchemy."))
+    return reader or (bool(frames) and frames[-1][0].startswith(("sqlalchemy.", "json.")))
 
 
 def _is_access(error: DBAPIError) -> bool:
