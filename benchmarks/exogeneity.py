@@ -27,7 +27,7 @@ import numpy as np
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 import robots
-from ident import BaseParameters, RegressorModel, base_parameters
+from ident import BaseParameters, Recording, RegressorModel, base_parameters
 from ident.covariances import covariance_named
 from ident.exogeneity import GateSettings, TestedRows, WhiteRows, augmented_wald, textbook_test
 from ident.exogeneity.instruments import instruments_gate
@@ -98,8 +98,11 @@ def design(base: BaseParameters, noise: float, seed: int) -> Design:
     position = np.sum(amplitude[:, np.newaxis] * np.sin(angle), axis=0)
     deviation = np.random.default_rng(seed).normal(size=position.shape)
     measured = position + (noise * deviation if noise else TRACKING * slow(deviation))
-    z = observed_columns(base, time, position, settings)
-    x = observed_columns(base, time, measured, settings)
+    silent = np.zeros_like(position)
+    z, x = (
+        observed_columns(base, Recording("design", time, None, moved, silent), settings)
+        for moved in (position, measured)
+    )
     sigma = 0.05 * np.linalg.norm(z @ truth(base), axis=0) / np.sqrt(z.shape[0])
     return Design(base.names, x, z, sigma)
 

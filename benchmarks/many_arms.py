@@ -54,7 +54,7 @@ _FILL = (
        FROM runs r, models m WHERE m.id = 12 AND r.id > 12 ORDER BY r.id""",
     """INSERT INTO parameters (model_id, place, name, value, sigma, unit, expression)
        SELECT m.id, p, 'P' || p, 10 + p + 0.01 * random(), 0.01, 'N·m', 'P' || p
-       FROM models m, generate_series(1, :parameters) p WHERE m.id > 12""",
+       FROM models m, generate_series(1, :parameters) p WHERE m.id > 12 ORDER BY m.id, p""",
     """INSERT INTO baselines (arm_id, model_id, run_id, state, description_sha256, accepted)
        SELECT arm_id, min(id), min(run_id), 'accepted', min(description_sha256), min(created)
        FROM models WHERE id > 12 GROUP BY arm_id""",

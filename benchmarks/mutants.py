@@ -3,6 +3,7 @@
     python -m benchmarks.mutants                        # all targets, 12 mutants each
     python -m benchmarks.mutants dwh --count 40         # one of them
     python -m benchmarks.mutants --list
+    python -m benchmarks.mutants --guards               # the guards of mutants_guards.py, each broken by hand
 
 The clone is copied to a temporary folder; each mutant is one change of the syntax tree of one module there
 (a comparison turned, a sign or an operation changed, a number moved by one, `abs`, `min`, `max` or `not`
@@ -23,6 +24,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from benchmarks.mutants_guards import GUARDS
 from benchmarks.mutants_runner import Tests
 from benchmarks.mutants_targets import TARGETS
 
@@ -140,6 +142,26 @@ def run(name: str, count: int, seed: int, copy_of: Path, tests: Tests) -> tuple[
     return killed, survivors
 
 
+def run_guards(wanted: str, copy_of: Path, tests: Tests) -> None:
+    """Break each guard whose words hold ``wanted``, and print what its tests said."""
+    chosen = [broken for broken in GUARDS if wanted in broken.guard]
+    for arguments in dict.fromkeys(broken.tests for broken in chosen):
+        if not tests.pass_(arguments):
+            raise SystemExit(f"{' '.join(arguments)}: fails on the clone as it is")
+    killed = 0
+    for broken in chosen:
+        path = copy_of / broken.module
+        text = path.read_text(encoding="utf-8")
+        if text.count(broken.before) != 1:
+            raise SystemExit(f"{broken.module}: not once: {broken.before!r}")
+        path.write_text(text.replace(broken.before, broken.after), encoding="utf-8")
+        alive = tests.pass_(broken.tests)
+        path.write_text(text, encoding="utf-8")
+        killed += not alive
+        print(f"{'alive' if alive else 'killed'}: {broken.guard} ({broken.module})", flush=True)
+    print(f"guards: {killed} of {len(chosen)} killed", flush=True)
+
+
 def _difference(before: str, after: str) -> str:
     pairs = zip(before.splitlines(), after.splitlines(), strict=False)
     return next((f"{one.strip()}  →  {other.strip()}" for one, other in pairs if one != other), "a line less")
@@ -154,6 +176,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=12)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument(
+        "--guards", nargs="?", const="", help="broken by hand, those with this in their words"
+    )
     asked = parser.parse_args()
     if asked.list:
         print(json.dumps({name: target.modules for name, target in TARGETS.items()}, indent=2))
@@ -164,6 +189,9 @@ def main() -> None:
             ROOT, place, ignore=shutil.ignore_patterns(".venv*", ".git", "__pycache__", ".*_cache")
         )
         with Tests(place, ROOT.parent / "shared" / "data") as tests:
+            if asked.guards is not None:
+                run_guards(asked.guards, place, tests)
+                return
             for name in asked.targets or TARGETS:
                 killed, survivors = run(name, asked.count, asked.seed, place, tests)
                 print(f"{name}: {killed} of {killed + len(survivors)} killed", flush=True)

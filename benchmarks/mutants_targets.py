@@ -98,8 +98,9 @@ TARGETS = {
         (
             "tests/daq/catalogue/test_leases.py",
             "tests/daq/catalogue/test_catalogue.py",
+            "tests/daq/catalogue/test_database.py",
         ),
-        "postgresql or as_long_as",
+        "postgresql",
     ),
     "drift": Target(
         ("ident/drift/wald.py", "ident/drift/geometry.py", "ident/drift/run_to_run.py"),

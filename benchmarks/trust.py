@@ -245,7 +245,7 @@ def first_gate(model: RegressorModel, recording: Recording) -> Gate | None:
             run = simulate(model, base.standard_from(fit.beta, model.prior()), recording)
         except SimulationError:
             return None
-        columns = observed_columns(base, run.time, run.position, settings)
+        columns = observed_columns(base, replace(recording, time=run.time, position=run.position), settings)
         fit = instrumental_variables(stacked, stack_columns(columns, rows.used), fit.sigma)
     tested = TestedRows(rows.torque, rows.regressor, columns, rows.segment, rows.used)
     agreement = simulation_agreement(robot, (recording,), (run,))

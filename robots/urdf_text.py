@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from xml.sax.saxutils import quoteattr
 
-from robots.urdf import FIXED, LIMITS, Pose, Urdf, UrdfBody, UrdfInertial, UrdfJoint, UrdfLink
+from robots.urdf import FIXED, LIMITS, Pose, Urdf, UrdfBody, UrdfInertial, UrdfJoint
 
 _TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -67,11 +67,6 @@ def joint_text(joint: UrdfJoint) -> str:
         f'<joint name={quoteattr(joint.name)} type="{joint.kind}">{_origin(joint.pose)}'
         f"<parent link={quoteattr(joint.parent)}/><child link={quoteattr(joint.child)}/>{moves}</joint>"
     )
-
-
-def links_text(links: Iterable[UrdfLink]) -> dict[str, str]:
-    """``<inertial>`` of each link that has one."""
-    return {link.name: inertial_text(link.inertial) for link in links if link.inertial is not None}
 
 
 def _origin(pose: Pose) -> str:

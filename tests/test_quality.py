@@ -17,7 +17,7 @@ IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports
     [
         pytest.param("ruff", ["-m", "ruff", "check"], id="ruff check"),
         pytest.param("ruff", ["-m", "ruff", "format", "--check"], id="ruff format"),
-        pytest.param("mypy", ["-m", "mypy"], id="mypy"),
+        pytest.param("mypy", ["-m", "mypy"], id="mypy", marks=pytest.mark.slow),
         pytest.param("importlinter", ["-c", IMPORT_LINTER], id="import-linter"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, func, insert, select, update
+from sqlalchemy import Connection, Row, Select, case, func, insert, select, true, update
 
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
@@ -83,11 +83,10 @@ def verdicts_of(catalogue: Catalogue, run_ids: Sequence[int]) -> dict[int, str]:
 def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     """Models of the nights since a baseline on which nothing was found, and the baseline's own."""
     state, grown = checks.c.details["state"].as_string(), checks.c.details[GROWN_JOINTS].as_string()
-    wanted = select(checks.c.model_id).where(
-        checks.c.baseline_id == baseline.id,
-        state == "unchanged",
-        func.coalesce(grown, "[]").in_(("[]", "null")),  # the rest of the details is long and stays there
-    )
+    unchanged = (state == "unchanged") & func.coalesce(grown, "[]").in_(("[]", "null"))
+    # Details are long: they stay in the database, and it reads only those of the nights that were not fine.
+    clean = case((checks.c.verdict == "ok", true()), else_=unchanged)
+    wanted = select(checks.c.model_id).where(checks.c.baseline_id == baseline.id, clean)
     with catalogue.reading() as connection:
         found = connection.execute(wanted).scalars().all()
     return frozenset(number for number in (*found, baseline.model_id) if number is not None)
@@ -107,10 +106,45 @@ def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tu
         return tuple(_check_of(row) for row in connection.execute(wanted))
 
 
-def found_in(connection: Connection, wanted: Select[Any]) -> tuple[CheckRecord, ...]:
-    """Verdicts of a query on their table, inside a transaction."""
-    return tuple(_check_of(row) for row in connection.execute(wanted))
+def of_numbers(catalogue: Catalogue, numbers: Sequence[int]) -> tuple[CheckRecord, ...]:
+    """Several verdicts, as many of them as there are."""
+    if not numbers:
+        return ()
+    with catalogue.reading() as connection:
+        return found_in(connection, select(checks).where(checks.c.id.in_(numbers)))
 
 
-def _check_of(row: Row[Any]) -> CheckRecord:
-    return CheckRecord(**row._mapping)
+def listed(catalogue: Catalogue, arm_id: int, *, limit: int) -> tuple[CheckRecord, ...]:
+    """As :func:`of_arm`, without their details."""
+    wanted = select(*WITHOUT_DETAILS).where(checks.c.arm_id == arm_id).order_by(checks.c.id.desc())
+    with catalogue.reading() as connection:
+        return found_in(connection, wanted.limit(limit))
+
+
+def found_in(connection: Connection, wanted: Select[Any], *paths: tuple[str, ...]) -> tuple[CheckRecord, ...]:
+    """Verdicts of a query on their table, inside a transaction.
+
+    Args:
+        connection: to read with.
+        wanted: selects the table, or ``WITHOUT_DETAILS`` of it.
+        paths: in the details, that the database picks out of them; each is then where it was.
+    """
+    picked = [checks.c.details[path].label(f"part{k}") for k, path in enumerate(paths)]
+    return tuple(_check_of(row, paths) for row in connection.execute(wanted.add_columns(*picked)))
+
+
+WITHOUT_DETAILS = tuple(column for column in checks.c if column is not checks.c.details)
+"""Columns of a list of verdicts: the details of one night are tens of kilobytes."""
+
+
+def _check_of(row: Row[Any], paths: tuple[tuple[str, ...], ...] = ()) -> CheckRecord:
+    fields = dict(row._mapping)
+    kept = fields.get("details")
+    details: dict[str, Any] = kept if isinstance(kept, dict) else {}
+    fields["details"] = details
+    for k, path in enumerate(paths):
+        part, inner = fields.pop(f"part{k}"), details
+        for key in path[:-1]:
+            inner = inner.setdefault(key, {})
+        inner[path[-1]] = part
+    return CheckRecord(**fields)

@@ -7,11 +7,13 @@ older one.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from sqlalchemy import JSON, Connection, Integer, column, insert, inspect, select, table, text, update
 
 from daq.catalogue import schema
 from daq.catalogue.values import CatalogueError
+from robots.errors import shown
 
 Migration = Callable[[Connection], None]
 
@@ -88,7 +90,7 @@ def bring_up_to_date(
         migrations: the steps.
 
     Raises:
-        CatalogueError: a newer program made it.
+        CatalogueError: a newer program made it, or none did.
     """
     if connection.dialect.name == "postgresql":
         connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
@@ -100,7 +102,7 @@ def bring_up_to_date(
     if found > version:
         raise CatalogueError(
             f"catalogue {connection.engine.url.render_as_string()}: has version {found} of a newer armhil;"
-            f" allowed: up to {version}; install the newer one"
+            f" allowed: up to {version}; install that newer one, or name another in $ARMHIL_CATALOGUE"
         )
     for step in range(found + 1, version + 1):
         migrations[step](connection)
@@ -108,8 +110,19 @@ def bring_up_to_date(
 
 
 def found_version(connection: Connection) -> int | None:
-    """The version that a catalogue has; None where there is none yet."""
+    """The version that a catalogue has; None where there is none yet.
+
+    Raises:
+        CatalogueError: it has one that is none.
+    """
     if not inspect(connection).has_table(schema.schema_version.name):
         return None
-    version: int | None = connection.execute(select(schema.schema_version.c.version)).scalar_one_or_none()
+    version: Any = connection.execute(select(schema.schema_version.c.version)).scalar_one_or_none()
+    if version is None:
+        return None
+    if not isinstance(version, int) or version < 1:
+        raise CatalogueError(
+            f"catalogue {connection.engine.url.render_as_string()}: has version {shown(version)}, which no"
+            " armhil wrote: the file is damaged; put a backup in its place"
+        )
     return version

@@ -117,17 +117,21 @@ def trend(
         name: of one parameter; all where None.
         since: runs started at or after.
     """
-    columns = (models.c.id, models.c.run_id, runs_table.c.started, *_parameter_columns()[:4])
-    joined = parameters.join(models, models.c.id == parameters.c.model_id)
-    joined = joined.join(runs_table, runs_table.c.id == models.c.run_id)
-    wanted = select(*columns).select_from(joined).where(models.c.arm_id == arm_id)
-    wanted = wanted.order_by(runs_table.c.started, models.c.id, parameters.c.place)
-    if name is not None:
-        wanted = wanted.where(parameters.c.name == name)
+    made = select(models.c.id, models.c.run_id, runs_table.c.started)
+    made = made.join(runs_table, runs_table.c.id == models.c.run_id).where(models.c.arm_id == arm_id)
     if since is not None:
-        wanted = wanted.where(runs_table.c.started >= since)
+        made = made.where(runs_table.c.started >= since)
+    p = parameters.c
+    # What all parameters of a model share is asked for once a model, not once a parameter.
+    listed = select(p.model_id, p.name, p.value, p.sigma, p.unit)
+    listed = listed.join(models, models.c.id == p.model_id).where(models.c.arm_id == arm_id)
+    if name is not None:
+        listed = listed.where(p.name == name)
     with catalogue.reading() as connection:
-        return tuple(TrendPoint(*row) for row in connection.execute(wanted))
+        at = {row.id: (row.run_id, row.started) for row in connection.execute(made)}
+        found = connection.execute(listed.order_by(p.model_id, p.place)).all()
+    points = [TrendPoint(model_id, *at[model_id], *rest) for model_id, *rest in found if model_id in at]
+    return tuple(sorted(points, key=lambda point: (point.at, point.model_id)))
 
 
 def _parameter_columns() -> tuple[Any, ...]:

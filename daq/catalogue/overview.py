@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Column, Connection, Select, Table, func, select
+from sqlalchemy import Table, func, select
 
 from daq.catalogue import arms, baselines, checks, runs
 from daq.catalogue.database import Catalogue
@@ -22,7 +23,7 @@ class ArmNow:
 
     Attributes:
         arm: which.
-        check: the last verdict; None where there is none.
+        check: the last verdict, with as much of its details as was asked for; None where there is none.
         baseline: that counts; None where none does.
         run: the newest of any kind.
         unfinished: the newest check, where it has ended without a verdict, so that the verdict is older.
@@ -35,38 +36,54 @@ class ArmNow:
     unfinished: Run | None
 
 
-def every(catalogue: Catalogue, label: str | None = None) -> tuple[ArmNow, ...]:
-    """All arms by label, or the one of a label."""
+def every(
+    catalogue: Catalogue,
+    label: str | None = None,
+    details: tuple[tuple[str, ...], ...] | None = (),
+) -> tuple[ArmNow, ...]:
+    """All arms by label, or the one of a label.
+
+    Args:
+        catalogue: where.
+        label: of one arm.
+        details: paths of what is wanted of the details of the checks; None for all of them.
+    """
     with catalogue.reading() as connection:
         wanted = select(arms_table).order_by(arms_table.c.label)
         if label is not None:
             wanted = wanted.where(arms_table.c.label == label)
         listed = [arms.arm_of(row) for row in connection.execute(wanted)]
+        of_one = [arm.id for arm in listed] if label is not None else None
+
+        def newest(table: Table, *where: Any) -> Any:
+            """The largest number of each arm."""
+            if of_one is not None:
+                where = (*where, table.c.arm_id.in_(of_one))
+            return select(func.max(table.c.id)).where(*where).group_by(table.c.arm_id)
+
+        columns = checks_table.c if details is None else checks.WITHOUT_DETAILS
+        judged_last = select(*columns).where(checks_table.c.id.in_(newest(checks_table)))
         last = {
-            record.arm_id: record
-            for record in checks.found_in(connection, _newest(checks_table, checks_table.c.id))
+            record.arm_id: record for record in checks.found_in(connection, judged_last, *(details or ()))
         }
-        still = baselines_table.c.state != "rolled_back"
-        counting = baselines.found_in(connection, _newest(baselines_table, baselines_table.c.id, still))
-        newest = _runs(connection)
-        judged = _runs(connection, runs_table.c.kind == "check")
+        still = newest(baselines_table, baselines_table.c.state != "rolled_back")
+        counting = baselines.found_in(
+            connection, select(baselines_table).where(baselines_table.c.id.in_(still))
+        )
+        run_of = _by_arm(runs.found_in(connection, newest(runs_table)))
+        check_of = _by_arm(runs.found_in(connection, newest(runs_table, runs_table.c.kind == "check")))
     by_arm = {baseline.arm_id: baseline for baseline in counting}
     return tuple(
         ArmNow(
             arm,
             last.get(arm.id),
             by_arm.get(arm.id),
-            newest.get(arm.id),
-            runs.unjudged(judged.get(arm.id), last[arm.id].run_id if arm.id in last else 0),
+            run_of.get(arm.id),
+            runs.unjudged(check_of.get(arm.id), last[arm.id].run_id if arm.id in last else 0),
         )
         for arm in listed
     )
 
 
-def _newest(table: Table, number: Column[Any], *where: Any) -> Select[Any]:
-    """Rows of a table with the largest number of each arm."""
-    return select(table).where(number.in_(select(func.max(number)).where(*where).group_by(table.c.arm_id)))
-
-
-def _runs(connection: Connection, *where: Any) -> dict[int, Run]:
-    return {run.arm_id: run for run in runs.newest_in(connection, *where)}
+def _by_arm(found: Iterable[Run]) -> dict[int, Run]:
+    return {run.arm_id: run for run in found}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, cast, get_args
 
-from sqlalchemy import Connection, Row, Select, func, insert, select, update
+from sqlalchemy import Connection, Row, Select, exists, insert, select, update
 
 from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
@@ -213,10 +213,9 @@ def unjudged(run: Run | None, judged: int) -> Run | None:
     return run if ended else None
 
 
-def newest_in(connection: Connection, *where: Any) -> tuple[Run, ...]:
-    """The newest run of each arm among those of a condition, inside a transaction."""
-    newest = select(func.max(runs.c.id)).where(*where).group_by(runs.c.arm_id)
-    return tuple(_run_of(row) for row in connection.execute(_select().where(runs.c.id.in_(newest))))
+def found_in(connection: Connection, numbers: Select[Any]) -> tuple[Run, ...]:
+    """The runs of the numbers that a query gives, inside a transaction."""
+    return tuple(_run_of(row) for row in connection.execute(_select().where(runs.c.id.in_(numbers))))
 
 
 def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
@@ -238,22 +237,22 @@ def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
 
 
 def _settle_unjudged(catalogue: Catalogue) -> None:
-    judged = select(checks_table.c.run_id)
-    wanted = _select().where(
+    judged = exists().where(checks_table.c.run_id == runs.c.id)
+    wanted = select(runs.c.id, runs.c.process).where(
         (runs.c.kind == "check")
         & (runs.c.stage == "")
         & (runs.c.state == "finished")
         & (runs.c.outcome == "completed")
         & (runs.c.reason != UNJUDGED)
-        & runs.c.id.not_in(judged)
+        & ~judged
     )
     with catalogue.reading() as connection:
-        found = [_run_of(row) for row in connection.execute(wanted)]
+        found = connection.execute(wanted).all()
     gone = [run.id for run in found if run.process and is_gone(run.process)]
     if not gone:
         return
     with catalogue.writing() as connection:
-        still = runs.c.id.in_(gone) & runs.c.id.not_in(judged)
+        still = runs.c.id.in_(gone) & ~judged
         connection.execute(update(runs).where(still).values(reason=UNJUDGED))
 
 

@@ -237,7 +237,10 @@ class CatalogueFinding(NewFinding):
 
 @dataclass(frozen=True)
 class CheckRecord:
-    """The verdict of one check of an arm against its baseline."""
+    """The verdict of one check of an arm against its baseline.
+
+    ``details`` is what it rests on; where many are listed, only what was asked for of it.
+    """
 
     id: int
     arm_id: int

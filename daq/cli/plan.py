@@ -76,6 +76,9 @@ def plan(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-plan-<robot>")
     ] = None,
+    power: Annotated[
+        bool, typer.Option("--power", help="How small each effect could be and still be named, as a map.")
+    ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
@@ -110,6 +113,7 @@ def plan(
         cycle_time=cycle_time,
         earlier=earlier,
         out=out,
+        power=power,
     )
     result = run_plan(request, steps_of(console, quiet))
     if as_json:

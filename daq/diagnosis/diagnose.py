@@ -3,41 +3,47 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Any, Literal
 
 from daq.diagnosis.blind_spots import BlindSpot, blind_spots
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
 from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.files.accepted_model import prior_from
 from daq.files.cell_file import CellFile, read_cell
 from daq.files.found_model import read_found_model
-from daq.files.model_file import ModelFile, ModelFileError, read_model
+from daq.files.model_file import read_model
 from daq.files.run_folder import make_run_folder
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
+from daq.report.power import power_json
 from daq.text.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
+from ident.discrepancy import Diagnosis, Prior, Question, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
+from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
+from ident.discrepancy.by_evidence.power.recorded import recorded_sizes
+from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.by_evidence.report.as_json import answer_json
+from ident.discrepancy.question import Progress
 from ident.discrepancy.settings import searching
 from ident.discrepancy.verdict import beside_gate
 from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
 from ident.identification.found_effects import FoundModel, extended_model, found_entries
 from robots import Robot
-from robots.arrays import FloatArray
 from trajectories import Conditions
 
 FROM_DESCRIPTION = "cad"
 """What ``--prior`` is given to take the description's own figures."""
+
+
+SearchName = Literal["evidence", "rules"]
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,8 @@ class DiagnoseRequest:
         cell: what stands around the arm, for the motion that tells candidates apart.
         evaluations: trials of the search for that motion; none is planned where 0.
         found: a model with found effects to examine where ``prior`` is no file.
+        power: whether to say how small each effect would still have been named.
+        search: which search names what the moving arm shows.
     """
 
     fit: tuple[Path, ...]
@@ -70,6 +78,8 @@ class DiagnoseRequest:
     cell: Path | None = None
     evaluations: int = 1500
     found: FoundModel | None = None
+    power: bool = False
+    search: SearchName = "evidence"
 
 
 @dataclass(frozen=True)
@@ -84,6 +94,8 @@ class DiagnoseResult:
         blind: what these recordings could not have shown.
         content: what ``--json`` prints.
         folder: of the results; None where nothing was written.
+        power: the smallest size of each effect that would have been named; None where that was not asked.
+        evidence: what the search by evidence says; None where the rules searched.
     """
 
     robot: Robot
@@ -93,6 +105,8 @@ class DiagnoseResult:
     blind: tuple[BlindSpot, ...]
     content: dict[str, Any]
     folder: Path | None
+    power: tuple[Smallest, ...] | None = None
+    evidence: EvidenceAnswer | None = None
 
 
 def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
@@ -108,31 +122,28 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         question, uncut = _asked(robot, request, steps)
         robot = question.robot
         with steps.step("Search for the missing effect") as update:
-            diagnosis = diagnose(question, lambda step, share: update(share, step))
+            diagnosis, answer = _search(question, request.search, lambda step, share: update(share, step))
         with steps.step("Check the model without and with it"):
             series = before_and_after(diagnosis, uncut, question.validation, robot.identification)
             diagnosis = beside_gate(diagnosis, series.checks[-1].gate)
-        result = _result(robot, request, diagnosis, series, (), folder)
+        power = _power(request, question, steps)
+        result = _result(robot, request, diagnosis, answer, series, (), folder, power)
         if folder is not None:
             # Before a motion is planned: that takes minutes, and may fail.
             _write(folder, request, result)
             apart = _apart(robot, request, diagnosis, conditions, steps)
             if apart:
-                result = _result(robot, request, diagnosis, series, apart, folder)
+                result = _result(robot, request, diagnosis, answer, series, apart, folder, power)
                 _write(folder, request, result)
     return result
 
 
-@contextmanager
-def question_of(request: DiagnoseRequest, steps: Steps) -> Iterator[Question]:
-    """What is asked, for another search than that of :func:`run_diagnose`; the description lives as long.
-
-    Raises:
-        CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
-    """
-    _require_validation(request)
-    with described(request.robot, request.fit[0]) as (robot, _):
-        yield _asked(robot, request, steps)[0]
+def _search(
+    question: Question, name: SearchName, progress: Progress
+) -> tuple[Diagnosis, EvidenceAnswer | None]:
+    if name == "rules":
+        return diagnose(question, progress), None
+    return diagnose_with_evidence(question, progress)
 
 
 def _asked(robot: Robot, request: DiagnoseRequest, steps: Steps) -> tuple[Question, tuple[Recording, ...]]:
@@ -151,14 +162,28 @@ def _result(
     robot: Robot,
     request: DiagnoseRequest,
     diagnosis: Diagnosis,
+    answer: EvidenceAnswer | None,
     series: Series,
     apart: tuple[TellingApart, ...],
     folder: Path | None,
+    power: tuple[Smallest, ...] | None,
 ) -> DiagnoseResult:
     names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
     blind = blind_spots(diagnosis)
     content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
-    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder)
+    if power is not None:
+        content["power"] = power_json(power)
+    if answer is not None:
+        content["evidence"] = answer_json(answer)
+    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder, power, answer)
+
+
+def _power(request: DiagnoseRequest, question: Question, steps: Steps) -> tuple[Smallest, ...] | None:
+    """How small each effect would still have been named; None where nobody asked."""
+    if not request.power:
+        return None
+    with steps.step("Smallest sizes that would have been named"):
+        return recorded_sizes(question)
 
 
 def _apart(
@@ -229,30 +254,7 @@ def prior_of(source: str | None) -> Callable[[BaseParameters], Prior] | None:
         return described_prior
     path = Path(source)
     accepted = read_model(path)
-    return lambda base: _accepted(base, path, accepted)
-
-
-def _accepted(base: BaseParameters, path: Path, accepted: ModelFile) -> Prior:
-    names = tuple(parameter.name for parameter in accepted.parameter)
-    covariance = accepted.covariance
-    if covariance is None:
-        raise ModelFileError(f"{path}: has no correlations; identify the arm again to have them written")
-    missing = [name for name in base.names if name not in names]
-    if missing:
-        raise ModelFileError(
-            f"{path}: has no {missing[0]}; allowed: a model with the parameters of the model that is examined"
-        )
-    order = np.array([names.index(name) for name in base.names])
-    values, spread = accepted.values[order], covariance[np.ix_(order, order)]
-    return accepted_prior(base, values, spread, noise=_noise_of(base.model.robot, accepted))
-
-
-def _noise_of(robot: Robot, accepted: ModelFile) -> FloatArray | None:
-    """How loud the arm was; None where that is not known, or was seen through other filters than today's."""
-    noise, then = np.array(accepted.estimate.torque_noise), accepted.identification
-    now = robot.identification
-    same = (then.cutoff_hz, then.filter_order) == (now.cutoff_hz, now.filter_order)
-    return noise if same and noise.size == robot.n else None
+    return lambda base: prior_from(base, path, accepted)
 
 
 def _recordings(
@@ -297,7 +299,14 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
         facts["Found before"] = found_words(known)
     facts["Prior"] = request.prior or "none: after a refit"
     page = DiagnosisContent(
-        f"{robot.name}: diagnosis", robot, diagnosis, result.series, result.apart, result.blind, facts
+        f"{robot.name}: diagnosis",
+        robot,
+        diagnosis,
+        result.series,
+        result.apart,
+        result.blind,
+        facts,
+        result.power,
     )
     write_diagnosis_page(folder / "diagnosis.html", page)
     write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)

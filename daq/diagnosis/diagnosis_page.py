@@ -16,10 +16,12 @@ from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.report.parameters import joint_heading
 from daq.report.pictures import icon
+from daq.report.power import power_map
 from daq.report.templates import templates, write_page
 from daq.text.numbers import significant
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.before_after import Series
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from robots.description import Robot
 
 
@@ -35,6 +37,7 @@ class DiagnosisContent:
     blind: tuple[BlindSpot, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
     """How it was made, label → text, in the order shown."""
+    power: tuple[Smallest, ...] | None = None
 
 
 _KIND = {
@@ -88,6 +91,7 @@ def render_diagnosis(content: DiagnosisContent) -> str:
             candidates=candidate_rows(diagnosis),
             rejected=[(sentence_of(f.words()), f.confirmation.reason) for f in diagnosis.rejected],
             blind=[spot.words() for spot in content.blind],
+            power=None if content.power is None else power_map(content.robot, content.power),
             facts=content.facts,
         )
     )

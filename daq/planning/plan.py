@@ -18,6 +18,7 @@ from daq.files.run_folder import make_run_folder
 from daq.planning.plan_json import plan_json
 from daq.planning.plan_page import write_plan_page
 from daq.planning.plan_sources import known_from
+from daq.planning.power import power_of
 from daq.recording.trajectory_file import (
     SUFFIX,
     FoundMotion,
@@ -28,6 +29,7 @@ from daq.recording.trajectory_file import (
 )
 from daq.text.progress import Steps
 from ident import BaseParameters, RegressorModel, base_parameters
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.family import StandardParameter
 from robots import Robot
 from trajectories import (
@@ -74,6 +76,7 @@ class PlanRequest:
         cycle_time: of the set-points, s; the arm's (or the file's) where None.
         earlier: a capture or model of the same arm.
         out: folder for results; a check writes none where it is None.
+        power: whether to say how small each effect would be named.
     """
 
     robot: Robot
@@ -95,6 +98,7 @@ class PlanRequest:
     cycle_time: float | None = None
     earlier: Path | None = None
     out: Path | None = None
+    power: bool = False
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,7 @@ class PlanResult:
         payload: predicted σ of the payload, where it was asked for.
         stopped: whether the search was stopped early.
         files: what was written, by kind.
+        power: the smallest size of each effect that would be named; None where that was not asked.
     """
 
     robot: Robot
@@ -124,6 +129,7 @@ class PlanResult:
     payload: dict[StandardParameter, float]
     stopped: bool
     files: dict[str, Path]
+    power: tuple[Smallest, ...] | None = None
 
 
 def run_plan(request: PlanRequest, steps: Steps) -> PlanResult:
@@ -148,6 +154,9 @@ def run_plan(request: PlanRequest, steps: Steps) -> PlanResult:
         trajectory, remarks = _found(request, read_motion(request.check, robot))
     with steps.step("Judge"):
         result = _judged(request, base, objective, conditions, trajectory, remarks, stopped)
+    if request.power:
+        with steps.step("Smallest sizes that would be named"):
+            result = replace(result, power=power_of(robot, trajectory, request.earlier))
     return result if folder is None else _written(result, folder)
 
 

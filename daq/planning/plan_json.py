@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
+from daq.report.power import power_json
 from daq.text.numbers import json_number
 from trajectories import Prediction, Use
 
@@ -17,6 +18,7 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
     trajectory, judgement, robot = result.trajectory, result.judgement, result.robot
     detail, repeat, nearest = trajectory.detail, trajectory.repeat, judgement.nearest
     names = [joint.name for joint in robot.joint]
+    power = {} if result.power is None else {"power": power_json(result.power)}
     return {
         "armhil": version("armhil"),
         "robot": robot.name,
@@ -65,6 +67,7 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
             }
             for parameter, sigma in result.payload.items()
         ],
+        **power,
         "files": {kind: str(path) for kind, path in result.files.items()},
     }
 

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from daq.planning.arm_picture import arm_bodies
 from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
 from daq.report.parameters import joint_heading
 from daq.report.pictures import dot_row, icon, scaled
+from daq.report.power import power_map
 from daq.report.templates import templates, write_page
 from daq.text.numbers import count, percent, setting, significant
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
 _POINTS = 4000
 _PATH_POINTS = 1200
+_POSTURES = ("arm", "arm there")
+"""Styles of the arm at the start and where its tool is fastest."""
+
 _POOR = 30.0
 """%σ above which a parameter is poorly seen, as in the report of an identification."""
 
@@ -102,6 +107,7 @@ def render_plan(result: PlanResult) -> str:
             scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
             payload=[(parameter.name, significant(sigma)) for parameter, sigma in result.payload.items()],
             prediction=None if prediction is None else _prediction_words(prediction),
+            power=None if result.power is None else power_map(result.robot, result.power),
             made=_made(result),
         )
     )
@@ -202,8 +208,10 @@ def _views(result: PlanResult) -> list[PathView]:
     path = tool.path(trajectory.at(time).position)
     fastest = tool.path(trajectory.at(np.array([result.judgement.tool.time])).position)[0]
     around = conditions.surroundings
+    ends = trajectory.at(np.array([0.0, result.judgement.tool.time])).position
+    arms = {style: arm_bodies(result.robot, posture) for style, posture in zip(_POSTURES, ends, strict=True)}
     return [
-        path_view(heading, axes, path, fastest, around.obstacles, around.floor)
+        path_view(heading, axes, path, fastest, around.obstacles, around.floor, arms)
         for heading, axes in (
             ("From above: x right, y up", (0, 1)),
             ("From the side: x right, z up", (0, 2)),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup, escape
 
+from daq.planning.arm_picture import outline
 from daq.report.pictures import Tick, nice_ticks, scaled, tick_text, trace_path
 from robots.arrays import FloatArray
 from trajectories import Obstacle
@@ -19,6 +21,9 @@ _FEWEST_METRES = 0.2
 
 _NEAR = 0.8
 """What is drawn of the surroundings, as a share of the size of the path."""
+
+_CORNER = 45
+"""Height of the labels of the lower axis."""
 
 _SIGNS = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
 
@@ -94,6 +99,7 @@ def path_view(
     fastest: FloatArray,
     obstacles: tuple[Obstacle, ...],
     floor: float | None,
+    arms: Mapping[str, Sequence[FloatArray]] | None = None,
 ) -> PathView:
     """The path of the tool projected on two axes of the base frame, the same scale along both.
 
@@ -104,9 +110,12 @@ def path_view(
         fastest: (3,) where the tool is fastest.
         obstacles: drawn as their outlines.
         floor: height, drawn where the second axis is the vertical one; None for no floor.
+        arms: the arm's bodies, N × 3 m each, in one or more postures; by the style that they are drawn in.
     """
     right, up = axes
-    low, high = _bounds(axes, path, obstacles, floor)
+    drawn_arms = arms or {}
+    bodies = [body for posture in drawn_arms.values() for body in posture]
+    low, high = _bounds(axes, np.vstack([path, *bodies]), obstacles, floor)
     size = np.maximum(1.15 * (high - low), _FEWEST_METRES)
     low = (low + high) / 2 - size / 2
     scale = PATH_WIDTH / size[0]
@@ -123,12 +132,18 @@ def path_view(
     if floor is not None and up == 2:
         _, y = at(np.array([0.0, floor]))
         parts.append(f'<path class="floor" d="M0 {y:.0f}H{PATH_WIDTH}"/>')
-    parts.extend(_outline(obstacle, axes, at, height) for obstacle in obstacles)
+    outlines = [_outline(obstacle, axes, at, height) for obstacle in obstacles]
+    parts.extend(box for box, _ in outlines)
+    for style, posture in drawn_arms.items():
+        for body in posture:
+            corners = "L".join(f"{x:.0f} {y:.0f}" for x, y in map(at, outline(body[:, axes])))
+            parts.append(f'<path class="{style}" d="M{corners}Z"/>')
     line = "L".join(f"{x:.0f} {y:.0f}" for x, y in (at(point) for point in path[:, axes]))
     parts.append(f'<path class="way" d="M{line}"/>')
     for style, point in (("base", np.zeros(3)), ("begin", path[0]), ("fast", fastest)):
         x, y = at(point[list(axes)])
         parts.append(f'<circle class="{style}" cx="{x:.0f}" cy="{y:.0f}" r="9"/>')
+    parts.extend(name for _, name in outlines)  # on top of what is drawn before them
     names = "xyz"
     description = (
         f"{heading}: {names[right]} from {path[:, right].min():.2f} to {path[:, right].max():.2f} m, "
@@ -141,7 +156,7 @@ def path_view(
 def _bounds(
     axes: tuple[int, int], path: FloatArray, obstacles: tuple[Obstacle, ...], floor: float | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Corners of what is drawn: the path, the base of the arm, and what of the surroundings is near."""
+    """Corners of what is drawn: path and arm (N × 3), its base, and what of the surroundings is near."""
     points = np.vstack([path[:, axes], np.zeros((1, 2))])
     around = [_corners(obstacle)[:, axes] for obstacle in obstacles]
     if floor is not None and axes[1] == 2:
@@ -164,12 +179,13 @@ def _grid(low: FloatArray, scale: float, height: int) -> list[str]:
     for value in upwards:
         y = height - (value - low[1]) * scale
         parts.append(f'<path class="mesh" d="M0 {y:.0f}H{PATH_WIDTH}"/>')
-        parts.append(f'<text x="6" y="{y - 6:.0f}">{tick_text(value, upwards)} m</text>')
+        if y < height - _CORNER:  # the labels of the other axis stand below
+            parts.append(f'<text x="6" y="{y - 6:.0f}">{tick_text(value, upwards)} m</text>')
     return parts
 
 
-def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object, height: int) -> str:
-    """An obstacle seen along an axis, with its name: from above a turned box is a polygon."""
+def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object, height: int) -> tuple[str, str]:
+    """An obstacle seen along an axis, and its name: from above a turned box is a polygon."""
     flat = _corners(obstacle)[:, axes]
     middle = flat.mean(axis=0)
     if axes == (0, 1):
@@ -184,7 +200,7 @@ def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object, height: int)
     # A box that is partly outside keeps its name inside.
     x, y = float(np.clip(x, 120, PATH_WIDTH - 120)), float(np.clip(y, 40, height - 50))
     name = f'<text class="name" x="{x:.0f}" y="{y:.0f}">{escape(obstacle.name)}</text>'
-    return f'<path class="box" d="M{points}Z"/>{name}'
+    return f'<path class="box" d="M{points}Z"/>', name
 
 
 def _corners(obstacle: Obstacle) -> FloatArray:

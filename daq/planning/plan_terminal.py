@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.planning.plan import PlanResult
+from daq.report.power import print_power
 from daq.text.numbers import percent, significant
 from trajectories import Prediction
 
@@ -34,6 +35,8 @@ def print_plan(console: Console, result: PlanResult) -> None:
     for parameter, sigma in result.payload.items():
         console.print(f"payload {parameter.name}: σ {significant(sigma)}", highlight=False)
     console.print(_limit_table(result))
+    if result.power is not None:
+        print_power(console, result.power)
     console.print(_verdict(result), highlight=False)
     for problem in result.judgement.problems:
         console.print(f"[red]broken:[/] {problem}", highlight=False)

@@ -1,7 +1,7 @@
 """Write a run into one MCAP file that survives the death of its writer.
 
 The file holds channels of ROS 2 CDR messages and metadata records; docs/reference/capture-format.md
-describes it. A chunk is closed at least every 0.1 s of data, so a killed process loses no more than
+describes it. A chunk is closed with nearly every batch of samples, so a killed process loses no more than
 what its operating system had not been handed yet; a thread of its own calls fdatasync every 0.25 s, so a
 power cut loses little more.
 """
@@ -46,7 +46,8 @@ __all__ = ["CHANNELS", "MEASURED_TOPIC", "REFERENCE_TOPIC", "STATUS_TOPIC", "Rec
 
 log = logging.getLogger(__name__)
 
-FLUSH_INTERVAL = 0.1
+FLUSH_INTERVAL = 0.04
+"""Shorter than the time between two batches of samples, so that each is handed over as it comes, s."""
 SYNC_INTERVAL = 0.25
 
 

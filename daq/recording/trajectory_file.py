@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -34,6 +35,7 @@ MAX_BYTES = 256_000_000
 
 _TABLES = (".csv", ".tsv", ".txt")
 
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _TIME_NAMES = ("time", "t", "time_s", "time [s]")
 
 
@@ -201,6 +203,8 @@ def _from_csv(path: Path, text: str, robot: Robot) -> FoundMotion:
     except csv.Error as error:
         raise TrajectoryFileError(f"{path}: not CSV: {error}; allowed: rows of numbers") from None
     header = None if _is_number(rows[0][0]) else [name.strip() for name in rows[0]]
+    if header is not None and (twice := sorted({name for name in header if header.count(name) > 1})):
+        raise TrajectoryFileError(f"{path}: more than one column {shown(twice[0])}; allowed: one of a name")
     values = _numbers(path, rows if header is None else rows[1:], len(rows[0]))
     names = [joint.name for joint in robot.joint]
     if header is None:
@@ -239,11 +243,8 @@ def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> FloatArra
 
 
 def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    """Whether it is a decimal number as every program writes one: no 1_000, no nan, no other digits."""
+    return _NUMBER.fullmatch(text.strip(" ")) is not None
 
 
 def _require_joints(path: Path, found: Sequence[str], robot: Robot) -> None:

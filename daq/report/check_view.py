@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 from markupsafe import Markup
 
@@ -15,6 +15,7 @@ from daq.text.numbers import NOTHING, percent, probability, setting, significant
 
 KINDS = {"ok": "good", "warning": "warn", "failed": "bad", "unknown": "unknown"}
 """Of a verdict: sign and colour."""
+_Part = TypeVar("_Part")
 WORDS = {"ok": "fine", "warning": "warning", "failed": "failed", "unknown": "not measurable"}
 
 
@@ -93,31 +94,57 @@ def check_view(
         baseline: what it was compared with, and a note; empty where there is none.
         tonight: the run that was judged, and a note.
     """
-    compared: Mapping[str, Any] = details.get("comparison") or {}
-    tolerance = float(details.get("settings", {}).get("tolerance", 0.05))
-    kind = KINDS[verdict]
-    course = compared.get("course")
-    joints, at = _joints(compared, tolerance)
-    return CheckView(
+    compared: Mapping[str, Any] = _kept(details, "comparison", {})
+    tolerance = float(_kept(_kept(details, "settings", {}), "tolerance", 0.05))
+    kind = KINDS.get(verdict, "unknown")
+    lost: list[str] = []
+
+    def shown(part: str, make: Callable[[], _Part], without: _Part) -> _Part:
+        """A part of the page; without it where another version kept otherwise what it is made of."""
+        try:
+            return make()
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError):
+            lost.append(part)
+            return without
+
+    course: Mapping[str, Any] = _kept(compared, "course", {})
+    nothing = (Fact("Baseline", baseline[0] or "none", baseline[1]), Fact("This check", *tonight))
+    no_joints: tuple[tuple[JointRow, ...], float] = ((), 0.0)
+    joints, at = shown("change of torque", lambda: _joints(compared, tolerance), no_joints)
+    view = CheckView(
         kind,
         icon(kind),  # type: ignore[arg-type]
-        WORDS[verdict],
-        _headline(verdict, compared, details),
+        WORDS.get(verdict, verdict),
+        shown("headline", lambda: _headline(verdict, compared, details), WORDS.get(verdict, verdict)),
         sentence,
-        _facts(compared, details, baseline, tonight, tolerance),
-        tuple(details.get("warnings", ())),
-        tuple(details.get("findings", ())),
-        Markup() if course is None else _course(course, compared["state"] == "unchanged"),
-        "" if course is None else str(course["chart"]),
-        "" if course is None else str(course["unit"]),
+        shown("figures", lambda: _facts(compared, details, baseline, tonight, tolerance), nothing),
+        tuple(_kept(details, "warnings", [])),
+        tuple(_kept(details, "findings", [])),
+        shown("picture", lambda: _course(course, compared["state"] == "unchanged"), Markup())
+        if course
+        else Markup(),
+        str(course.get("chart", "")),
+        str(course.get("unit", "")),
         joints,
         _limit(tolerance),
         at,
-        tuple(_moved(change, compared) for change in compared.get("changes", ())),
-        tuple(_parameter(one) for one in compared.get("parameters", ())[:12]),
-        tuple(_usual(one) for one in compared.get("usual", ())),
-        _tests(compared),
+        shown("effects", lambda: tuple(_moved(one, compared) for one in compared.get("changes", ())), ()),
+        shown(
+            "parameters", lambda: tuple(_parameter(one) for one in compared.get("parameters", ())[:12]), ()
+        ),
+        shown("what is usual", lambda: tuple(_usual(one) for one in compared.get("usual", ())), ()),
+        shown("tests", lambda: _tests(compared), ()),
     )
+    if not lost:
+        return view
+    words = f"another version of armhil kept this check; not shown: {', '.join(lost)}"
+    return replace(view, warnings=(*view.warnings, words))
+
+
+def _kept(details: Mapping[str, Any], key: str, without: _Part) -> _Part:
+    """What a check kept under a key, if it is of the kind that it has to be."""
+    found = details.get(key)
+    return found if isinstance(found, type(without)) else without
 
 
 def _headline(verdict: str, compared: Mapping[str, Any], details: Mapping[str, Any]) -> str:

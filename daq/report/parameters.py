@@ -49,11 +49,10 @@ class ParameterGroup:
 
 @dataclass(frozen=True)
 class TruthSummary:
-    """How many estimates lie within so many σ of the truth, and the farthest of them."""
+    """How many estimates lie within 3 σ of the truth, and the farthest of them."""
 
     method: str
     compared: int
-    within_two: int
     within_three: int
     farthest: str
 
@@ -108,7 +107,6 @@ def truth_summaries(
             TruthSummary(
                 ESTIMATORS[estimate.method].short,
                 len(errors),
-                sum(error <= 2.0 for error, _ in errors),
                 sum(error <= _FAR_SIGMAS for error, _ in errors),
                 f"{name}, {significant(largest, 2)} σ",
             )

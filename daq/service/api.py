@@ -51,13 +51,13 @@ def api_routes(
 
 
 def _reading(router: APIRouter, catalogue: Catalogue) -> None:
-    @router.get("/api/arms", summary="All arms with the last verdict and the baseline")
+    @router.get("/api/arms", summary="All arms with the last verdict, without its details, and the baseline")
     def every_arm() -> list[dict[str, Any]]:
         return [arm_json(one) for one in overview.every(catalogue)]
 
     @router.get("/api/arms/{label}", summary="One arm")
     def one_arm(label: Label) -> dict[str, Any]:
-        (one,) = overview.every(catalogue, arm_of(catalogue, label).label)
+        (one,) = overview.every(catalogue, arm_of(catalogue, label).label, None)
         return arm_json(one)
 
     @router.get("/api/arms/{label}/checks", summary="Verdicts on an arm, newest first")

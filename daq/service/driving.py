@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from daq.check.fleet import FleetArm, fleet_path, read_fleet
+from daq.check.fleet import FleetArm, read_fleet
 
 
 class NotDrivenError(Exception):
@@ -103,11 +103,6 @@ class Driving:
                 job.process.send_signal(signal.SIGINT)
         for job in self._jobs:
             job.process.wait()
-
-
-def fleet_file(fleet: Path | None) -> Path:
-    """The file that says what may be driven."""
-    return fleet or fleet_path()
 
 
 def options_of(arm: FleetArm) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -68,7 +69,6 @@ def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
     """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
     environment = templates()
-
     environment.filters |= {"whole": _whole, "ending": _ending}
 
     def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
@@ -107,20 +107,19 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
     @router.get("/arms/{label}")
     def one_arm(label: Label, parameter: Annotated[str, Query(max_length=80)] = "") -> HTMLResponse:
         arm = arm_of(catalogue, label)
-        (one,) = overview.every(catalogue, arm.label)
+        (one,) = overview.every(catalogue, arm.label, (("comparison", "parameters"),))
         baseline = one.baseline
         accepted = None if baseline is None else baseline.model_id
         by_name: dict[str, list[TrendPoint]] = {}
         for point in models.trend(catalogue, arm.id):
             by_name.setdefault(point.name, []).append(point)
-        found = checks.of_arm(catalogue, arm.id, limit=20)
-        chosen = parameter if parameter in by_name else _first_choice(by_name, found)
+        chosen = parameter if parameter in by_name else _first_choice(by_name, one.check)
         clean = frozenset[int]() if baseline is None else checks.clean_models(catalogue, baseline)
         return page(
             "arm",
             card=_card(one),
             baselines=baselines.of_arm(catalogue, arm.id),
-            checks=found,
+            checks=checks.listed(catalogue, arm.id, limit=20),
             marks=_MARKS,
             trends=[trend_of(points, accepted, clean, small=True) for points in by_name.values()],
             chosen=trend_of(by_name[chosen], accepted, clean) if chosen else None,
@@ -284,10 +283,17 @@ def _verdict_view(found: Sequence[CheckRecord], catalogue: Catalogue) -> CheckVi
         return view_of(last, baselines.get_in(connection, last.baseline_id))
 
 
-def _first_choice(by_name: dict[str, list[TrendPoint]], found: Sequence[CheckRecord]) -> str:
-    """What moved most in the last check; where nothing did, friction, which wears first."""
-    moved = ((found[0].details.get("comparison") or {}).get("parameters") or ()) if found else ()
-    for parameter in moved:
-        if parameter["name"] in by_name:
+def _first_choice(by_name: dict[str, list[TrendPoint]], last: CheckRecord | None) -> str:
+    """What moved most in the last check; where nothing did, what lies farthest from its first value, in σ."""
+    moved = [] if last is None else last.details["comparison"]["parameters"]
+    for parameter in moved if isinstance(moved, list) else ():
+        if isinstance(parameter, dict) and parameter.get("name") in by_name:
             return str(parameter["name"])
-    return next((name for name in by_name if name.startswith("Fc")), next(iter(by_name), ""))
+    return max(by_name, key=lambda name: _moved(by_name[name]), default="")
+
+
+def _moved(points: Sequence[TrendPoint]) -> float:
+    """|last − first| over the σ of that difference; 0 where there is no σ."""
+    first, last = points[0], points[-1]
+    sigma = math.hypot(first.sigma, last.sigma)
+    return abs(last.value - first.value) / sigma if sigma > 0 else 0.0

@@ -116,5 +116,9 @@ def as_commissioned(
 
 
 def _fastest(passed: Sequence[Run]) -> float:
-    """Of the runs of the last stage; one from before speeds were kept went as planned, up to the limits."""
-    return max(float(run.facts.get(SPEED, 1.0)) for run in passed)
+    """Of the runs of the last stage; one from before speeds were kept went as planned, up to the limits.
+
+    A share that is none (nan in a damaged catalogue compares with nothing) allows no motion.
+    """
+    shares = [float(run.facts.get(SPEED, 1.0)) for run in passed]
+    return max((share for share in shares if 0.0 < share <= 1.0 + _ROUNDING), default=0.0)

@@ -51,13 +51,8 @@ def pressed(key: str, conduct: Conduct) -> bool:
     return wish is not None and conduct.wish(wish, f"by the operator, key {key.lower()}")
 
 
-def help_line(state: SessionState) -> str:
-    """What may be pressed in a state, in words."""
-    return "  ".join(_shown(state))
-
-
 def help_lines(state: SessionState, width: int) -> list[str]:
-    """The same in lines of at most ``width`` that break between keys only."""
+    """What may be pressed in a state, in words: lines of at most ``width`` that break between keys only."""
     lines: list[str] = []
     for entry in _shown(state):
         if lines and len(lines[-1]) + 2 + len(entry) <= width:

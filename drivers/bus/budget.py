@@ -114,11 +114,6 @@ class BusBudget:
         """Share of the bit rate that is used at worst."""
         return self.load_at(self.cycle_time)
 
-    @property
-    def sync_jitter(self) -> float:
-        """s by which a frame that is on the wire already can put a SYNC off."""
-        return max(frame_bits(kind.size) for kind in self.kinds) / self.bitrate
-
     def fastest_cycle(self) -> float | None:
         """The shortest SYNC period within the limit that drives can be given; None where there is none."""
         for steps in range(1, round(_LONGEST_CYCLE / self.sample_time) + 1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 from dataclasses import dataclass
+from pathlib import Path
 
 from can.interfaces import VALID_INTERFACES
 
@@ -11,6 +12,9 @@ from drivers.errors import BusError
 
 DEFAULT_PORT = 43113
 """The port that python-can's udp_multicast uses when none is given."""
+
+NETWORK = Path("/sys/class/net")
+"""A network interface that is hardware has ``device`` here."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +58,12 @@ class Channel:
 
     @property
     def only_simulated(self) -> bool:
-        """Whether no real drive can be on it: it leads nowhere outside this machine."""
-        virtual_device = self.interface == "socketcan" and self.name.startswith(("vcan", "vxcan"))
+        """Whether no real drive can be on it: it leads nowhere outside this machine.
+
+        An adapter may have been given any name, so one that is hardware is none of these.
+        """
+        named = self.interface == "socketcan" and self.name.startswith(("vcan", "vxcan"))
+        virtual_device = named and not (NETWORK / self.name / "device").exists()
         return virtual_device or self.interface in ("udp_multicast", "virtual")
 
     def beside(self, number: int) -> Channel:

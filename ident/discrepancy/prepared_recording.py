@@ -10,7 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
-from ident.preparation.observation import observed_torque
+from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import (
     DecimationFilter,

@@ -29,10 +29,6 @@ class RobustFit(LinearFit):
 
     weights: FloatArray = field(kw_only=True)
 
-    def share_down_weighted(self) -> float:
-        """Share of rows with a weight below 1."""
-        return float(np.mean(self.weights < 1.0))
-
 
 @dataclass(frozen=True)
 class MEstimator:

@@ -17,7 +17,7 @@ from scipy.stats import f as f_distribution
 from ident.closed_loop.simulate import SimulatedRun
 from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
-from ident.preparation.observation import observed_torque
+from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import decimate, kept_samples, low_pass, motion
 from ident.statistics.restricted import regression_whitening

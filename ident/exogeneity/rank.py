@@ -30,7 +30,8 @@ def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, IntArray]:
     new = v - basis @ (basis.T @ v)
     new -= basis @ (basis.T @ new)
     ratios = _pivoted_diagonal(new / floor)
-    kept = np.flatnonzero(ratios > 1.0)
+    shifts = ratios > 1.0
+    kept = np.flatnonzero(shifts)
     scale = np.linalg.norm(rows.x, axis=0)
     checks = tuple(
         ColumnCheck(
@@ -38,7 +39,7 @@ def rank_gate(rows: WhiteRows, names: tuple[str, ...]) -> tuple[Gate, IntArray]:
             float(ratios[k] * floor[k] / scale[k]),
             float(floor[k] / scale[k]),
             None,
-            not ratios[k] > 1.0,
+            not shifts[k],
         )
         for k, name in enumerate(names)
     )

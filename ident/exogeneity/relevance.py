@@ -74,9 +74,8 @@ def _first_stage(rows: WhiteRows) -> _FirstStage:
     if exogenous.shape[1] == 0:
         return _FirstStage(endogenous, rows.x, rows.z, freedom)
     left = annihilate(rows.z, exogenous)
-    u, values, _ = np.linalg.svd(left, full_matrices=False)
-    held = rows.z.shape[1] - exogenous.shape[1]
-    basis = u[:, :held] * values[:held]
+    span, _, _ = np.linalg.svd(left, full_matrices=False)
+    basis = span[:, : rows.z.shape[1] - exogenous.shape[1]]
     return _FirstStage(endogenous, annihilate(rows.x[:, endogenous], exogenous), basis, freedom)
 
 

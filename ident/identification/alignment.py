@@ -18,7 +18,8 @@ import numpy as np
 from ident.estimators import Stacked
 from ident.estimators.fit import stack_columns
 from ident.parameters.base import BaseParameters
-from ident.preparation.observation import ObservedTorque, Rows, observed_columns_of
+from ident.preparation.observation import Rows, observed_columns
+from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import differentiate, low_pass
 from ident.statistics.covariance import weighted_score_covariance
@@ -146,7 +147,7 @@ def _along_reference(
         if recording.reference is None:
             return None
         moved = replace(recording, position=_first_stage(recording, recording.reference, settings))
-        part = observed_columns_of(base, moved, settings)
+        part = observed_columns(base, moved, settings)
         columns.append(part)
         rates.append(np.gradient(part @ beta, recording.sample_time * settings.decimation, axis=0))
     return stack_columns(np.concatenate(columns), rows.used), _stack(rows, np.concatenate(rates))

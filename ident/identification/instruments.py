@@ -12,7 +12,7 @@ from ident.errors import IdentificationError, SimulationError
 from ident.estimators import LinearFit, Stacked, instrumental_variables
 from ident.estimators.fit import stack_columns
 from ident.parameters.base import BaseParameters
-from ident.preparation.observation import Rows, observed_columns_of
+from ident.preparation.observation import Rows, observed_columns
 from ident.recording import Recording
 from robots.arrays import FloatArray
 
@@ -81,7 +81,7 @@ def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Rec
         replace(recording, position=run.position, control_signal=run.control_signal)
         for recording, run in zip(recordings, runs, strict=True)
     ]
-    parts = [observed_columns_of(base, recording, settings) for recording in simulated]
+    parts = [observed_columns(base, recording, settings) for recording in simulated]
     return Instruments(np.concatenate(parts), runs)
 
 

@@ -20,7 +20,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.estimators import LinearFit
 from ident.identification.fits import Prepared
-from ident.preparation.observation import ObservedTorque
+from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import decimate_index, decimation_reach, low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance

@@ -153,11 +153,10 @@ def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, presen
     relation = np.zeros((independent.size, rows.shape[1]))
     relation[np.arange(independent.size), independent] = 1.0
     dependent = np.setdiff1d(present, independent)
-    if dependent.size:
-        q, r = qr(rows[:, independent] / scale[independent], mode="economic")
-        factors = solve_triangular(r, q.T @ (rows[:, dependent] / scale[dependent]))
-        factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0
-        relation[:, dependent] = np.round(factors * (scale[dependent] / scale[independent, np.newaxis]), 12)
+    q, r = qr(rows[:, independent] / scale[independent], mode="economic")
+    factors = solve_triangular(r, q.T @ (rows[:, dependent] / scale[dependent]))
+    factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0
+    relation[:, dependent] = np.round(factors * (scale[dependent] / scale[independent, np.newaxis]), 12)
     return relation
 
 

@@ -234,28 +234,26 @@ def assert_ramped_down(robot: Robot, capture: Capture) -> None:
 
 def whole_run(robot: Robot, channel: Channel, folder: Path) -> DemoResult:
     folder.mkdir()
-    result = run_demo(DemoRequest(robot, robot.name, channel, 8, folder, 2.5, 1, 100), Silent())
-    outcome = result.capture.outcome
-    assert outcome is not None
-    # A late SYNC changes nothing: the simulated arm's time goes by SYNCs. A TPDO that was given up on does.
-    # Neither does how long the drives took before they were enabled; only a cycle that was lost since then.
-    if int(outcome["incomplete_cycles"]) or int(outcome["incomplete_before"]):
-        pytest.skip(f"this machine was too busy for all drives to answer in time: {dict(outcome)}")
-    return result
+    return run_demo(DemoRequest(robot, robot.name, channel, 8, folder, 2.5, 1, 100), Silent())
 
 
 @pytest.mark.slow
-def test_the_same_seed_gives_the_same_samples_and_the_same_results(
+def test_the_same_seed_gives_the_same_samples_and_the_same_truth(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
 ) -> None:
-    first, second = (whole_run(tx40, channel, tmp_path / name) for name in ("first", "second"))
-    for column in ("cycle", "time", "reference", "position", "control_signal", "statusword"):
+    """A late SYNC changes nothing: the simulated arm goes by SYNCs. Where a drive answered too late, its
+    values are no sample. That the results are the same too is shown in virtual time (test_demo_vcan.py)."""
+    one, other = (whole_run(tx40, channel, tmp_path / name) for name in ("first", "second"))
+    assert one.truth == other.truth
+    first, second = one.capture.samples, other.capture.samples
+    for column in ("cycle", "time", "reference"):
+        np.testing.assert_array_equal(getattr(first, column), getattr(second, column), column)
+    answered = first.complete & second.complete
+    assert answered.mean() > 0.9
+    for column in ("position", "control_signal", "statusword"):
         np.testing.assert_array_equal(
-            getattr(first.capture.samples, column), getattr(second.capture.samples, column), column
+            getattr(first, column)[answered], getattr(second, column)[answered], column
         )
-    assert first.truth == second.truth
-    assert first.fitted.result.least_squares.parameters == second.fitted.result.least_squares.parameters
-    assert first.fitted.result.test == second.fitted.result.test
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,8 +22,8 @@ STAMPS = 0.001
 up to 0.06 ms were seen. A frame of another cycle would be 4 ms away."""
 
 
-def demo(out: Path, device: str, *before: str) -> Capture:
-    """The capture of a short demonstration, run directly or behind a command."""
+def demo(out: Path, device: str, *before: str) -> tuple[Capture, dict[str, Any]]:
+    """Capture and result of a short demonstration, run directly or behind a command."""
     options = ["--duration", "4", "--periods", "1", "--evaluations", "100", "--seed", "6"]
     command = [sys.executable, "-m", "daq", "demo", "--interface", "socketcan", "--channel", device]
     done = subprocess.run(
@@ -42,7 +43,7 @@ def demo(out: Path, device: str, *before: str) -> Capture:
     assert not capture.damage
     assert capture.outcome is not None and capture.outcome["outcome"] == "completed"
     assert capture.run["channel"] == f"socketcan:{device}"
-    return capture
+    return capture, result
 
 
 def by_identifier(frames: Frames) -> Frames:
@@ -55,7 +56,10 @@ def by_identifier(frames: Frames) -> Frames:
 @pytest.mark.timeout(600)
 def test_in_virtual_time_no_cycle_is_lost_and_every_run_is_the_same(tmp_path: Path) -> None:
     before = (str(TOOL), "-v", "-t", "250", "--")
-    first, second = (demo(tmp_path / name, "vcan0", *before) for name in ("first", "second"))
+    (first, result), (second, other) = (
+        demo(tmp_path / name, "vcan0", *before) for name in ("first", "second")
+    )
+    assert result["estimates"] == other["estimates"] and result["test"] == other["test"]
     for capture in (first, second):
         assert capture.outcome is not None
         counted = {key: capture.outcome[key] for key in capture.outcome if key.endswith("_cycles")}
@@ -73,6 +77,6 @@ def test_in_virtual_time_no_cycle_is_lost_and_every_run_is_the_same(tmp_path: Pa
 
 @needs_device
 def test_on_a_device_of_this_machine(tmp_path: Path) -> None:
-    capture = demo(tmp_path, str(own_device()))
+    capture, _ = demo(tmp_path, str(own_device()))
     assert capture.outcome is not None
     assert int(capture.outcome["missed_cycles"]) + int(capture.outcome["incomplete_cycles"]) <= 50

@@ -193,3 +193,25 @@ def test_names_and_units_belong_to_what_stays(tx40: BaseParameters) -> None:
         assert name == tx40.model.names[column] + ("R" if others else "")
     standard = {name: float(k) for k, name in enumerate(tx40.model.names)}
     assert np.allclose(tx40.regroup(standard), tx40.relation @ np.arange(len(standard)))
+
+
+def test_effects_that_are_added_have_base_parameters_of_their_own(emps: BaseParameters) -> None:
+    """The last of two parameters of one effect, and both of the other: three rows more, with ones."""
+    joint, friction = emps.model.effects[0], emps.model.effects[1:]
+    added = [joint, *friction]
+    more = sum(len(effect.parameters) for effect in added)
+    kept = np.zeros(more, dtype=np.bool_)
+    kept[[1, more - 2, more - 1]] = True
+    base = emps.with_effects(added, kept)
+    b, p = emps.relation.shape
+    expected = np.zeros((b + 3, p + more))
+    expected[:b, :p] = emps.relation
+    expected[b, p + 1] = expected[b + 1, p + more - 2] = expected[b + 2, p + more - 1] = 1.0
+    np.testing.assert_array_equal(base.relation, expected)
+    np.testing.assert_array_equal(base.independent, [*emps.independent, p + 1, p + more - 2, p + more - 1])
+
+
+def test_columns_of_which_none_depends_have_no_relation() -> None:
+    rows = np.diag([2.0, 3.0])
+    found = _relation(rows, np.array([2.0, 3.0]), np.array([0, 1]), np.array([0, 1]))
+    np.testing.assert_array_equal(found, np.eye(2))

@@ -187,3 +187,15 @@ def test_which_parameters_are_not_told_apart() -> None:
         require_full_rank(other, NAMES)
     other[:, 2] = 1e3 * (x[:, 0] + 0.01 * x[:, 1] + 2e-9 * x[:, 2])
     require_full_rank(other, NAMES)
+
+
+@pytest.mark.parametrize(("angle", "told_apart"), [(1.7e-10, False), (2.3e-10, True)])
+def test_singular_values_are_measured_by_the_largest(angle: float, told_apart: bool) -> None:
+    """Two columns at a small angle φ and a third across: √2, 1 and φ/√2, so the limit is φ = 2e-10."""
+    e = np.eye(4)
+    x = np.column_stack([e[0], np.cos(angle) * e[0] + np.sin(angle) * e[1], e[2]])
+    if told_apart:
+        require_full_rank(x, ("a", "b", "c"))
+    else:
+        with pytest.raises(IdentificationError, match="does not tell apart a, b;"):
+            require_full_rank(x, ("a", "b", "c"))

@@ -11,7 +11,7 @@ from statsmodels.stats.multitest import multipletests
 from ident.covariances import covariance_named
 from ident.exogeneity import GateSettings, TestedRows, WhiteRows, augmented_wald, revised_test, textbook_test
 from ident.exogeneity.hypothesis import annihilate, f_test, wald_statistic
-from ident.exogeneity.instruments import instruments_gate
+from ident.exogeneity.instruments import _largest, instruments_gate
 from ident.exogeneity.rank import rank_gate
 from ident.exogeneity.relevance import conditional_f
 from ident.exogeneity.revised import (
@@ -304,6 +304,15 @@ def test_what_is_said_of_a_simulation_that_is_not_the_robot() -> None:
     assert invalid(("a", 0.01, 0.05)).startswith(
         "Do not trust this model: the simulated motion does not span"
     )
+
+
+def test_the_largest_departure_of_a_kind_is_said_in_percent() -> None:
+    checks = (
+        ColumnCheck("ZZ1R", 0.9, 0.05, None, False),
+        ColumnCheck("torque of joint 1", 0.012, 0.05, None, True, "torque"),
+        ColumnCheck("torque of joint 2", 0.034, 0.025, None, False, "torque"),
+    )
+    assert _largest(checks, "torque") == "simulation lacks 3.4 % of the torque of joint 2 (margin 2.5 %)"
 
 
 def test_what_is_said_of_regressors_that_are_correlated() -> None:

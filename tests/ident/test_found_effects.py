@@ -23,7 +23,8 @@ from ident.effects.vocabulary import VOCABULARY, family_named
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
 from ident.identification.taken_up import without_taken_up
 from ident.parameters.present import Present
-from ident.preparation.observation import observe, observed_torque
+from ident.preparation.observation import observe
+from ident.preparation.observed_torque import observed_torque
 from ident.signals import motion
 from robots import Robot
 from robots.arrays import FloatArray

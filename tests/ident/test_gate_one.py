@@ -202,3 +202,40 @@ def test_instruments_that_hardly_move_the_regressors_are_refused() -> None:
     assert not gate.passed
     strength = float(gate.detail.split("first-stage F ")[1].split(" (")[0])
     assert strength < 10.0
+
+
+def test_gate_one_asks_the_loop_for_torque_and_following_error_too() -> None:
+    """A difference of torque that a free parameter takes up passes; the same where that one is held fails."""
+    names = ("a", "b", "c")
+    velocity = 2.0 * np.cos(2.0 * TIME)
+    case = agreement(2.0 * velocity, simulated_error())
+    rows = TestedRows(case.torque_measured, columns(), columns(), SEGMENT, USED)
+    block = rows.whitened(rows.omega())
+    for free, passed in (
+        (None, True),
+        (np.array([False, True, False]), True),
+        (np.array([True, False, False]), False),
+    ):
+        gate = instruments_gate(rows, rows.omega(), block, names, GateSettings(), case, free)
+        expected = ("torque of joint 1", "following error of drive 1")
+        assert tuple(check.column for check in gate.columns) == (*names, *expected)
+        columns_free = columns() if free is None else columns()[:, :, free]
+        (torque,) = torque_checks(case, columns_free, SEGMENT, USED, 0.05, 0.05)
+        (following,) = following_checks(case, SEGMENT, USED, 0.05, 0.005)
+        assert gate.columns[3:] == (torque, following)
+        assert gate.columns[3].passed is passed and gate.passed is passed
+
+
+def test_a_large_departure_that_chance_explains_passes_at_the_level_of_the_settings() -> None:
+    """The published level is 5 %: a p-value above it passes whatever the size."""
+    z = smooth()[:, :1]
+    noise = coloured(3, 1)
+    rows = TestedRows(noise + z, (z + 0.3 * noise)[:, np.newaxis], z[:, np.newaxis], SEGMENT, USED)
+    block = rows.whitened(rows.omega())
+    gate = instruments_gate(rows, rows.omega(), block, ("a",), GateSettings(margin=1e-6))
+    (check,) = gate.columns
+    assert check.p_value is not None
+    assert 0.05 < check.p_value < 0.95
+    assert check.passed
+    held = GateSettings(margin=1e-6, level=check.p_value + 1e-9)
+    assert not instruments_gate(rows, rows.omega(), block, ("a",), held).passed

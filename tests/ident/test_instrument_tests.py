@@ -38,6 +38,16 @@ def test_first_stage_f_is_that_of_linearmodels() -> None:
         assert test.statistic == pytest.approx(float(statistic), rel=1e-8)
 
 
+@pytest.mark.parametrize("exogenous", [0, 1])
+def test_first_stage_f_with_one_exogenous_regressor_and_with_none(exogenous: int) -> None:
+    case = rows(6)
+    kept = WhiteRows(case.y, case.x[:, 2 - exogenous :], case.z[:, 2 - exogenous :])
+    parts = kept.y, kept.x[:, :exogenous] if exogenous else None, kept.x[:, exogenous:], kept.z[:, exogenous:]
+    reference = IV2SLS(*parts).fit(cov_type="unadjusted", debiased=True).first_stage.diagnostics
+    found = [test.statistic for test in partial_f(kept).values()]
+    assert found == pytest.approx(list(reference["f.stat"]), rel=1e-8)
+
+
 def test_conditional_f_of_one_regressor_is_the_first_stage_f() -> None:
     case = rows(4)
     alone = WhiteRows(case.y, case.x[:, :3], case.z)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.problem import pose
+from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.prior import Prior
 from ident.parameters.base import BaseParameters
@@ -29,7 +29,11 @@ def prior_by_evidence(base: BaseParameters, recordings: Sequence[Recording]) -> 
     Raises:
         IdentificationError: recordings that do not fit the arm.
     """
-    problem = pose(base, None, prepare(base.model.robot, recordings), None)
+    return prior_of(pose(base, None, prepare(base.model.robot, recordings), None))
+
+
+def prior_of(problem: Problem) -> Prior:
+    """The same of a run that is fitted already."""
     posterior = problem.posterior
     values = problem.beta.mean(posterior.known)
     covariance = problem.beta.covariance(posterior.covariance) + np.diag((SPREAD * values) ** 2)

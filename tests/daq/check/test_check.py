@@ -45,6 +45,7 @@ def check(channel: Channel, out: Path, *more: str) -> tuple[int, dict[str, objec
     return done.returncode, json.loads(done.stdout), done.stderr
 
 
+@pytest.mark.slow
 def test_from_no_baseline_to_a_verdict(channel: Channel, tmp_path: Path, no_leftovers: None) -> None:
     code, first, _ = check(channel, tmp_path / "one")
     assert code == 3 and first["verdict"] == "unknown" and "baseline accept 1" in str(first["sentence"])

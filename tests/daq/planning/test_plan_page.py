@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from daq.planning.arm_picture import arm_bodies, outline
 from daq.planning.plan_pictures import PATH_WIDTH, limit_panel, path_view
 from robots import Robot
 from tests.daq.planning.conftest import Plan
-from trajectories import Obstacle
+from trajectories import Obstacle, ToolSpeed
 from trajectories.constraints.torque import TorqueCheck
 from trajectories.limits import Limits
 from trajectories.motions.motion import MotionState
@@ -117,3 +118,34 @@ def test_the_expected_torque_is_that_of_the_arms_own_regressor(tx40: Robot) -> N
     state = MotionState(position, velocity, acceleration, np.zeros_like(position))
     torque = TorqueCheck.of(tx40, Limits.of(tx40)).torque(state)
     np.testing.assert_allclose(torque, expected, atol=1e-6)
+
+
+def test_the_arm_is_drawn_where_its_bodies_are(tx40: Robot, emps: Robot) -> None:
+    # One axis: the carriage is a box of 0.2 m in x that goes with the joint, the bench stays.
+    (bench, carriage), (bench_there, carriage_there) = (
+        sorted(arm_bodies(emps, np.array([q])), key=lambda body: -np.ptp(body[:, 0])) for q in (0.1, 0.15)
+    )
+    np.testing.assert_allclose(bench, bench_there)
+    np.testing.assert_allclose(carriage_there - carriage, np.tile([0.05, 0.0, 0.0], (len(carriage), 1)))
+    assert np.ptp(carriage[:, 0]) == pytest.approx(0.2) and np.ptp(bench[:, 0]) == pytest.approx(0.9)
+    # Six axes: the last body is around the origin of the last link, from whichever side.
+    posture = np.array([0.3, -0.4, 0.9, 0.2, 0.7, -0.1])
+    tool = ToolSpeed(tx40).path(posture[np.newaxis])[0]
+    bodies = arm_bodies(tx40, posture)
+    assert len(bodies) == 9
+    assert min(float(np.linalg.norm(body.mean(axis=0) - tool)) for body in bodies) < 0.1
+    for axes in ((0, 1), (0, 2), (1, 2)):
+        for body in bodies:
+            corners = outline(body[:, axes])
+            np.testing.assert_allclose(np.ptp(corners, axis=0), np.ptp(body[:, axes], axis=0))
+    flat = outline(np.array([[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]]))  # a plate seen from its edge
+    np.testing.assert_allclose(flat, [[0.0, 0.0], [1.0, 1.0]])
+
+
+def test_the_arm_is_on_the_page_at_the_start_and_where_its_tool_is_fastest(
+    plan: Plan, tmp_path: Path
+) -> None:
+    plan("emps", "--out", "mine", "--floor", "-1")
+    text = (tmp_path / "mine" / "plan.html").read_text(encoding="utf-8")
+    assert text.count('<path class="arm" ') == text.count('<path class="arm there" ') == 3 * 2
+    assert "the arm at the start" in text

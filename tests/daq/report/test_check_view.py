@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -88,3 +89,38 @@ def test_a_check_of_before_has_a_page_too(compared: dict[str, dict[str, Any]]) -
 
 def test_an_identification_by_itself_has_no_check() -> None:
     assert "Check:" not in render(content())
+
+
+def _paths(value: Any, at: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Every key and every first entry of a list, at whatever depth."""
+    first = enumerate(value[:1]) if isinstance(value, list) else ()
+    inner = value.items() if isinstance(value, dict) else first
+    for key, part in inner:
+        yield (*at, key)
+        yield from _paths(part, (*at, key))
+
+
+@pytest.mark.parametrize("otherwise", ["missing", None, "text", 7, []])
+def test_a_check_that_lacks_any_key_has_a_page_and_says_what_is_not_shown(
+    compared: dict[str, dict[str, Any]], otherwise: object
+) -> None:
+    whole = {"comparison": compared["changed"], "settings": {"tolerance": 0.05}, "celsius": [20.0]}
+    all_shown = check_view("failed", "said", whole, BASELINE, TONIGHT)
+    assert all_shown.warnings == () and all_shown.tests and all_shown.usual and all_shown.moved
+    told = 0
+    for path in [*_paths(whole), ("comparison",)]:
+        damaged = json.loads(json.dumps(whole))
+        holder = damaged
+        for key in path[:-1]:
+            holder = holder[key]
+        if otherwise != "missing":
+            holder[path[-1]] = otherwise
+        elif isinstance(holder, dict):
+            del holder[path[-1]]
+        view = check_view("failed", "said", damaged, BASELINE, TONIGHT)
+        assert view.sentence == "said" and view.facts[0].label == "Baseline", path
+        told += view.warnings != ()
+    render(replace(content(), check=view))
+    assert told > 0 or otherwise == []
+    odd = check_view("resting", "said", whole, BASELINE, TONIGHT)
+    assert odd.word == "resting" and odd.kind == "unknown"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from fastapi.testclient import TestClient
-from sqlalchemy import Engine, event
+from sqlalchemy import Engine, event, update
 
 from daq.catalogue import baselines, checks, overview, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.values import ArmIdentity
 from tests.daq.service.filled import fill
 
@@ -48,6 +50,52 @@ def test_queries_do_not_grow_with_the_arms(client: TestClient, filled: Catalogue
         text = client.get(path).text
     assert len(many) == len(few) <= 14, "\n".join(many)
     assert text.count("emps-sim") >= 13
+
+
+@pytest.mark.parametrize("path", ["/", "/api/arms", "/arms/emps-sim", "/metrics"])
+def test_details_of_checks_stay_in_the_database(client: TestClient, filled: Catalogue, path: str) -> None:
+    """Tens of kilobytes a night; a scrape needs them once."""
+    client.get(path)
+    with counted() as asked:
+        client.get(path)
+    whole = [statement for statement in asked if re.search(r"(?<!\()checks\.details", statement)]
+    assert asked and whole == []
+
+
+def test_metrics_are_of_the_newest_check_though_they_are_remembered(
+    client: TestClient, filled: Catalogue
+) -> None:
+    def shares() -> list[str]:
+        found = client.get("/metrics").text
+        return re.findall(r'armhil_torque_change_share\{arm="emps-sim",joint="1"\} (\S+)', found)
+
+    before = shares()
+    compared = {"torque_change": [3.0], "torque_rms": [12.0], "between_runs": {"p_value": 0.25}}
+    run = runs.begin(filled, ArmIdentity("emps", (7,), "0" * 64, simulated=True), "check")
+    checks.add(filled, run.id, "failed", "moved", {"comparison": compared})
+    assert before != shares() == ["0.25"]
+    assert 'armhil_p_value{arm="emps-sim"} 0.25' in client.get("/metrics").text
+    for odd in (
+        {},
+        [],
+        None,
+        {"comparison": []},
+        {"comparison": {"torque_change": ["x"], "torque_rms": [1]}},
+    ):
+        number = checks.add(filled, run.id, "failed", "moved", {}).id
+        with filled.writing() as connection:
+            connection.execute(update(checks_table).where(checks_table.c.id == number).values(details=odd))
+        for path in (
+            "/metrics",
+            "/",
+            f"/runs/{run.id}",
+            "/arms/emps-sim",
+            f"/api/runs/{run.id}",
+            "/api/arms",
+        ):
+            assert client.get(path).status_code == 200, (odd, path)
+        assert client.get("/api/arms/emps-sim").status_code == 200
+        assert shares() == []
 
 
 def test_each_arm_has_what_is_its_own(filled: Catalogue, tmp_path: Path) -> None:

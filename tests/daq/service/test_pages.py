@@ -14,6 +14,7 @@ from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity, TrendPoint
 from daq.service.app import create_app
+from daq.service.pages import _first_choice
 from daq.service.settings import Service
 from daq.service.trends import trend_of
 
@@ -149,6 +150,26 @@ def test_the_band_is_of_clean_nights(client: TestClient) -> None:
     assert [inside for *_, inside in trend.points] == [False, True, True, True, True, True]
     few = trend_of(points, 0, {0, 1, 2, 3})
     assert (few.low, few.high, few.clean) == (None, None, 4)
+
+
+def test_what_moved_farthest_is_shown_first() -> None:
+    """In σ of the difference, where the last check named nothing that there is a trend of."""
+
+    def course(name: str, sigma: float, *values: float) -> list[TrendPoint]:
+        at = datetime(2026, 1, 1, tzinfo=UTC)
+        return [
+            TrendPoint(model_id=k, run_id=k, at=at, name=name, value=value, sigma=sigma, unit="N·m")
+            for k, value in enumerate(values)
+        ]
+
+    trends = {
+        "ZZ1R": course("ZZ1R", 1.0, 10.0, 90.0, 11.0),
+        "Fv1": course("Fv1", 0.1, 2.0, 2.0, 1.7),
+        "off1": course("off1", 0.0, 0.0, 0.0, 9.0),
+    }
+    assert _first_choice(trends, None) == "Fv1"
+    assert _first_choice({"ZZ1R": trends["ZZ1R"][:1], "Fv1": trends["Fv1"][:1]}, None) == "ZZ1R"
+    assert _first_choice({}, None) == ""
 
 
 def test_rest(client: TestClient) -> None:

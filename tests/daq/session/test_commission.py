@@ -55,6 +55,7 @@ def go(request: CommissionRequest) -> tuple[StageDone, ...]:
     return commission(request, plan_commission(request, Silent()), Silent(), Nobody(), unconducted)
 
 
+@pytest.mark.slow
 def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: Path) -> None:
     with Catalogue() as catalogue:
         request = replace(request_for, catalogue=catalogue)

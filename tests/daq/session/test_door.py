@@ -231,6 +231,34 @@ def test_none_moves_unmeant(bench: Bench, armhil: Call, tmp_path: Path, way: str
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("against", AGAINST)
+def test_acknowledging_moves_nothing_and_opens_no_other_door(
+    bench: Bench, armhil: Call, tmp_path: Path, against: str
+) -> None:
+    comes_about, told = AGAINST[against]
+    comes_about(bench)
+    where = ("--interface", "virtual", "--channel", bench.channel.name)
+    armhil("acknowledge", bench.robot.folder, *where, "--yes")
+    assert bench.moved == []
+    _, line = call(bench, armhil, "run", tmp_path)
+    if against == "unacknowledged":
+        assert bench.moved == ["stream"], line
+    else:
+        assert bench.moved == [] and told in line
+
+
+@pytest.mark.slow
+def test_a_demo_does_not_move_drives_that_it_did_not_start(
+    bench: Bench, armhil: Call, tmp_path: Path
+) -> None:
+    as_it_should_be(bench)
+    where = ("--interface", "virtual", "--channel", bench.channel.name, "--out", tmp_path / "out")
+    code, _, err = armhil("demo", "emps", *where, "--duration", 4, "--evaluations", 50, "--periods", 1)
+    assert (code, bench.moved) == (2, []), err
+    assert err.strip().splitlines()[-1].startswith("armhil: "), err
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_an_arm_that_is_as_it_should_be_moves(bench: Bench, armhil: Call, tmp_path: Path, way: str) -> None:
     as_it_should_be(bench)
@@ -292,6 +320,14 @@ def test_no_faster_than_it_has_passed(bench: Bench, armhil: Call, tmp_path: Path
     assert bench.moved == []
     call(bench, armhil, "run", tmp_path / "b", "--speed", 0.5)
     assert bench.moved == ["stream"] and bench.told[0] == pytest.approx(0.5 * share, rel=0.02)
+
+
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), 57.0, -1.0])
+def test_a_speed_that_is_none_allows_none(bench: Bench, armhil: Call, tmp_path: Path, speed: float) -> None:
+    """nan compares with nothing: no motion is faster than it."""
+    commissioned(bench.identity, trajectory_sha256=file_sha256(bench.motion), speed=speed)
+    code, line = call(bench, armhil, "run", tmp_path)
+    assert (code, bench.moved) == (2, []) and "allowed: 0 %" in line
 
 
 def test_no_simulated_drives_where_real_ones_can_be(emps: Robot, armhil: Call, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from daq.session.keyboard import help_line
+from daq.session.keyboard import help_lines
 from daq.session.live_figures import LiveFigures
 from daq.session.live_view import LiveView
 from daq.session.states import Conduct, SessionState
@@ -92,7 +92,7 @@ def test_the_picture_in_the_docs_shows_the_keys_of_today() -> None:
     shown = "".join(re.findall(r">([^<]*)</text>", picture.read_text(encoding="utf-8"))).replace(
         "&#160;", " "
     )
-    assert help_line(SessionState.RUNNING) in shown
+    assert help_lines(SessionState.RUNNING, 1000)[0] in shown
 
 
 def test_a_pipe_gets_two_lines(tx40: Robot, batch: Samples) -> None:

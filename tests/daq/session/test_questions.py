@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import pty
-import random
 import re
 import select
 import sys
@@ -22,23 +21,27 @@ import numpy as np
 import pytest
 
 from daq.cli.common import asking
-from daq.diagnosis.bench import LiveArm
 from daq.session import commission, home, jog, questions, run
 from daq.session.admission import SIMULATED
-from daq.session.cell import Cell
-from daq.session.commission import Walk
-from daq.session.dry_run import CommissionRequest, plan_commission
 from daq.session.motion_words import legs_of, motion_question, speed_share, time_words
 from daq.session.questions import answered
-from daq.session.recorded_runs import Recording, unconducted
+from daq.session.recorded_runs import Recording
 from daq.session.session_error import NotMoved
-from daq.session.streaming import Nobody
-from daq.text.progress import Silent
-from drivers import Channel
 from robots import Robot
 from tests.daq.catalogue.entries import identity
-from tests.daq.session.motions import order, there_and_back, written
-from tests.daq.session.test_home import forgetful
+from tests.daq.session.askers import (
+    DICE,
+    acknowledge_asks,
+    commission_asks,
+    home_asks,
+    jog_asks,
+    live_asks,
+    run_asks,
+    standing,
+    stands_asks,
+    take_your_time,
+    went_asks,
+)
 from trajectories import approach
 
 PROMPT = b"[y/N]: "
@@ -153,9 +156,6 @@ def test_where_nobody_can_read_or_answer_it_is_refused(
 # Every question before a motion -------------------------------------------------------------------
 
 
-DICE = random.Random(17)
-
-
 @dataclass
 class Asked:
     """A command up to its question, and how often it went on from there."""
@@ -164,18 +164,15 @@ class Asked:
     moved: list[str]
 
 
-def take_your_time() -> None:
-    """As the set-up of drives does."""
-    time.sleep(DICE.uniform(0.0, 0.02))
-
-
-@pytest.fixture(params=["jog", "run", "home", "commission", "live"])
+@pytest.fixture(
+    params=["jog", "run", "home", "commission", "live", "which way it went", "where it stands", "acknowledge"]
+)
 def asked(
     request: pytest.FixtureRequest, emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Asked:
     """A command with an arm that takes its time to open, as the set-up of drives does."""
     moved: list[str] = []
-    arm = SimpleNamespace(session=_standing(emps, moved), identity=identity(), admission=SIMULATED)
+    arm = SimpleNamespace(session=standing(emps, moved), identity=identity(), admission=SIMULATED)
 
     @contextmanager
     def slow_to_open(*_: object, **__: object) -> Iterator[Any]:
@@ -189,8 +186,17 @@ def asked(
     monkeypatch.setattr(Recording, "record", moves)
     for module in (jog, run, home, commission):
         monkeypatch.setattr(module, "opened", slow_to_open)
-    commands = {"jog": _jog, "run": _run, "home": _home, "commission": _commission, "live": _live}
-    return Asked(commands[request.param](emps, tmp_path, arm), moved)
+    commands = {
+        "jog": jog_asks,
+        "run": run_asks,
+        "home": home_asks,
+        "commission": commission_asks,
+        "live": live_asks,
+    }
+    if request.param in commands:
+        return Asked(commands[request.param](emps, tmp_path, arm), moved)
+    looks = {"which way it went": went_asks, "where it stands": stands_asks, "acknowledge": acknowledge_asks}
+    return Asked(looks[request.param](emps, monkeypatch, moved), moved)
 
 
 @pytest.mark.slow
@@ -239,67 +245,6 @@ def _in_a_thread(ask: Callable[[], object]) -> tuple[threading.Thread, list[obje
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     return thread, found
-
-
-def _standing(emps: Robot, moved: list[str]) -> Any:
-    def search(*_: object) -> None:
-        moved.append("home")
-        raise NotMoved("this test looks no further")
-
-    return SimpleNamespace(
-        actual_position=lambda: np.array(emps.home),
-        robot=emps,
-        drives=(),
-        home=search,
-        channel=Channel("virtual", "asked"),
-    )
-
-
-ASK = asking(yes=False, simulated=False, as_json=False)
-
-
-def _jog(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    request = jog.JogRequest(order(emps, Channel("virtual", "asked")), "1", "5mm", folder, confirm=ASK)
-    return lambda: jog.jog(request, Silent(), Nobody(), unconducted)
-
-
-def _run(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    path = written(folder, emps, there_and_back(emps, distance=0.01, speed=1.0))
-    request = run.RunRequest(order(emps, Channel("virtual", "asked")), path, folder, confirm=ASK)
-    return lambda: run.run_trajectory(request, Silent(), Nobody(), unconducted)
-
-
-def _home(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    robot = forgetful(folder / "arm", method=37, position=emps.home[0], travel=0.001)
-    request = home.HomeRequest(order(robot, Channel("virtual", "asked")), folder, confirm=ASK)
-    return lambda: home.home(request, Silent(), unconducted)
-
-
-def _commission(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    path = written(folder, emps, there_and_back(emps, distance=0.01, speed=1.0))
-    request = CommissionRequest(order(emps, Channel("virtual", "asked")), folder, path, confirm=ASK)
-    planned = plan_commission(request, Silent())
-    walk = Walk(request, planned, arm, Silent(), Nobody(), unconducted)
-    motion = walk.motion("warm-up")
-    assert motion is not None
-
-    def ask() -> object:
-        take_your_time()
-        return walk._drive("warm-up", motion)
-
-    return ask
-
-
-def _live(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    motion = there_and_back(emps, distance=0.01, speed=1.0)
-    asked_order = order(emps, Channel("virtual", "asked"))
-    live = LiveArm(arm, asked_order, None, Cell(), ASK, Nobody(), unconducted)
-
-    def ask() -> object:
-        take_your_time()
-        return live.drive(motion, folder / "fit.mcap", "to record fit.mcap")
-
-    return ask
 
 
 # What a question says -----------------------------------------------------------------------------

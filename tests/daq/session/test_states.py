@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.session.keyboard import KEYS, help_line, pressed
+from daq.session.keyboard import KEYS, help_lines, pressed
 from daq.session.states import REST_SECONDS, TRANSITIONS, Conduct, SessionState, Wish, wishes
 from drivers import Request, StreamControl
 from tests.daq.captures import samples
@@ -105,7 +105,7 @@ def test_the_reason_reaches_the_record() -> None:
 
 def test_keys_are_shown_exactly_where_they_work() -> None:
     for state in SessionState:
-        shown = {entry.split()[0] for entry in help_line(state).split("  ") if entry}
+        shown = {entry.split()[0] for entry in help_lines(state, 1)}
         assert {KEYS[key] for key in shown} == set(wishes(state))
 
 

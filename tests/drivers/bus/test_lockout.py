@@ -15,6 +15,7 @@ import pytest
 from drivers import BusError, BusLock, Channel, DriveError
 from drivers.bus import state_folder
 from drivers.bus.lockout import Lockout
+from drivers.frames import channel
 
 CAN0, CAN1 = Channel("socketcan", "can0"), Channel("socketcan", "can1")
 SERIALS = ("0000009A-00000001-77", "0000009A-00000001-78")
@@ -233,6 +234,35 @@ def test_a_note_that_cannot_be_taken_away_is_told(machine: Path, monkeypatch: py
     with pytest.raises(DriveError, match=r"lockout-socketcan-can0\.json: the lock-out cannot be lifted"):
         Lockout(CAN0).lift()
     assert Lockout(CAN0).reason is not None
+
+
+def test_hardware_that_was_given_the_name_of_a_virtual_bus_has_notes_all_the_same(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``ip link set can0 name vcan0``."""
+    vcan0 = Channel("socketcan", "vcan0")
+    monkeypatch.setattr(channel, "NETWORK", machine / "net")
+    (machine / "net" / "vcan0").mkdir(parents=True)
+    Lockout(vcan0).begin()
+    assert vcan0.only_simulated and Lockout(vcan0).reason is None
+    (machine / "net" / "vcan0" / "device").mkdir()
+    Lockout(vcan0).begin()
+    assert not vcan0.only_simulated and Lockout(vcan0).reason is not None
+
+
+def test_a_place_that_depends_on_where_one_stands_is_none(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two programs in two folders would not find each other's notes."""
+    for name in ("state", "~/state", "../state"):
+        monkeypatch.setenv("ARMHIL_STATE", name)
+        for look in (Lockout(CAN0).begin, lambda: Lockout(CAN0).reason, lambda: BusLock(CAN0)):
+            with pytest.raises((BusError, DriveError), match="allowed: a path that begins with /"):
+                look()
+    monkeypatch.delenv("ARMHIL_STATE")
+    monkeypatch.setenv("XDG_STATE_HOME", "state")
+    monkeypatch.setenv("HOME", str(machine / "home"))
+    assert state_folder.places()[-1] == machine / "home" / ".local" / "state" / "armhil"
 
 
 def test_two_users_do_not_have_one_bus(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,6 @@ def restart(channel: Channel, node: int) -> None:
     """As a short dip of the supply does it."""
     with open_bus(channel) as bus:
         bus.send(can.Message(arbitration_id=0, data=[RESET_NODE, node], is_extended_id=False))
-        time.sleep(0.1)
 
 
 def refusal(session: ArmSession) -> str:
@@ -47,9 +46,11 @@ def test_a_boot_up_message_is_heard_and_the_drive_is_configured_once_more(
         # Its maker's own mapping: interpolation data where the master sends the target position.
         group.drives[2].delivery.changed_values[0x1600, 2] = 0x60C1_0120
         restart(channel, 3)
-        assert "joint_3 (node 3) has started anew since it was configured; look at the arm, then" in refusal(
-            session
-        )
+        deadline = time.monotonic() + 10.0
+        while "joint_3 (node 3) has started anew since it was configured; look at the arm, then" not in (
+            said := refusal(session)
+        ):
+            assert time.monotonic() < deadline, said
         del group.drives[2].delivery.changed_values[0x1600, 2]
         assert group.drives[2].dictionary.integer(0x1600, 2) == 0x60C1_0120
         session.acknowledge_faults()

@@ -78,17 +78,17 @@ def pose(
     basis = misfit_basis(prepared, present)
     noise = first_noise(prepared, known, basis)
     size = _root_mean_square(prepared)
-    kappa = _usual(noise) if accepted is None else accepted
+    kappa = usual_misfit(noise) if accepted is None else accepted
     level = Level(kappa, np.ones_like(kappa))
     for _ in range(_ROUNDS):
         rows = Rows(prepared, known, basis, noise)
-        misfit = Misfit(_usual(noise) if accepted is None else accepted, size)
+        misfit = Misfit(usual_misfit(noise) if accepted is None else accepted, size)
         score, level, posterior = fitted(Gram(rows, ()), (), level, range(rows.n), misfit)
         noise = noise_beside(rows, level, posterior)
     return Problem(base, prior, values, present, rows, beta, misfit, level, score, posterior)
 
 
-def _usual(noise: tuple[Noise, ...]) -> FloatArray:
+def usual_misfit(noise: tuple[Noise, ...]) -> FloatArray:
     """(n,) κ of an arm of which no accepted run is known: half its noise, N·m (or N)."""
     return np.array([_OF_NOISE * one.marginal for one in noise])
 

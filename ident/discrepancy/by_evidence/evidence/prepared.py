@@ -16,7 +16,7 @@ from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
 from ident.effects.family import PresentModel
 from ident.errors import IdentificationError
-from ident.preparation.observation import observed_torque
+from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import low_pass, motion
 from robots.arrays import BoolArray, FloatArray, IntArray

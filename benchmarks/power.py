@@ -1,0 +1,223 @@
+"""How often an effect of the size that was predicted to be named in 80 % of recordings is named rightly.
+
+An arm is drawn, and recorded clean: that run is what is accepted. From the planned motion and that run alone
+the smallest size of each effect at each place is predicted and written down. Then an effect is drawn at a
+place (``benchmarks/naming.py`` does the same) and given the size whose torque is the predicted one; the plant
+gets it, and both searches are asked. Shapes are drawn: the prediction is that of the shape in the middle.
+
+    python -m benchmarks.power --arm emps --period 6 --rounds 2 --seed 31000 --out power.jsonl
+    python -m benchmarks.power --report power.jsonl
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import robots
+from benchmarks import naming, naming_detection
+from benchmarks.naming_report import NAMES, lines_of, share
+from drivers.errors import DriveError
+from drivers.simulated import PlantTruth, draw_truth
+from drivers.simulated.drawing import DrawnScenario, draw_scenario, gap
+from drivers.simulated.offline import simulate_offline
+from drivers.simulated.scenario import Scenario
+from ident import Recording
+from ident.discrepancy import Question
+from ident.discrepancy.by_evidence import diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.discrepancy.by_evidence.power.planned import known_from_run, planned_sizes
+from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.effects.vocabulary import VOCABULARY
+from robots import Robot
+from robots.arrays import FloatArray
+
+ROUNDS, CLOSE = 8, 0.1
+"""Trials to make the torque as large as predicted, and how near it has to be (of its logarithm)."""
+
+FIRST = 2.0
+"""Noise floors at which an effect is drawn, to learn its place and shape."""
+
+
+def main() -> None:
+    """Run what is asked for, or report what was run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--arm", default="emps", help="a shipped arm")
+    parser.add_argument("--period", type=float, default=6.0, help="of the motions, s")
+    parser.add_argument("--rounds", type=int, default=1, help="scenarios of each effect")
+    parser.add_argument("--effects", nargs="*", default=list(NAMES))
+    parser.add_argument("--factor", type=float, default=1.0, help="of the predicted size")
+    parser.add_argument("--seed", type=int, default=31000, help="of the first scenario")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no scenario after so long")
+    parser.add_argument("--rules", action="store_true", help="ask the search by rules, too")
+    parser.add_argument("--out", type=Path, default=Path("power.jsonl"))
+    parser.add_argument("--report", type=Path, help="only report these results")
+    given = parser.parse_args()
+    if given.report is None:
+        naming.ARM, naming.PERIOD = given.arm, given.period
+        campaign(given)
+    print(report(lines_of(given.report or given.out)))
+
+
+def campaign(given: argparse.Namespace) -> None:
+    """Run what the file does not hold yet, and append it."""
+    done = {(line["effect"], line["seed"], line["factor"]) for line in lines_of(given.out)}
+    motions = naming_detection.planned(given.out.with_suffix(f".{given.arm}.npz"))
+    until = time.monotonic() + given.seconds
+    for number in range(given.rounds * len(given.effects)):
+        effect, seed = given.effects[number % len(given.effects)], given.seed + number
+        if (effect, seed, given.factor) in done:
+            continue
+        if time.monotonic() > until:
+            break
+        line = one_run(effect, seed, given.factor, motions, rules=given.rules)
+        with given.out.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"arm": given.arm, **line}) + "\n")
+
+
+def one_run(
+    effect: str, seed: int, factor: float, motions: tuple[FloatArray, FloatArray], *, rules: bool
+) -> dict[str, Any]:
+    """Predict, draw, simulate, search, and only then compare."""
+    robot = robots.load(naming.ARM)
+    truth = draw_truth(robot, seed)
+    line: dict[str, Any] = {"effect": effect, "seed": seed, "factor": factor}
+    accepted = naming.record(robot, truth, Scenario(), motions[0], seed + 1)
+    predicted = predictions(robot, accepted, motions[0])
+    try:
+        drawn = draw_scenario(robot, effect, seed, FIRST, truth=truth, reference=motions[0])
+        here = predicted.get((effect, place_of(effect, drawn.axes, robot)))
+        if here is None or not here.seen:
+            return line | {"axes": list(drawn.axes), "skipped": "no size is predicted"}
+        line |= {"axes": list(drawn.axes), "size": here.size, "unit": here.unit, "torque": here.torque}
+        drawn, line["reached"] = sized(robot, truth, drawn, here, factor, motions[0])
+    except DriveError as error:
+        return line | {"skipped": str(error)}
+    fit = naming.record(robot, truth, drawn.scenario, motions[0], seed + 2)
+    validation = naming.record(robot, truth, drawn.scenario, motions[1], seed + 3)
+    question = Question(
+        robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
+    )
+    answer = diagnose_by_evidence(question)
+    line |= {
+        "ratio": drawn.ratio,
+        "verdict": answer.verdict,
+        "names": [[one.name, list(one.joints), one.probability, one.named] for one in answer.findings],
+    }
+    if rules:
+        found = naming.search(robot, accepted, fit, validation)
+        line["rules"] = [found.verdict, [[one.effect, list(one.joints)] for one in found.findings]]
+    return line
+
+
+def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:
+    """Joints as the search says them: a delay of every drive is one of the arm."""
+    return () if effect == "time_delay" and len(axes) == robot.n > 1 else tuple(axes)
+
+
+def predictions(
+    robot: Robot, accepted: Recording, path: FloatArray
+) -> dict[tuple[str, tuple[int, ...]], Smallest]:
+    """Of every effect at every place, before anything is hidden."""
+    position = np.tile(path, (naming.PERIODS, 1))
+    when = np.arange(position.shape[0]) * robot.bus.cycle_time
+    motion = Recording("planned", when, position, position, np.zeros_like(position))
+    sizes = planned_sizes(robot, motion, known_from_run(robot, (accepted,)))
+    return {(one.name, one.joints): one for one in sizes}
+
+
+def sized(
+    robot: Robot,
+    truth: PlantTruth,
+    drawn: DrawnScenario,
+    here: Smallest,
+    factor: float,
+    path: FloatArray,
+) -> tuple[DrawnScenario, float]:
+    """The same scenario as large as predicted where the joint moves, and how large it is there, N·m."""
+    wanted, found, ratio = factor * here.torque, drawn, drawn.ratio
+    for _ in range(ROUNDS):
+        reached = moving_gap(robot, truth, found, here.joint - 1, path)
+        if abs(np.log(reached / wanted)) < CLOSE:
+            return found, reached
+        ratio *= wanted / reached
+        found = draw_scenario(robot, drawn.effect, drawn.seed, ratio, truth=truth, reference=path)
+        if found.axes != drawn.axes:
+            raise DriveError(f"{drawn.effect}: no sensible magnitude is as large as predicted there")
+    raise DriveError(f"{drawn.effect}: its torque where the joint moves cannot be made as predicted")
+
+
+def moving_gap(robot: Robot, truth: PlantTruth, drawn: DrawnScenario, joint: int, path: FloatArray) -> float:
+    """Root mean square of what an effect changes at a joint, N·m, where the search looks: where it moves."""
+    quiet = gap.silent(truth)
+    runs = [simulate_offline(robot, quiet, path, scenario=one) for one in (Scenario(), drawn.scenario)]
+    without, with_it = (gap.torque_residual(robot, truth, run) for run in runs)
+    motion = Recording("quiet", runs[0].time, path, runs[0].position, runs[0].control_signal)
+    (part,) = prepare(settings_for(robot, motion), (motion,)).parts
+    assert part.own.time is not None
+    cycle = robot.bus.cycle_time
+    every = max(1, round(1.0 / (gap._ROW_RATE * cycle)))
+    time = cycle * (round(gap._EDGE / cycle) + every * np.arange(len(without)))
+    nearest = np.clip(np.searchsorted(part.own.time, time), 0, part.rows - 1)
+    inside = (time >= part.own.time[0]) & (time <= part.own.time[-1])
+    moving = inside & part.used[nearest, joint]
+    return float(np.sqrt(np.mean((with_it - without)[moving, joint] ** 2)))
+
+
+def right(line: dict[str, Any], found: Sequence[Sequence[Any]]) -> bool:
+    """The first name and its joints are those that were hidden."""
+    if not found:
+        return False
+    wanted = [] if line["effect"] in ("payload", "base_tilt") else line["axes"]
+    joints = list(found[0][1])
+    whole_arm = line["effect"] == "time_delay" and joints == [] and len(line["axes"]) > 1
+    return found[0][0] == line["effect"] and (sorted(joints) == sorted(wanted) or whole_arm)
+
+
+def sure(line: dict[str, Any]) -> bool:
+    """The likeliest name is the right one, and nothing at all was not likelier than a tenth."""
+    return right(line, line["names"])
+
+
+def wrong(line: dict[str, Any]) -> bool:
+    """A name that is given is not the one that was hidden."""
+    return any(one[3] and not right(line, [one]) for one in line["names"])
+
+
+def report(lines: Sequence[dict[str, Any]]) -> str:
+    """Per arm and factor, then per effect."""
+    text = [
+        "| arm, share of the predicted size | scenarios | right name first | given alone | wrong name given"
+    ]
+    text[0] += " | rules: right name first |"
+    text.append("|---|---|---|---|---|---|")
+    ran = [line for line in lines if "skipped" not in line]
+    groups: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
+    for line in ran:
+        groups[line["arm"], line["factor"]].append(line)
+    for (arm, factor), those in sorted(groups.items()):
+        asked = [line for line in those if "rules" in line]
+        cells = [
+            share(map(sure, those)),
+            share(line["verdict"] == "named" and sure(line) and line["names"][0][3] for line in those),
+            share(map(wrong, those)),
+            share(right(line, line["rules"][1]) for line in asked) if asked else "–",
+        ]
+        text.append(f"| {arm}, {factor:g} | {len(those)} | {' | '.join(cells)} |")
+    text += ["", "| effect | right first, of |", "|---|---|"]
+    for effect in dict.fromkeys(line["effect"] for line in ran):
+        own = [sure(line) for line in ran if line["effect"] == effect]
+        text.append(f"| {effect.replace('_', ' ')} | {sum(own)} of {len(own)} |")
+    left = [f"{line['effect']} ({line['skipped']})" for line in lines if "skipped" in line]
+    return "\n".join([*text, "", f"left out: {len(left)}", *sorted(set(left))]) + "\n"
+
+
+if __name__ == "__main__":
+    main()

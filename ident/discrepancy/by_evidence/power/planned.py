@@ -1,0 +1,194 @@
+"""What a motion would show, before anything moves: from its positions, the noise and what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.discrepancy.align import lag_is_known
+from ident.discrepancy.by_evidence.accepted import SPREAD, prior_of
+from ident.discrepancy.by_evidence.decide.names import SURE
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith
+from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis, pose, usual_misfit
+from ident.discrepancy.by_evidence.decide.state import Found, Member
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.known import known_columns
+from ident.discrepancy.by_evidence.evidence.noise import Noise
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare, settings_for
+from ident.discrepancy.by_evidence.evidence.rows import Rows
+from ident.discrepancy.by_evidence.library.candidates import Candidate, candidates, library
+from ident.discrepancy.by_evidence.power.smallest import CHANCE, Key, Smallest, smallest_sizes
+from ident.discrepancy.prior import Prior
+from ident.effects.family import EffectFamily, PresentModel
+from ident.effects.vocabulary import VOCABULARY
+from ident.parameters.base import BaseParameters, base_parameters
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
+from ident.recording import Recording
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+CHANNELS: Key = ("lag between the channels", ())
+"""What a delay is not told from where it is estimated."""
+
+
+@dataclass(frozen=True)
+class KnownBefore:
+    """What is known of an arm before it moves.
+
+    Attributes:
+        noise: per joint, of rows at the rate of the search.
+        prior: of the base parameters; None for what this very motion shows of them.
+    """
+
+    noise: tuple[Noise, ...]
+    prior: Prior | None = None
+
+
+def known_from_run(robot: Robot, recordings: Sequence[Recording]) -> KnownBefore:
+    """From the run that a model is accepted on.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm.
+    """
+    settled = settings_for(robot, recordings[0])
+    base = base_parameters(RegressorModel.of(settled))
+    problem = pose(base, None, prepare(settled, recordings), None)
+    return KnownBefore(problem.rows.noise, prior_of(problem))
+
+
+def white_noise(deviation: FloatArray, row_time: float, at: float) -> tuple[Noise, ...]:
+    """Noise of rows ``at`` s apart that is as loud per Hz as that of rows ``row_time`` s apart, (n,) N·m."""
+    return tuple(Noise(np.zeros(0), float(one)) for one in deviation * np.sqrt(row_time / at))
+
+
+def row_time_of(robot: Robot, recording: Recording) -> float:
+    """s between the rows that the search makes of a recording."""
+    return recording.sample_time * settings_for(robot, recording).identification.decimation
+
+
+def planned_sizes(
+    robot: Robot,
+    motion: Recording,
+    known: KnownBefore,
+    families: Sequence[EffectFamily] = VOCABULARY,
+    chance: float = CHANCE,
+) -> tuple[Smallest, ...]:
+    """The smallest size of each effect at each place that a recording of a motion would name rightly.
+
+    Args:
+        robot: the arm.
+        motion: its positions as planned; the torque in it is not read.
+        known: noise, and the parameters from before.
+        families: the vocabulary.
+        chance: of being named.
+
+    Raises:
+        IdentificationError: a motion that is too short.
+    """
+    settled = settings_for(robot, motion)
+    base = base_parameters(RegressorModel.of(settled))
+    prior = known.prior
+    values = base.regroup(base.model.prior()) if prior is None else prior.values
+    values = np.where(np.isfinite(values), values, 0.0)
+    present = Present(base.model, base.standard_from(values, base.model.prior()))
+    prepared = _predicted(prepare(settled, (motion,)), present)
+    if prior is None:
+        prior = _of_this_motion(base, values, prepared, present, known.noise)
+    rows = _rows(base, prior, values, prepared, present, known.noise)
+    misfit = usual_misfit(known.noise) if prior.misfit is None else prior.misfit
+    model = PresentWith(present, (), prepared.repeats)
+    entries = library(rows, candidates(settled, families), model)
+    sizes = smallest_sizes(rows, Level(misfit, np.ones_like(misfit)), (), entries, SURE, chance)
+    return sizes if lag_is_known(robot) else _beside_alignment(sizes)
+
+
+def sizes_beside(
+    problem: Problem,
+    found: Found,
+    present: PresentModel,
+    recordings: Sequence[Recording],
+    wanted: Sequence[Candidate],
+    lag_known: bool,
+) -> tuple[Smallest, ...]:
+    """The same of recordings that were searched, beside what was found and stays unexplained in them.
+
+    Asked of the motion that they were to follow: noise of an encoder in a column is no information, but
+    the rate of a torque holds a lot of it, and delays would seem to show a tenth as large as they do.
+
+    Args:
+        problem: the data.
+        found: the set that the search ended with.
+        present: the model with it.
+        recordings: that were fitted.
+        wanted: the vocabulary on this arm.
+        lag_known: whether the description says how the channels lie in time.
+    """
+    robot, model = problem.prepared.robot, problem.present
+    prepared = _predicted(prepare(robot, [_as_asked(one) for one in recordings]), model)
+    rows = _rows(problem.base, problem.prior, problem.start, prepared, model, problem.rows.noise)
+    members = tuple(_on(rows, member) for member in found.members)
+    sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE)
+    return sizes if lag_known else _beside_alignment(sizes)
+
+
+def _beside_alignment(sizes: Sequence[Smallest]) -> tuple[Smallest, ...]:
+    """Where nobody says how the channels lie in time, what is late is taken for that, whatever its size."""
+    taken = {family.name for family in VOCABULARY if family.taken_by_alignment}
+    return tuple(
+        replace(one, size=np.inf, torque=np.inf, torque_share=np.inf, rival=CHANNELS)
+        if one.name in taken
+        else one
+        for one in sizes
+    )
+
+
+def _as_asked(recording: Recording) -> Recording:
+    reference = recording.position if recording.reference is None else recording.reference
+    return replace(recording, position=reference)
+
+
+def _on(rows: Rows, member: Member) -> Member:
+    """A member with its columns on other rows."""
+    entry = member.entry
+    return Member(replace(entry, white=rows.effect(entry.placed)), member.volume)
+
+
+def _predicted(prepared: Prepared, present: Present) -> Prepared:
+    """With the torque that the model says of the motion."""
+    parts = tuple(
+        replace(
+            part,
+            torque=present.torque(part.own),
+            own=replace(part.own, torque=present.torque(part.own)),
+            other=replace(part.other, torque=present.torque(part.other)),
+        )
+        for part in prepared.parts
+    )
+    return replace(prepared, parts=parts)
+
+
+def _rows(
+    base: BaseParameters,
+    prior: Prior | None,
+    values: FloatArray,
+    prepared: Prepared,
+    present: Present,
+    noise: tuple[Noise, ...],
+) -> Rows:
+    known, _ = known_columns(prepared, base, prior, values, present)
+    return Rows(prepared, known, misfit_basis(prepared, present), noise)
+
+
+def _of_this_motion(
+    base: BaseParameters, values: FloatArray, prepared: Prepared, present: Present, noise: tuple[Noise, ...]
+) -> Prior:
+    """The prior that a model accepted on a clean run of this motion is: as :func:`prior_of` makes it."""
+    rows = _rows(base, None, values, prepared, present, noise)
+    misfit = usual_misfit(noise)
+    posterior = Gram(rows, ()).posterior(Level(misfit, np.ones_like(misfit)), ())
+    b = values.size
+    covariance = posterior.covariance[:b, :b] + np.diag((SPREAD * values) ** 2)
+    return Prior(values, covariance, "this motion", np.array([one.marginal for one in noise]), misfit)
