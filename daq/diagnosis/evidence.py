@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isfinite
 
 from rich.box import SIMPLE_HEAD
@@ -9,10 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.diagnosis.diagnose import DiagnoseRequest, question_of
+from daq.diagnosis.term_words import term_words
 from daq.text.progress import Steps
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
 from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.by_evidence.report.as_json import answer_json
+from ident.discrepancy.by_evidence.terms.asked import proposed_terms
 from ident.effects.entry import joint_words
 
 __all__ = ["answer_json", "print_evidence", "run_by_evidence"]
@@ -28,7 +31,11 @@ def run_by_evidence(request: DiagnoseRequest, steps: Steps) -> EvidenceAnswer:
         CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
     """
     with question_of(request, steps) as question, steps.step("Search by evidence") as update:
-        return diagnose_by_evidence(question, lambda step, share: update(share, step))
+        answer = diagnose_by_evidence(question, lambda step, share: update(share, step))
+        if answer.verdict != "unnamed":
+            return answer
+        update(0.97, "terms")
+        return replace(answer, terms=proposed_terms(question))
 
 
 def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
@@ -45,6 +52,8 @@ def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
         )
     console.print(_ranking(answer))
     console.print(_joints(answer))
+    for term in answer.terms:
+        console.print(term_words(term), highlight=False, markup=False)
     if not answer.repeats:
         console.print("The motion does not repeat: noise is told from misfit by its course in time alone.")
     if answer.gate_one_rejected:

@@ -8,6 +8,7 @@ from typing import Literal
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import Named, smallest
 from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
@@ -135,6 +136,7 @@ class EvidenceAnswer:
             where it was not asked, or the loop cannot be simulated.
         repeats: whether noise was told from repeats of the motion.
         log_evidence: of the model without an effect, and of the best set.
+        terms: formulas for what has no name, where they were asked for.
     """
 
     verdict: EvidenceVerdict
@@ -145,6 +147,7 @@ class EvidenceAnswer:
     gate_one_rejected: bool | None
     repeats: bool
     log_evidence: tuple[float, float]
+    terms: tuple[Proposal, ...] = ()
 
     @property
     def probability_clean(self) -> float:
