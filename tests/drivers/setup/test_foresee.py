@@ -64,8 +64,13 @@ def test_a_file_that_suits_is_not_refused(tx40: Robot, encoder: Path) -> None:
         ([], {"x1005_DefaultValue": "0x40000080"}, "1005", "the drive sends SYNC by itself"),
         ([], {"x6502_DefaultValue": "0x3F"}, "6502", "has neither cyclic synchronous position mode"),
         ([], {"x6064_PDOMapping": "0"}, "PDO", "no TPDO has room for 6064:00"),
-        ([], {"x60C2sub1_AccessType": "ro"}, "60C2", "the object cannot be written"),
-        ([], {"x60C2sub1_HighLimit": "3"}, "60C2", "value too high"),
+        (
+            [],
+            {"x60C2sub1_AccessType": "ro", "x60C2sub1_DefaultValue": "2"},
+            "60C2",
+            "set it in the drive, or bus.cycle_time to 0.002 s",
+        ),
+        ([], {"x60C2sub1_HighLimit": "3", "x60C2sub1_DefaultValue": "2"}, "60C2", "value too high"),
         ([], {"x608Fsub1_DefaultValue": "65536"}, "608F", "the drive counts 65536 per motor revolution"),
     ],
 )

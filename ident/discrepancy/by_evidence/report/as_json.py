@@ -28,7 +28,6 @@ def answer_json(answer: EvidenceAnswer) -> dict[str, Any]:
             for one in answer.joints
         ],
         "smallest_named": [smallest_json(one) for one in worst_first(answer.nameable)],
-        "terms": [one.as_json() for one in answer.terms],
         "gate_1_rejected": answer.gate_one_rejected,
         "repeats": answer.repeats,
         "log_evidence": {"without": answer.log_evidence[0], "with": answer.log_evidence[1]},

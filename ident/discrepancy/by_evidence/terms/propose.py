@@ -14,13 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.discrepancy.by_evidence.report.answer import SURE
 from ident.discrepancy.by_evidence.terms.dictionary import Term, dictionary
 from ident.discrepancy.by_evidence.terms.proposal import NOTES, Proposal
 from ident.effects.family import Place, PresentModel, State
