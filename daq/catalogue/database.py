@@ -85,8 +85,7 @@ class Catalogue:
             yield
         except DBAPIError as error:
             if isinstance(error, OperationalError) or error.connection_invalidated or _is_access(error):
-                reason = " ".join(str(error.orig).split())
-                raise CatalogueError(f"{self}: {reason}") from error
+                raise CatalogueError(f"{self}: {_with_advice(one_line(str(error.orig)))}") from error
             raise
         except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
             if isinstance(error, UserError) or not _is_of_a_row(error):
@@ -108,6 +107,31 @@ class Catalogue:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+_ADVICE = (
+    (
+        "readonly",
+        "may be read only: `chmod u+w` it and its folder, or name a copy of it in $ARMHIL_CATALOGUE",
+    ),
+    ("locked", "another program holds it: `fuser FILE` names that; end it, then do the same again"),
+    ("malformed", "the file is damaged: put a backup in its place, or move it away and a new one is begun"),
+    ("not a database", "name another in $ARMHIL_CATALOGUE, or move it away and a new one is begun"),
+    (
+        "unable to open",
+        "allowed: a file that you may write, in a folder that you may write; $ARMHIL_CATALOGUE",
+    ),
+    ("no such table", "it is not armhil's: name another in $ARMHIL_CATALOGUE"),
+    ("connection", "start that server, or name another catalogue in $ARMHIL_CATALOGUE"),
+    ("permission denied", "have its owner grant that, or name another catalogue in $ARMHIL_CATALOGUE"),
+    ("read-only transaction", "name the server that may be written in $ARMHIL_CATALOGUE"),
+)
+"""What the databases say of what is the matter, and what to do; the first that is in it."""
+
+
+def _with_advice(reason: str) -> str:
+    advice = next((advice for word, advice in _ADVICE if word in reason.lower()), "")
+    return f"{reason}; {advice}" if advice else reason
 
 
 def _is_of_a_row(error: Exception) -> bool:
@@ -137,7 +161,9 @@ def _engine(url: URL) -> Engine:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CatalogueError(f"catalogue {path}: cannot be made: {error.strerror}") from error
+        raise CatalogueError(
+            f"catalogue {path}: cannot be made: {error.strerror}; name a file that can in $ARMHIL_CATALOGUE"
+        ) from error
     # A connection of its own for each transaction: cheap, and safe for threads and after a fork.
     engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": BUSY_SECONDS})
     event.listen(engine, "connect", _set_up_sqlite)
