@@ -52,6 +52,15 @@ def test_the_torque_guard_has_its_tolerance_its_sign_and_its_patience(sign: int)
     assert torque_reasons([(sign * 60, -sign * 95, 0)] * 6)[5] is not None, "drives of a joint add up"
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_window_of_the_following_error_holds_on_both_sides(sign: int) -> None:
+    checks = MotionChecks(replace(stream_job(), following_error=np.array([100, 50, 100])))
+    seen: Any = SimpleNamespace(complete=[True] * 3, position=[1000] * 3, control_signal=[0] * 3)
+    assert checks.check(seen, [1000, 1000 + sign * 50, 1000]) is None
+    said = checks.check(seen, [1000, 1000 + sign * 51, 1000])
+    assert said == "following error of drive 2 is 51 counts; allowed: 50"
+
+
 def look_healthy(arm: FakeArm) -> None:
     """Statuswords say that set-points are followed (bit 12): nothing in them asks for a closer look."""
     for axis in arm.axes:
