@@ -170,19 +170,14 @@ GUARDS = (
         _SESSION,
         "        self._refuse_unacknowledged()\n\n    def _refuse_unacknowledged",
         "\n    def _refuse_unacknowledged",
-        (
-            "-k",
-            "emergency or refusals or acknowledge or note",
-            "tests/drivers/test_session.py",
-            "tests/drivers/setup/test_last_rest.py",
-        ),
+        ("-k", "no_session_streams", "tests/drivers/bus/test_lockout.py"),
     ),
     Broken(
         "the reason is looked for",
         _SESSION,
         "        if (reason := self.unacknowledged) is not None:\n",
         "        if (reason := self._unacknowledged) is not None:\n",
-        ("-m", "", "-k", "unacknowledged and run", _DOOR),
+        ("-k", "no_session_streams", "tests/drivers/bus/test_lockout.py"),
     ),
     Broken(
         "refuse a position that nobody has attested",
@@ -407,7 +402,7 @@ GUARDS = (
         _WATCH,
         "            seen.nmt_state[axis] == OPERATIONAL\n            and",
         "            True\n            and",
-        ("-k", "nmt", _LOOP, _GUARDS),
+        ("-k", "left_operational", _GUARDS),
     ),
     Broken(
         "boot-up in the quick look",
