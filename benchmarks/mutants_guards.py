@@ -34,7 +34,6 @@ _GUARDS, _LOOP, _STOPS = (f"{_CYCLIC}test_{name}.py" for name in ("guards", "loo
 _ANSWERS, _SET_POINTS = f"{_CYCLIC}test_answers.py", f"{_CYCLIC}test_set_point_guard.py"
 _CHECKS, _WATCH = "drivers/cyclic/motion_checks.py", "drivers/cyclic/watch.py"
 _SESSION = "drivers/session/arm_session.py"
-_DOOR = "tests/daq/session/test_door.py"
 
 GUARDS = (
     Broken(
