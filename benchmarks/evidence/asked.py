@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.evidence.case import Case
 from ident import IdentificationError
-from ident.discrepancy import diagnose
-from ident.discrepancy.by_evidence import diagnose_by_evidence
+from ident.discrepancy import Diagnosis, diagnose
+from ident.discrepancy.by_evidence import diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 
 SEARCHES = ("evidence", "rules")
@@ -25,31 +26,33 @@ def asked(case: Case, search: str) -> dict[str, Any]:
 
 
 def _by_evidence(case: Case) -> dict[str, Any]:
-    content = answer_json(diagnose_by_evidence(case.question("evidence")))
-    names = [
-        {
-            "name": one["effect"],
-            "joints": one["joints"],
-            "probability": one["probability"],
-            "named": one["named"],
-            "set": [[other["effect"], other["joints"], other["probability"]] for other in one["set"]],
-        }
+    found, answer = diagnose_with_evidence(case.question("evidence"))
+    content = answer_json(answer)
+    sets = {
+        (one["effect"], tuple(one["joints"])): [
+            [o["effect"], o["joints"], o["probability"]] for o in one["set"]
+        ]
         for one in content["findings"]
-    ]
-    kept = ("verdict", "probability_clean", "ranking", "joints", "gate_1_rejected")
-    return {**{key: content[key] for key in kept}, "names": names}
+    }
+    kept = ("probability_clean", "ranking", "joints")
+    return {**{key: content[key] for key in kept}, **_answer(found, sets)}
 
 
 def _by_rules(case: Case) -> dict[str, Any]:
-    found = diagnose(case.question("rules"))
+    return _answer(diagnose(case.question("rules")), {})
+
+
+def _answer(found: Diagnosis, sets: Mapping[tuple[str, tuple[int, ...]], list[Any]]) -> dict[str, Any]:
+    """What both say: a name counts as named where it is confirmed and nothing else could be it."""
     names = [
         {
             "name": one.effect,
             "joints": list(one.joints),
-            "probability": 1.0,
-            "named": found.verdict in ("named", "ambiguous"),
-            "set": [[one.effect, list(one.joints), 1.0]],
+            "probability": 1.0 if one.probability is None else one.probability,
+            "named": one.confirmation.passed and not one.indistinguishable_from,
+            "set": sets.get((one.effect, one.joints), [[one.effect, list(one.joints), 1.0]]),
         }
         for one in found.findings
     ]
-    return {"verdict": found.verdict, "names": names}
+    unexplained = {one.joint + 1: one.share for one in found.unexplained}
+    return {"verdict": found.verdict, "names": names, "unexplained": unexplained}

@@ -1,13 +1,14 @@
 """Logs of foreign plants drawn from seeds (:mod:`benchmarks.foreign_plant`), kept on disk once drawn.
 
-A seed rules the arm, its friction, motion and repeats, what is hidden and how large it is. A fifth of the
-logs hides nothing, a fifth two effects, and one in ten something that the vocabulary does not have.
+A seed rules the arm, its controller, how its friction begins, how wrong the described gains are, motion and
+repeats, what is known before, what is hidden and how large it is. A fifth of the logs hides nothing, a fifth
+two effects, and one in ten something that the vocabulary does not have.
 """
 
 from __future__ import annotations
 
 import pickle
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,17 @@ _SIZES = {
 }
 """Sizes in the effects' own units."""
 _OUTSIDE = ("eddy_brake", "crosstalk", "dragging_brake", "torque_droop")
+_TAKEN_UP = (
+    "viscous_friction",
+    "coulomb_friction",
+    "current_offset",
+    "rotor_inertia",
+    "gravity_spring",
+    "drive_gain_error",
+    "payload",
+    "base_tilt",
+)
+"""What a refit takes up almost whole."""
 _KINDS = (0.2, 0.5, 0.2, 0.1)
 """Chances: nothing, one effect, two, one that the vocabulary does not have."""
 
@@ -55,30 +67,65 @@ _ACCEPTED = 900_000
 """Seed of the clean log that an arm's prior is made of, and of nothing else."""
 
 
-def settings_of(seed: int) -> tuple[str, Settings]:
-    """The arm and how its log is made."""
-    random = np.random.default_rng([seed, 7])
-    arm = str(random.choice(sorted(ARMS), p=(0.6, 0.2, 0.2)))
-    return arm, Settings(
-        motion=random.choice(("waypoints", "multisine", "fourier"), p=(0.5, 0.25, 0.25)),
-        periods=int(random.choice((3, 1), p=(0.8, 0.2))),
+@dataclass(frozen=True)
+class Draw:
+    """How a log is made.
+
+    Attributes:
+        arm: its name.
+        settings: motion, repeats, controller, friction, error of the described gains.
+        refit: whether nothing is known before; else a model accepted on a clean log of the same arm.
+    """
+
+    arm: str
+    settings: Settings
+    refit: bool
+
+
+def draw_of(seed: int) -> Draw:
+    """What a seed rules but the effects."""
+    random = np.random.default_rng([seed, 8])
+    arm = str(random.choice(sorted(ARMS), p=(0.5, 0.25, 0.25)))
+    settings = Settings(
+        motion=random.choice(("waypoints", "multisine", "fourier"), p=(0.45, 0.3, 0.25)),
+        periods=int(random.choice((3, 1), p=(0.75, 0.25))),
+        law=random.choice(("p_pi", "pd", "pd_torque"), p=(0.5, 0.25, 0.25)),
+        friction=random.choice(("tanh", "stick")),
+        feed_forward=float(random.choice((1.0, 0.6))),
+        gain_error=float(random.choice((0.0, 0.05, -0.05), p=(0.5, 0.25, 0.25))),
     )
+    return Draw(arm, settings, bool(random.choice((False, True), p=(0.8, 0.2))))
 
 
 def drawn(seed: int, folder: Path) -> Case:
     """The case of a seed, validated on one period of another motion; ``folder`` keeps the logs."""
-    name, settings = settings_of(seed)
-    arm, effects = ARMS[name], hidden(seed, ARMS[name])
-    own = folder / f"{name}"
+    draw = draw_of(seed)
+    arm, settings, effects = ARMS[draw.arm], draw.settings, hidden(seed)
+    same = replace(settings, motion="waypoints", periods=3)
+    kind = f"{arm.name}-{same.law}-{same.friction}-{same.feed_forward}-{same.gain_error}"
+    own = folder / kind
     if not (own / "robot.toml").exists():
         write_description(own, arm, settings)
     robot = robots.load(str(own))
-    clean = _kept(folder / f"{name}.pkl", arm, Settings(), (), _ACCEPTED, 0)
+    clean = None if draw.refit else _kept(folder / f"{kind}.pkl", arm, same, (), _ACCEPTED, 0)
     fit, held = (
         _kept(folder / f"seed-{seed}-{part}.pkl", arm, one, effects, seed, part)
         for part, one in enumerate((settings, replace(settings, periods=1)))
     )
     return Case(f"seed {seed}", "foreign", robot, fit, held, truth_of(effects), clean)
+
+
+def hidden(seed: int) -> tuple[Effect, ...]:
+    """None, one or two effects of the plant at joints of their own; sizes vary by a third."""
+    draw, random = draw_of(seed), np.random.default_rng(seed)
+    arm, kind = ARMS[draw.arm], int(random.choice(4, p=_KINDS))
+    inside = sorted({*_SHARES, *_SIZES} - set(_OUTSIDE) - set(_TAKEN_UP if draw.refit else ()))
+    if kind == 3:
+        names = [str(random.choice(_OUTSIDE))]
+    else:
+        names = [str(one) for one in random.choice(inside, size=kind, replace=False)]
+    joints = random.choice(arm.n, size=len(names), replace=False)
+    return tuple(_sized(random, name, int(joint), arm) for name, joint in zip(names, joints, strict=True))
 
 
 def truth_of(effects: tuple[Effect, ...]) -> Truth:
@@ -87,19 +134,6 @@ def truth_of(effects: tuple[Effect, ...]) -> Truth:
         (UNKNOWN if one.name in _OUTSIDE else one.name, () if one.joint < 0 else (one.joint + 1,))
         for one in effects
     )
-
-
-def hidden(seed: int, arm: Arm) -> tuple[Effect, ...]:
-    """None, one or two effects of the plant at joints of their own; sizes vary by a third."""
-    random = np.random.default_rng(seed)
-    kind = int(random.choice(4, p=_KINDS))
-    inside = sorted({*_SHARES, *_SIZES} - set(_OUTSIDE))
-    if kind == 3:
-        names = [str(random.choice(_OUTSIDE))]
-    else:
-        names = [str(one) for one in random.choice(inside, size=kind, replace=False)]
-    joints = random.choice(arm.n, size=len(names), replace=False)
-    return tuple(_sized(random, name, int(joint), arm) for name, joint in zip(names, joints, strict=True))
 
 
 def _sized(random: np.random.Generator, name: str, joint: int, arm: Arm) -> Effect:

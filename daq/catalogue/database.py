@@ -85,10 +85,9 @@ class Catalogue:
             yield
         except DBAPIError as error:
             if isinstance(error, OperationalError) or error.connection_invalidated or _is_access(error):
-                reason = " ".join(str(error.orig).split())
-                raise CatalogueError(f"{self}: {reason}") from error
+                raise CatalogueError(f"{self}: {_with_advice(one_line(str(error.orig)))}") from error
             raise
-        except (ValueError, TypeError, LookupError, AttributeError) as error:
+        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
             if isinstance(error, UserError) or not _is_of_a_row(error):
                 raise
             reason = one_line(str(error))[:120]
@@ -110,13 +109,38 @@ class Catalogue:
         self.close()
 
 
+_ADVICE = (
+    (
+        "readonly",
+        "may be read only: `chmod u+w` it and its folder, or name a copy of it in $ARMHIL_CATALOGUE",
+    ),
+    ("locked", "another program holds it: `fuser FILE` names that; end it, then do the same again"),
+    ("malformed", "the file is damaged: put a backup in its place, or move it away and a new one is begun"),
+    ("not a database", "name another in $ARMHIL_CATALOGUE, or move it away and a new one is begun"),
+    (
+        "unable to open",
+        "allowed: a file that you may write, in a folder that you may write; $ARMHIL_CATALOGUE",
+    ),
+    ("no such table", "it is not armhil's: name another in $ARMHIL_CATALOGUE"),
+    ("connection", "start that server, or name another catalogue in $ARMHIL_CATALOGUE"),
+    ("permission denied", "have its owner grant that, or name another catalogue in $ARMHIL_CATALOGUE"),
+    ("read-only transaction", "name the server that may be written in $ARMHIL_CATALOGUE"),
+)
+"""What the databases say of what is the matter, and what to do; the first that is in it."""
+
+
+def _with_advice(reason: str) -> str:
+    advice = next((advice for word, advice in _ADVICE if word in reason.lower()), "")
+    return f"{reason}; {advice}" if advice else reason
+
+
 def _is_of_a_row(error: Exception) -> bool:
     """Did reading a row raise it: no JSON, no UTF-8, no time, or another kind of value than stands there?"""
     if isinstance(error, JSONDecodeError | UnicodeDecodeError):
         return True
     frames = [(f.f_globals.get("__name__", ""), f.f_code.co_name) for f, _ in walk_tb(error.__traceback__)]
     reader = any(module.startswith("daq.catalogue.") and name.endswith("_of") for module, name in frames)
-    return reader or (bool(frames) and frames[-1][0].startswith("sqlalchemy."))
+    return reader or (bool(frames) and frames[-1][0].startswith(("sqlalchemy.", "json.")))
 
 
 def _is_access(error: DBAPIError) -> bool:
@@ -137,7 +161,9 @@ def _engine(url: URL) -> Engine:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CatalogueError(f"catalogue {path}: cannot be made: {error.strerror}") from error
+        raise CatalogueError(
+            f"catalogue {path}: cannot be made: {error.strerror}; name a file that can in $ARMHIL_CATALOGUE"
+        ) from error
     # A connection of its own for each transaction: cheap, and safe for threads and after a fork.
     engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": BUSY_SECONDS})
     event.listen(engine, "connect", _set_up_sqlite)

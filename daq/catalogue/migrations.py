@@ -102,7 +102,7 @@ def bring_up_to_date(
     if found > version:
         raise CatalogueError(
             f"catalogue {connection.engine.url.render_as_string()}: has version {found} of a newer armhil;"
-            f" allowed: up to {version}; install the newer one"
+            f" allowed: up to {version}; install that newer one, or name another in $ARMHIL_CATALOGUE"
         )
     for step in range(found + 1, version + 1):
         migrations[step](connection)

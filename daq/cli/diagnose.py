@@ -36,7 +36,7 @@ from daq.cli.common import (
     watcher_of,
 )
 
-Searches = Literal["rules", "evidence", "both"]
+Searches = Literal["evidence", "rules"]
 
 _EXIT_CODES = {"clean": OK, "not_confirmed": UNKNOWN}
 """By verdict; a warning where there is something else to say."""
@@ -98,8 +98,8 @@ def diagnose(
         int, typer.Option(min=0, help="Trials of the search for a motion; 0 plans none.")
     ] = 1500,
     search: Annotated[
-        Searches, typer.Option(help="Which search answers: that by rules, by evidence, or both side by side.")
-    ] = "rules",
+        Searches, typer.Option(help="Which search names what the moving arm shows: by evidence, or by rules.")
+    ] = "evidence",
     power: Annotated[
         bool, typer.Option("--power", help="How small each effect would still have been named.")
     ] = False,
@@ -119,10 +119,10 @@ def diagnose(
         raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
-    from daq.diagnosis.evidence import answer_json, print_evidence
+    from daq.diagnosis.evidence import print_evidence
+    from daq.diagnosis.more import print_more
     from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
-    from daq.report.power import print_power
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
 
@@ -139,10 +139,8 @@ def diagnose(
         cell,
         evaluations,
         power=power,
+        search=search,
     )
-    answer = _by_evidence(request, search, console, quiet)
-    if search == "evidence":
-        return _only_evidence(answer, console, as_json, power)
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
         result = run_diagnose(request, steps_of(console, quiet))
@@ -169,54 +167,18 @@ def diagnose(
         result, content, request = found.last, found.last.content | {"live": more}, found.request
     if catalogue is not None:
         keep_diagnose_request(catalogue, request, result)
-    if answer is not None:
-        content = content | {"evidence": answer_json(answer)}
     if as_json:
         print_json(content)
     model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
-    if result.power is not None:
-        print_power(console, result.power)
-    if answer is not None:
-        print_evidence(console, answer)
+    print_more(console, result.more)
+    if result.evidence is not None:
+        print_evidence(console, result.evidence)
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
         write(console, f"\nPage: {page}")
     return _EXIT_CODES.get(result.diagnosis.verdict, WARNING)
-
-
-def _by_evidence(request: Any, search: Searches, console: Any, quiet: bool) -> Any:
-    """The answer by evidence; None where it is not asked for, or has no recording.
-
-    Raises:
-        CaptureError: asked for together with ``--live`` or ``--out``.
-    """
-    from daq.diagnosis.evidence import run_by_evidence
-    from daq.recording.capture import CaptureError
-
-    if search == "rules":
-        return None
-    if not request.fit:
-        raise CaptureError(f"--search {search} does not go with --live; allowed: captures or logs")
-    if search == "evidence" and request.out is not None:
-        raise CaptureError(
-            "--search evidence writes no files yet; allowed: without --out, or --search both with it"
-        )
-    return run_by_evidence(request, steps_of(console, quiet))
-
-
-def _only_evidence(answer: Any, console: Any, as_json: bool, power: bool) -> int:
-    """Print what the evidence says, and nothing else."""
-    from daq.diagnosis.evidence import answer_json, print_evidence
-    from daq.report.power import print_power
-
-    if as_json:
-        print_json({"evidence": answer_json(answer)})
-    if power:
-        print_power(console, answer.nameable)
-    print_evidence(console, answer)
-    return OK if answer.verdict == "clean" else WARNING
 
 
 def _live(

@@ -119,6 +119,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
             for parameter in finding.parameters
         ],
         "p_value": json_number(finding.p_value),
+        "probability": None if finding.probability is None else json_number(finding.probability),
         "score": json_number(finding.score),
         "threshold": json_number(finding.threshold),
         "held_out_gain": json_number(finding.held_out_gain),
@@ -227,6 +228,7 @@ def _candidate(candidate: Candidate) -> dict[str, Any]:
         "joints": [list(joints) for joints in candidate.joints],
         "score": json_number(candidate.score),
         "explained": json_number(candidate.explained),
+        "probability": None if candidate.probability is None else json_number(candidate.probability),
     }
 
 

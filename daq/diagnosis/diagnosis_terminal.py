@@ -14,10 +14,9 @@ from daq.diagnosis.diagnosis_words import (
     gate_words,
     headline,
     recommendation,
-    share_words,
     spaced,
 )
-from daq.diagnosis.ranking_table import candidate_rows
+from daq.diagnosis.ranking_table import candidate_rows, explained_words
 from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.text.numbers import percent, probability, significant, with_sigma
@@ -99,7 +98,7 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
     """What the model does not have, does not explain, or was not tested for."""
     odd = [
         f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
-        f" ({probability(finding.p_value)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
+        f" ({_sure(finding)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
         f" {confirmed_words(finding)}."
         for number, finding in enumerate(diagnosis.findings, start=1)
     ]
@@ -114,6 +113,12 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
     odd += [remarks] if (remarks := unexplained_remarks(diagnosis)) else []
     for sentence in odd:
         write(console, f"- {sentence}", indent="  ")
+
+
+def _sure(finding: Finding) -> str:
+    if finding.probability is None:
+        return probability(finding.p_value)
+    return f"probability {finding.probability:.2f}"
 
 
 def _place(finding: Finding) -> str:
@@ -191,7 +196,7 @@ def _write_ranking(console: Console, finding: Finding) -> None:
         mark = "cannot be told apart" if candidate.words() in indistinguishable else ""
         if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
             mark = "named"
-        words, share = spaced(candidate.words()), share_words(candidate.explained)
+        words, share = spaced(candidate.words()), explained_words(candidate)
         rows.append([words, significant(candidate.score), share, mark])
     write_table(console, "Ranking", columns, rows)
 

@@ -1,86 +1,55 @@
-"""``armhil diagnose --search evidence|both``: the search by evidence, beside the one by rules."""
+"""What the search by evidence says of its names, on the terminal."""
 
 from __future__ import annotations
 
 from math import isfinite
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
-from daq.diagnosis.diagnose import DiagnoseRequest, question_of
-from daq.text.progress import Steps
-from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
-from ident.discrepancy.by_evidence.decide.names import Named
-from ident.discrepancy.by_evidence.report.as_json import answer_json
+from daq.text.wrapped import Column, write, write_table
+from ident.discrepancy.by_evidence import EvidenceAnswer, EvidenceFinding
+from ident.discrepancy.by_evidence.decide.names import NOTHING, Named
 from ident.effects.entry import joint_words
 
-__all__ = ["answer_json", "print_evidence", "run_by_evidence"]
-
-_COLOURS = {"clean": "green", "named": "cyan", "not_confirmed": "yellow", "unnamed": "red"}
 _RANKED = 5
 
 
-def run_by_evidence(request: DiagnoseRequest, steps: Steps) -> EvidenceAnswer:
-    """Read and search; nothing is written.
-
-    Raises:
-        CaptureError, RobotFileError, ModelFileError, IdentificationError: one line each.
-    """
-    with question_of(request, steps) as question, steps.step("Search by evidence") as update:
-        return diagnose_by_evidence(question, lambda step, share: update(share, step))
-
-
 def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
-    """Findings with their probabilities, the ranking, and each joint, worst first."""
-    console.print("\n[bold]By evidence[/]", highlight=False)
+    """Each name with its probability and the set that holds 95 %, and the ranking of the first effect."""
     for finding in answer.findings:
-        console.print(finding.words(), highlight=False, markup=False)
         seen = finding.confirmation
-        console.print(
-            f"  on recordings that were not fitted: {seen.observed:.0f} nats,"
-            f" predicted {seen.predicted:.0f} ± {seen.deviation:.0f}",
-            highlight=False,
-            markup=False,
+        write(
+            console,
+            f"- {finding.words()}; on recordings that were not fitted {seen.observed:.0f} nats, predicted"
+            f" {seen.predicted:.0f} ± {seen.deviation:.0f}.{_others(finding)}",
+            indent="  ",
         )
-    console.print(_ranking(answer))
-    console.print(_joints(answer))
+    columns = [Column("effect", right=False, wraps=True), Column("probability")]
+    columns += [Column("would be named from", right=False)]
+    rows = [[_words(one), f"{one.probability:.3f}", _from(answer, one)] for one in answer.ranking[:_RANKED]]
+    write_table(console, "Names for the first effect, by evidence", columns, rows)
     if not answer.repeats:
-        console.print("The motion does not repeat: noise is told from misfit by its course in time alone.")
-    if answer.gate_one_rejected:
-        console.print("Gate 1 rejects: the simulated arm is not the real one.")
-    colour, words = _COLOURS[answer.verdict], answer.verdict.replace("_", " ").upper()
-    console.print(
-        f"[bold {colour}]{words}[/]   probability that nothing is missing: {answer.probability_clean:.2f}",
-        highlight=False,
-    )
+        write(console, "- The motion does not repeat: noise is told from misfit by its course in time alone.")
 
 
-def _ranking(answer: EvidenceAnswer) -> Table:
-    columns = ("Effect", "Where", "Probability", "Would be named from")
-    table = Table(*columns, title="Names for the first effect", box=SIMPLE_HEAD)
-    for one in answer.ranking[:_RANKED]:
-        joints = tuple(joint + 1 for joint in one.joints)
-        place = "" if one.name == "nothing" else joint_words(joints)
-        table.add_row(one.name.replace("_", " "), place, f"{one.probability:.3f}", _from(answer, one, joints))
-    return table
+def _others(finding: EvidenceFinding) -> str:
+    """The set that holds 95 %, where it has more than one name."""
+    if len(finding.set) == 1:
+        return ""
+    names = ", ".join(f"{_words(one)} {one.probability:.2f}" for one in finding.set)
+    return f" 95 % are held by: {names}."
 
 
-def _from(answer: EvidenceAnswer, name: Named, joints: tuple[int, ...]) -> str:
+def _words(one: Named) -> str:
+    if one.key == NOTHING:
+        return "nothing"
+    return f"{one.name.replace('_', ' ')} ({joint_words(tuple(joint + 1 for joint in one.joints))})"
+
+
+def _from(answer: EvidenceAnswer, name: Named) -> str:
     """The size from which on a name that was not found would have been, in words."""
+    joints = tuple(joint + 1 for joint in name.joints)
     for one in answer.nameable:
         if (one.name, one.joints) == (name.name, joints) and isfinite(one.size):
             return f"{one.parameter} {one.size:.2g}" + (f" {one.unit}" if one.unit != "1" else "")
     return ""
-
-
-def _joints(answer: EvidenceAnswer) -> Table:
-    title = "Torque that stays unexplained on recordings that were not fitted"
-    columns = ("Joint", "Before", "After", "Misfit", "Accepted", "Nearest name")
-    table = Table(*columns, title=title, box=SIMPLE_HEAD)
-    for one in answer.joints:
-        cells = (f"{one.before:.1%}", f"{one.after:.1%}", f"{one.kappa:.3g}", f"{one.accepted:.3g}")
-        near = one.nearest
-        name = "" if near is None else f"{near.name.replace('_', ' ')}, {near.probability:.2f}"
-        table.add_row(str(one.joint), *cells, name)
-    return table

@@ -11,6 +11,9 @@ from daq.diagnosis.scored_families import scored_family
 from daq.text.numbers import significant
 from ident.discrepancy import Candidate, Diagnosis, Finding
 
+_ALWAYS = 5
+"""Candidates that are listed though none of them passes."""
+
 
 @dataclass(frozen=True)
 class RankRow:
@@ -42,17 +45,22 @@ def ranking_rows(finding: Finding) -> tuple[RankRow, ...]:
             f'<line x1="{bound:.1f}%" x2="{bound:.1f}%" y1="0" y2="18"/></svg>'
         )
         rows.append(
-            RankRow(
-                spaced(words), significant(candidate.score), share_words(candidate.explained), picture, state
-            )
+            RankRow(spaced(words), significant(candidate.score), explained_words(candidate), picture, state)
         )
     return tuple(rows)
 
 
 def candidate_rows(diagnosis: Diagnosis) -> tuple[tuple[str, str, str], ...]:
     """What was tried beside the final model, best first: words, score, share that it explains."""
-    shown = [one for one in diagnosis.ranking if one.score > 0.0] or list(diagnosis.ranking[:1])
-    return tuple((spaced(one.words()), significant(one.score), share_words(one.explained)) for one in shown)
+    shown = [one for one in diagnosis.ranking if one.score > 0.0] or list(diagnosis.ranking[:_ALWAYS])
+    return tuple((spaced(one.words()), significant(one.score), explained_words(one)) for one in shown)
+
+
+def explained_words(candidate: Candidate) -> str:
+    """What it explains, or its probability where that is what the search gives."""
+    if candidate.probability is not None:
+        return f"probability {candidate.probability:.3f}"
+    return share_words(candidate.explained)
 
 
 def _contains(candidate: Candidate, finding: Finding) -> bool:

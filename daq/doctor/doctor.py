@@ -7,7 +7,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
-from daq.doctor.check import Check, worst
+from daq.doctor.check import Check, Status, worst
 from daq.doctor.environment import machine_checks
 from drivers import Budgets, BusError, Channel, DriveError, open_bus
 from drivers.bus.adapters import ADAPTERS
@@ -143,6 +143,7 @@ def budget_check(robot: Robot, channel: Channel) -> Check:
 def device_file_checks(robot: Robot) -> list[Check]:
     """The EDS and DCF files that the description names."""
     checks, files = [], dict[str, DeviceFile]()
+    told: dict[str, list[Finding]] = {}
     for axis, (joint, drive) in enumerate(zip(robot.joint, robot.drive, strict=True)):
         if drive.eds is None:
             continue
@@ -159,7 +160,8 @@ def device_file_checks(robot: Robot) -> list[Check]:
         except DriveError as error:
             checks.append(Check(name, "failed", str(error), "correct profile in robot.toml"))
             continue
-        checks.append(_of_findings(name, (*wrong, *foreseen)))
+        told[joint.name] = [*wrong, *foreseen]
+    checks += _of_findings(told)
     try:
         refuse_shared_cob_ids({name: file.transmitted_cob_ids() for name, file in files.items()})
     except DriveError as error:
@@ -168,10 +170,20 @@ def device_file_checks(robot: Robot) -> list[Check]:
     return checks
 
 
-def _of_findings(name: str, findings: tuple[Finding, ...]) -> Check:
-    for severity, status in (("refusal", "failed"), ("warning", "warning")):
-        chosen = [str(finding) for finding in findings if finding.severity == severity]
-        if chosen:
-            remedy = "write it into robot.toml or change it in the drive, as each line says"
-            return Check(name, status, "; ".join(chosen), remedy)  # type: ignore[arg-type]
-    return Check(name, "ok", "; ".join(str(finding) for finding in findings) or "complete")
+def _of_findings(told: dict[str, list[Finding]]) -> list[Check]:
+    """One check per finding, of all joints together whose files say the same; the worst ones first."""
+    checks: list[Check] = []
+    kinds: tuple[tuple[str, Status], ...] = (("refusal", "failed"), ("warning", "warning"))
+    for severity, status in kinds:
+        joints: dict[str, list[str]] = {}
+        for joint, findings in told.items():
+            for text in dict.fromkeys(str(finding) for finding in findings if finding.severity == severity):
+                joints.setdefault(text, []).append(joint)
+        checks += [
+            Check(f"device file of {', '.join(names)}", status, text) for text, names in joints.items()
+        ]
+    quiet: dict[str, list[str]] = {}
+    for joint, findings in told.items():
+        if all(finding.severity == "info" for finding in findings):
+            quiet.setdefault("; ".join(map(str, findings)) or "complete", []).append(joint)
+    return checks + [Check(f"device file of {', '.join(names)}", "ok", text) for text, names in quiet.items()]

@@ -106,6 +106,7 @@ def _request_of(settings: Mapping[str, Any], paths: tuple[Path, ...], out: Path)
         out,
         evaluations=0,
         found=found_of_json(settings.get("found")),
+        search=settings.get("search", "rules"),
     )
 
 

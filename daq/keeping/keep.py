@@ -187,6 +187,7 @@ def keep_diagnose_request(
         "robot": absolute(request.robot),
         "columns": None if request.columns is None else str(request.columns.absolute()),
         "validation": [str(path.absolute()) for path in request.validation],
+        "search": request.search,
         "split_half": request.split_half,
         "without": list(request.without),
         "prior": absolute(request.prior),

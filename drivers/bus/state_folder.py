@@ -40,10 +40,20 @@ _LARGEST = 1 << 16
 
 
 def places() -> tuple[Path, ...]:
-    """All places, the first choice first."""
-    home = os.environ.get("XDG_STATE_HOME") or "~/.local/state"
-    user = Path(home).expanduser() / "armhil"
+    """All places, the first choice first.
+
+    Raises:
+        BusError: the one that is named depends on the folder in which the program was started.
+    """
+    home = os.environ.get("XDG_STATE_HOME", "")
+    # One that is relative has to be ignored (XDG base directories).
+    user = Path(home if home.startswith("/") else "~/.local/state").expanduser() / "armhil"
     named = os.environ.get(VARIABLE)
+    if named and not named.startswith("/"):
+        raise BusError(
+            f"{VARIABLE} is {named}; allowed: a path that begins with /, so that every program finds what"
+            " others have noted"
+        )
     return (*([Path(named)] if named else []), *MACHINE, user)
 
 

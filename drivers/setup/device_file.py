@@ -9,6 +9,7 @@ from pathlib import Path
 from drivers.setup.findings import Finding
 
 _SIGNED = frozenset({2, 3, 4, 0x10, 0x15})
+_REAL = frozenset({8, 0x11})
 _BITS = {
     1: 1,
     2: 8,
@@ -53,8 +54,13 @@ class ObjectEntry:
     high: int | None = None
 
     @property
+    def whole(self) -> bool:
+        """Whether it is an integer; a number with a point is none, nor a string."""
+        return self.bits is not None and self.data_type not in _REAL
+
+    @property
     def bits(self) -> int | None:
-        """Length of an integer; None for anything else."""
+        """Length of a number; None for anything else."""
         return _BITS.get(self.data_type or 0)
 
     def as_value(self, number: int | None) -> int | None:
@@ -89,11 +95,14 @@ class DeviceFile:
         return (index, subindex) in self.objects
 
     def transmitted_cob_ids(self) -> dict[int, str]:
-        """COB-IDs that a drive with these values sends on, and the objects that say so."""
+        """COB-IDs that a drive with these values sends on after the set-up, and the objects that say so.
+
+        The set-up gives each PDO the COB-ID of its node where that can be written.
+        """
         sent = {}
         for index in (*range(0x1800, 0x1804), 0x1014):
             entry = self.objects.get((index, 0 if index == 0x1014 else 1))
-            if entry is None:
+            if entry is None or (index != 0x1014 and entry.access not in ("ro", "const")):
                 continue
             word = entry.value if entry.value is not None else entry.default
             if word is not None and not word >> 31:

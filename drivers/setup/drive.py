@@ -134,7 +134,7 @@ def configure(sdo: SdoAccess, robot: Robot, axis: int, watch_seconds: float) -> 
     findings += file_findings(robot, axis, identity)
     settings = read_settings(sdo)
     findings += watch_findings(unwatched, deadline)
-    findings += sync_findings(sdo)
+    findings += sync_findings(sdo, robot.bus.cycle_time)
     findings += _standing_error(settings)
     findings += compare_limits(robot, axis, settings)
     return DriveReport(

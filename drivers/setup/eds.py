@@ -12,12 +12,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from drivers.errors import DriveError
+from drivers.setup.compact import MOST_ENTRIES, UNSIGNED8, add_compact_pdos, plain_entry
 from drivers.setup.device_file import DeviceFile, ObjectEntry
 from drivers.setup.device_needs import missing_objects
 from drivers.setup.eds_text import fields_of, number_of, sections_of, text_of
 from drivers.setup.findings import Finding
 
-_OBJECT = re.compile(r"^([0-9A-F]{4})(?:SUB([0-9A-F]{1,2}))?$", re.IGNORECASE)
+_OBJECT = re.compile(r"^(?:0x)?([0-9A-F]{4})(?:\s*SUB\s*(?:0x)?([0-9A-F]{1,2}))?$", re.IGNORECASE)
+_VALUES = re.compile(r"^([0-9A-F]{4})VALUE$", re.IGNORECASE)
 _COMPACT = re.compile(r"^([0-9A-F]{4})(NAME|VALUE|DENOTATION)$", re.IGNORECASE)
 _KNOWN = frozenset(
     {
@@ -58,14 +60,18 @@ def read_device_file(path: Path, node_id: int) -> DeviceFile:
             _add_object(objects, match, fields, node_id, findings)
         elif name.upper() not in _KNOWN and not _COMPACT.match(name):
             foreign.append(name)
+    for name, fields in sections.items():
+        if (match := _VALUES.match(name)) is not None:
+            _take_values(objects, int(match[1], 16), fields, node_id)
     if not objects:
         raise DriveError(f"{path}: has no object of a CANopen device; allowed: an EDS or DCF file (CiA 306)")
+    info = fields_of(sections, "DEVICEINFO")
+    add_compact_pdos(objects, info, node_id)
     if foreign:
         shown = ", ".join(foreign[:4]) + (" …" if len(foreign) > 4 else "")
         findings.append(Finding("info", "sections", f"{len(foreign)} foreign ones were passed over: {shown}"))
     _compare_lists(sections, objects, findings)
     findings += missing_objects(objects)
-    info = fields_of(sections, "DEVICEINFO")
     commissioning = fields_of(sections, "DEVICECOMISSIONING") or fields_of(sections, "DEVICECOMMISSIONING")
     return DeviceFile(
         path=path,
@@ -91,14 +97,37 @@ def _add_object(
     count = number_of(fields.get("compactsubobj"), node_id)
     if match[2] is None and kind in (8, 9) and not count:
         return  # a heading: its entries have sections of their own
+    if count:
+        _add_compact(objects, index, count, fields, node_id)
+        return
     entry = _entry(index, subindex, fields, node_id)
-    if fields.get("defaultvalue") and entry.default is None and entry.bits is not None:
+    if fields.get("defaultvalue") and entry.default is None and entry.whole:
         text = f"default value {fields['defaultvalue']!r} is no number"
         findings.append(Finding("warning", f"{index:04X}:{subindex:02X}", text))
-    if count:
-        for number in range(1, count + 1):
-            objects.setdefault((index, number), _entry(index, number, fields, node_id))
     objects[index, subindex] = entry
+
+
+def _add_compact(
+    objects: dict[tuple[int, int], ObjectEntry],
+    index: int,
+    count: int,
+    fields: Mapping[str, str],
+    node_id: int,
+) -> None:
+    """An array whose entries are all alike (CompactSubObj): entry 0 is their number."""
+    for number in range(1, min(count, MOST_ENTRIES) + 1):
+        objects.setdefault((index, number), _entry(index, number, fields, node_id))
+    objects.setdefault((index, 0), plain_entry(index, 0, UNSIGNED8, "ro", count))
+
+
+def _take_values(
+    objects: dict[tuple[int, int], ObjectEntry], index: int, fields: Mapping[str, str], node_id: int
+) -> None:
+    """Values of a DCF for the entries of such an array."""
+    for key, text in fields.items():
+        subindex = number_of(key, 0)
+        if subindex is not None and (entry := objects.get((index, subindex))) is not None:
+            objects[index, subindex] = replace(entry, value=number_of(text, node_id))
 
 
 def _entry(index: int, subindex: int, fields: Mapping[str, str], node_id: int) -> ObjectEntry:

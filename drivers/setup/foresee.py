@@ -68,7 +68,7 @@ class _Rehearsal:
         found += consumer_limit_findings(self._file)
         unwatched = no_consumer(sdo, self._robot.bus.master_node_id, _WATCH_SECONDS)
         found += watch_findings(unwatched, set_deadline(sdo, _WATCH_SECONDS))
-        found += sync_findings(sdo)
+        found += sync_findings(sdo, cycle_time)
         found += compare_limits(self._robot, self._axis, read_settings(sdo))
         return found
 
@@ -88,6 +88,10 @@ class _Rehearsal:
         carried = self._object(signal.index, signal.subindex)
         if carried is None:
             self._no_signal(signal.index, profile)
+            return
+        if not self._file.objects[signal.index, signal.subindex].whole:
+            text = "is no whole number, control_signal wants counts: name another object, or a data type"
+            self._findings.append(Finding("refusal", f"{signal.index:04X}", text))
             return
         speed = None if velocity is None else self._object(velocity.index, velocity.subindex)
         interpolated = mode == objects.INTERPOLATED_POSITION

@@ -43,7 +43,7 @@ def set_abort_option(sdo: SdoAccess) -> list[Finding]:
         return [Finding("info", "6007", "absent: how the drive reacts to a lost master is its own affair")]
     for option in (_FAULT, _QUICK_STOP, _DISABLE_VOLTAGE):
         try:
-            sdo.write_checked(objects.ABORT_OPTION, 0, option, 2)
+            sdo.ensure(objects.ABORT_OPTION, 0, option, 2)
         except DriveError:
             continue
         if option == _FAULT:

@@ -18,12 +18,10 @@ from drivers.frames.layout import (
 )
 from drivers.setup.findings import Finding
 from drivers.setup.sdo import SdoAccess, aborted
+from drivers.setup.transmission import RECEIVED, SENT, set_type
 
 DISABLED = 1 << 31
 """Bit 31 of a PDO's COB-ID entry: the PDO does not exist."""
-SYNCHRONOUS = 1
-"""Transmission type: at every SYNC."""
-RECEIVED_TYPES = (SYNCHRONOUS, 255, 254)
 NO_REMOTE_FRAMES = 1 << 30
 MOST_PDOS = 64
 _RESERVED = frozenset({0x000, 0x080, 0x100})
@@ -143,7 +141,7 @@ def _map_rpdo(
             if as_it_is != wanted:
                 continue
             findings.append(Finding("info", f"{mapping:04X}", "the mapping is used as it is"))
-        _set_type(sdo, communication, RECEIVED_TYPES, findings)
+        set_type(sdo, communication, RECEIVED, findings)
         _enable(sdo, communication, cob_id)
         return number, cob_id
     raise DriveError(f"{sdo.drive}: no RPDO can carry {words} alone ({'; '.join(standing)}): map one so")
@@ -174,7 +172,7 @@ def _map_tpdos(
         elif len(rest) == len(left):
             continue
         left = rest
-        _set_type(sdo, communication, (SYNCHRONOUS,), findings)
+        set_type(sdo, communication, SENT, findings)
         _enable(sdo, communication, cob_id)
         used[number] = MappedPdo(cob_id, carried)
     if left:
@@ -239,19 +237,6 @@ def _refuses(write: Callable[[], None]) -> bool:
             raise
         return True
     return False
-
-
-def _set_type(sdo: SdoAccess, communication: int, types: tuple[int, ...], findings: list[Finding]) -> None:
-    """Transmission type: at every SYNC; an RPDO may also act at once where the drive has nothing else."""
-    for kind in types[:-1]:
-        if not _refuses(lambda: sdo.write_checked(communication, 2, kind, 1)):  # noqa: B023
-            break
-    else:
-        kind = types[-1]
-        sdo.write_checked(communication, 2, kind, 1)
-    if kind != SYNCHRONOUS:
-        text = f"transmission type {kind}: set-points act as they come, not at the next SYNC"
-        findings.append(Finding("warning", f"{communication:04X}", text))
 
 
 def _enable(sdo: SdoAccess, communication: int, cob_id: int) -> None:

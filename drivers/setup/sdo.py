@@ -171,6 +171,26 @@ class SdoAccess:
                 f"but reads back as 0x{found:X}"
             )
 
+    def ensure(self, index: int, subindex: int, value: int, size: int) -> None:
+        """Like :meth:`write_checked`, but a drive that refuses the write and holds the value already suits.
+
+        Raises:
+            DriveError: the drive holds another value; says which one.
+        """
+        try:
+            self.write_checked(index, subindex, value, size)
+        except DriveError as error:
+            if aborted(error) is None:
+                raise
+            held = self.read_optional(index, subindex, signed=value < 0)
+            if held == value:
+                return
+            if held is None:
+                raise
+            raise DriveError(f"{error}; it holds {held}, {value} is needed: set it in the drive") from (
+                error.__cause__
+            )
+
     def _failed(
         self, doing: str, index: int, subindex: int, error: SdoAbortedError | SdoCommunicationError
     ) -> DriveError:

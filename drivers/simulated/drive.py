@@ -69,13 +69,13 @@ class Drive:
         self.dictionary = dictionary = self.delivery.dictionary()
         self.delivery.attach(dictionary, self._has_torque)
         dictionary.listeners[0x6040] = lambda subindex, value: self._obey()
-        self._modes = Modes(dictionary, self._has_torque, quirks.mode_shown_late)
+        self._modes = Modes(dictionary, self._has_torque, quirks)
         self._start_communication()
         self.homing = Homing(dictionary, self._device.increments, self._scale, quirks)
         self._asked = AxisCommand(dictionary, self.machine, self.homing, self._device)
         self._following = FollowingErrorWatch(dictionary)
         self._stop_end = StopEnd(self.machine, brake)
-        self.sync_period = self.period
+        self.sync_period, self.tpdo_delay = self.period, quirks.tpdo_delay
 
     def _start_communication(self) -> None:
         self.talk = Communication(self.dictionary, self.node_id, self._has_torque, self._device.quirks)

@@ -16,6 +16,7 @@ from drivers.simulated.device import Device, described_devices, increments_per_o
 from drivers.simulated.drive import Drive
 from drivers.simulated.emergency import Emergency
 from drivers.simulated.faults import NO_FAULTS, Faults
+from drivers.simulated.late_frames import LateFrames
 from drivers.simulated.offline import control_signal_counts
 from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.set_points import AxisMode
@@ -78,6 +79,7 @@ class DriveGroup:
         self._send = send
         self._send_together = send_together
         self._late: list[tuple[int, bytes]] = []
+        self._slow = LateFrames()
         self._off_bus = False
         self._dead: set[int] = set()
         self._last_sync = 0.0
@@ -127,6 +129,7 @@ class DriveGroup:
     def next_event(self, now: float) -> float:
         """When :meth:`tick` has something to do next, s."""
         due = min((drive.next_event() for drive in self._alive()), default=now + 1.0)
+        due = min(due, self._slow.next_event())
         return due if self._idle() else min(due, self._sync_due())
 
     def tick(self, now: float, heard_all: bool) -> None:
@@ -136,6 +139,8 @@ class DriveGroup:
             now: time of the monotonic clock, s.
             heard_all: no frame waits to be received; else nothing is called lost yet.
         """
+        for frame in self._slow.due(now):
+            self._put(*frame)
         for drive in self._alive():
             drive.tick(now, heard_all)
         if self._idle() or not heard_all or now < self._sync_due():
@@ -238,6 +243,9 @@ class DriveGroup:
         frames, self._late = self._late, []
         for drive in self._alive():
             if self._faults.loses_tpdo(drive.node_id, self.cycle):
+                continue
+            if drive.tpdo_delay:
+                self._slow.put(drive.tpdo_frames(), self._last_sync + drive.tpdo_delay)
                 continue
             late = self._faults.delays_tpdo(drive.node_id, self.cycle)
             (self._late if late else frames).extend(drive.tpdo_frames())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from drivers.simulated.object_dictionary import DEVICE_STATE, VALUE_RANGE, ObjectDictionary, SdoAbort
+from drivers.simulated.quirks import Quirks
 
 
 class Modes:
@@ -13,11 +14,14 @@ class Modes:
     Args:
         dictionary: has both, and 6502h.
         has_torque: whether the mode is fixed now.
-        late: whether 6061h shows the mode only under torque.
+        quirks: what this kind of drive does otherwise.
     """
 
-    def __init__(self, dictionary: ObjectDictionary, has_torque: Callable[[], bool], late: bool) -> None:
-        self._dictionary, self._has_torque, self._shown_late = dictionary, has_torque, late
+    def __init__(self, dictionary: ObjectDictionary, has_torque: Callable[[], bool], quirks: Quirks) -> None:
+        self._dictionary, self._has_torque = dictionary, has_torque
+        self._shown_late = quirks.mode_shown_late
+        if quirks.period_fixed_when_enabled:
+            dictionary.guards[0x60C2] = self._guard_period
         dictionary.guards[0x6060] = self._guard
         dictionary.listeners[0x6060] = lambda subindex, value: self._show(dictionary.integer(0x6060))
 
@@ -29,6 +33,10 @@ class Modes:
     def _show(self, mode: int) -> None:
         hidden = self._shown_late and not self._has_torque()
         self._dictionary.set(0x6061, 0, 0 if hidden else mode)
+
+    def _guard_period(self, subindex: int, value: int | bytes) -> None:
+        if self._has_torque():
+            raise SdoAbort(DEVICE_STATE)
 
     def _guard(self, subindex: int, value: int | bytes) -> None:
         assert isinstance(value, int)

@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from drivers.errors import DriveError
-from drivers.simulated.object_dictionary import Entry, ObjectDictionary
+from drivers.simulated.object_dictionary import Entry, Key, ObjectDictionary
 
-_TPDO, _TPDO_MAPPING = 0x1800, 0x1A00
+_RPDO_MAPPING, _TPDO, _TPDO_MAPPING = 0x1600, 0x1800, 0x1A00
+MOST_SLOTS = 8
 _SYNC_PERIOD = 0x1006
 
 
@@ -20,14 +21,19 @@ class Quirks:
 
     Attributes:
         absent: indices of objects that it does not have.
+        absent_entries: single entries of objects that it does not have.
+        read_only: objects that cannot be written, with the values that they hold.
         absent_code: SDO abort code with which it says so; the standard's where 0.
         unsized: its expedited answers do not say how many bytes count.
         fixed_cob_ids: COB-IDs of PDOs cannot be written.
         fixed_mapping: mappings cannot be written.
         rpdo_types: transmission types that its RPDOs take; the standard's where empty.
+        rpdo_slots: entries that its RPDO can map.
         tpdo_slots: entries that a TPDO can map.
+        tpdo_delay: s after a SYNC when its TPDOs go out.
         tpdos: how many TPDOs it has, all of them sending as delivered where more than two.
         modes: 6502; the EDS's where None.
+        period_fixed_when_enabled: refuses 60C2 in Operation enabled.
         mode_shown_late: 6061 shows the mode only when operation is enabled.
         needs_sync_period: ignores set-points while 1006 is 0.
         unlock: a maker's object, and the value that it must hold before set-points count.
@@ -38,14 +44,19 @@ class Quirks:
     """
 
     absent: tuple[int, ...] = ()
+    absent_entries: tuple[Key, ...] = ()
+    read_only: tuple[tuple[Key, int], ...] = ()
     absent_code: int = 0
     unsized: bool = False
     fixed_cob_ids: bool = False
     fixed_mapping: bool = False
     rpdo_types: tuple[int, ...] = ()
-    tpdo_slots: int = 8
+    rpdo_slots: int = MOST_SLOTS
+    tpdo_slots: int = MOST_SLOTS
+    tpdo_delay: float = 0.0
     tpdos: int = 2
     modes: int | None = None
+    period_fixed_when_enabled: bool = False
     mode_shown_late: bool = False
     needs_sync_period: bool = False
     unlock: tuple[int, int] | None = None
@@ -58,26 +69,25 @@ class Quirks:
         """Make a dictionary, filled in already, that of such a drive."""
         for index in self.absent:
             dictionary.remove(index)
+        for entry in self.absent_entries:
+            dictionary.remove_entry(*entry)
         while dictionary.integer(_TPDO_MAPPING, dictionary.integer(_TPDO_MAPPING, 0)) >> 16 in self.absent:
             dictionary.set(_TPDO_MAPPING, 0, dictionary.integer(_TPDO_MAPPING, 0) - 1)
         dictionary.absent_code = self.absent_code
         for number in range(2, self.tpdos):
             _add_tpdo(dictionary, number, node)
-        if self.tpdo_slots < 8:
-            self._take_slots(dictionary)
+        _take_slots(dictionary, _RPDO_MAPPING, self.rpdo_slots)
+        for number in range(self.tpdos):
+            _take_slots(dictionary, _TPDO_MAPPING + number, self.tpdo_slots)
         if self.rpdo_types:
             dictionary.set(0x1400, 2, self.rpdo_types[0])
         if self.modes is not None:
             dictionary.set(0x6502, 0, self.modes)
         if self.unlock is not None:
             dictionary.add(Entry(self.unlock[0], 0, "H", "rw", 0, None, None, mappable=False))
-
-    def _take_slots(self, dictionary: ObjectDictionary) -> None:
-        for number in range(self.tpdos):
-            index = _TPDO_MAPPING + number
-            for subindex in range(self.tpdo_slots + 1, 9):
-                dictionary.remove_entry(index, subindex)
-            dictionary.set(index, 0, min(dictionary.integer(index, 0), self.tpdo_slots))
+        for key, value in self.read_only:
+            dictionary.add(replace(dictionary.entry(*key), access="ro"))
+            dictionary.set(*key, value)
 
     def holds_set_points(self, dictionary: ObjectDictionary) -> bool:
         """Whether the drive ignores set-points as it is set now."""
@@ -87,6 +97,14 @@ class Quirks:
 
 
 STANDARD = Quirks()
+
+
+def _take_slots(dictionary: ObjectDictionary, mapping: int, slots: int) -> None:
+    """Leave a PDO so many entries."""
+    if slots < MOST_SLOTS:
+        for subindex in range(slots + 1, MOST_SLOTS + 1):
+            dictionary.remove_entry(mapping, subindex)
+        dictionary.set(mapping, 0, min(dictionary.integer(mapping, 0), slots))
 
 
 def _add_tpdo(dictionary: ObjectDictionary, number: int, node: int) -> None:
@@ -111,7 +129,15 @@ KINDS: dict[str, Quirks] = {
     "immediate_rpdos": Quirks(rpdo_types=(255, 254)),
     "no_interpolation_period": Quirks(absent=(0x60C2,)),
     "no_heartbeat_consumer": Quirks(absent=(0x1016,)),
+    "node_guarding_only": Quirks(absent=(0x1016,), absent_entries=((0x1400, 5),)),
+    "period_fixed": Quirks(read_only=(((0x60C2, 1), 40), ((0x60C2, 2), -4))),
+    "period_power_fixed": Quirks(read_only=(((0x60C2, 2), -4),)),
+    "period_fixed_when_enabled": Quirks(period_fixed_when_enabled=True),
+    "mode_fixed": Quirks(read_only=(((0x6060, 0), 8), ((0x6061, 0), 8))),
+    "rpdo_type_fixed": Quirks(read_only=(((0x1400, 2), 240),)),
+    "abort_option_fixed": Quirks(read_only=(((0x6007, 0), 2),)),
     "no_torque": Quirks(absent=(0x6077,)),
+    "one_rpdo_slot": Quirks(rpdo_slots=1),
     "one_slot": Quirks(tpdo_slots=1, tpdos=4),
     "eight_tpdos": Quirks(tpdos=8),
     "interpolated_only": Quirks(modes=1 << 6),
@@ -121,6 +147,7 @@ KINDS: dict[str, Quirks] = {
     "absent_06040043": Quirks(absent=(0x6007, 0x605A), absent_code=0x0604_0043),
     "unsized": Quirks(unsized=True),
     "needs_sync_period": Quirks(needs_sync_period=True),
+    "late_tpdos": Quirks(tpdo_delay=0.003),
     "locked": Quirks(unlock=(0x2F00, 1)),
     "warns_when_enabled": Quirks(warning=0xFF01),
     "negated_home": Quirks(negated_home=True),

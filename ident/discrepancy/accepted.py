@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
-from ident.discrepancy.decision import Choice
-from ident.discrepancy.library import Trial
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Candidate
-from ident.discrepancy.scoring import Score
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import confused_with
 from robots.arrays import BoolArray, FloatArray
@@ -29,8 +27,7 @@ class Accepted:
     Attributes:
         robot: the arm.
         component: family, place and shape.
-        choice: of the step that chose it.
-        position: among the effects that were chosen together there.
+        basis: what it was settled for on.
         placed: the effect with its shape.
         linear, linear_sigma, shape_sigma: its parameters and their deviations.
         seen: which of its parameters the data show.
@@ -38,8 +35,7 @@ class Accepted:
 
     robot: Robot
     component: Component
-    choice: Choice
-    position: int
+    basis: Basis
     placed: PlacedEffect
     linear: FloatArray
     linear_sigma: FloatArray
@@ -47,16 +43,13 @@ class Accepted:
     seen: BoolArray
 
     @classmethod
-    def of(
-        cls, robot: Robot, component: Component, choice: Choice, position: int, refined: Refined, index: int
-    ) -> Accepted:
+    def of(cls, robot: Robot, component: Component, basis: Basis, refined: Refined, index: int) -> Accepted:
         """An effect with the sizes of a fit.
 
         Args:
             robot: see above.
             component: as it was chosen.
-            choice: see above.
-            position: see above.
+            basis: see above.
             refined: of all effects that were fitted together.
             index: of this one among them.
         """
@@ -64,19 +57,13 @@ class Accepted:
         return cls(
             robot,
             Component(component.family, component.place, effect.shape),
-            choice,
-            position,
+            basis,
             effect,
             refined.linear[index],
             refined.linear_sigma[index],
             refined.shape_sigma[index],
             refined.seen[index],
         )
-
-    @property
-    def chosen(self) -> Score:
-        assert self.choice.chosen is not None
-        return self.choice.chosen
 
     @property
     def effect(self) -> str:
@@ -89,11 +76,11 @@ class Accepted:
 
     @property
     def score(self) -> float:
-        return self.chosen.value
+        return self.basis.score
 
     @property
     def indistinguishable_from(self) -> tuple[Candidate, ...]:
-        return alternatives(self.chosen, self.choice.indistinguishable, self.position, self.choice.excess)
+        return self.basis.indistinguishable_from
 
     @property
     def unsure(self) -> str:
@@ -126,42 +113,6 @@ class Accepted:
                 if abs(value - limit) <= _INTERVAL * sigma:
                     return f"{shape.name} is {value:.2g} ± {sigma:.2g}, which may as well be {limit:g}"
         return ""
-
-
-def alternatives(
-    chosen: Score, rivals: Sequence[Score], position: int, excess: float
-) -> tuple[Candidate, ...]:
-    """What one effect of the chosen ones cannot be told from.
-
-    An effect that stands in a rival set, too, is not in doubt there: only what the two sets differ in is.
-
-    Args:
-        chosen: the effects that were chosen together.
-        rivals: sets that the data cannot tell from them, best first.
-        position: of the effect among the chosen ones.
-        excess: residual sum of squares beyond noise.
-    """
-    own, kept = chosen.trials[position].key, {trial.key for trial in chosen.trials}
-    found: dict[str, Candidate] = {}
-    for rival in rivals:
-        if own in {trial.key for trial in rival.trials}:
-            continue
-        others = tuple(trial for trial in rival.trials if trial.key not in kept)
-        candidate = candidate_of(rival, excess, others)
-        found.setdefault(candidate.words(), candidate)
-    return tuple(found.values())
-
-
-def candidate_of(score: Score, excess: float, shown: Sequence[Trial] | None = None) -> Candidate:
-    """An entry of a ranking, from 1; of the trials that are shown, where not all are."""
-    trials = score.trials if shown is None else shown
-    return Candidate(
-        tuple(trial.family.name for trial in trials),
-        tuple(tuple(joint + 1 for joint in trial.place.joints) for trial in trials),
-        score.value,
-        score.gain / excess if excess > 0 else 0.0,
-        tuple(trial.effect for trial in trials),
-    )
 
 
 def confusable_with_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
 from ident.discrepancy.decision import Choice
 from ident.discrepancy.prepared_recording import PreparedRecording
@@ -52,7 +53,7 @@ class Course:
         start, robot = len(self.findings), self.first.base.model.robot
         components = [Component.of(trial) for trial in chosen.trials]
         refined = refine(self.step.examination, components, self.step.present)
-        new = [Accepted.of(robot, one, choice, k, refined, k) for k, one in enumerate(components)]
+        new = [Accepted.of(robot, one, Basis.of(choice, k), refined, k) for k, one in enumerate(components)]
         if self.reversing is not None:
             self.findings += new
             self.step = self._extended(self.step, refined)
@@ -61,6 +62,13 @@ class Course:
         for one in self.findings[start:]:
             _log.info("found %s at %s", one.effect, one.placed.place)
 
+    def take(self, components: Sequence[Component], bases: Sequence[Basis]) -> None:
+        """Fit what another search has found, all of it together, and go on with a model that has it."""
+        refined = refit(self.first.examination, components, self.first.present)
+        robot = self.first.base.model.robot
+        pairs = enumerate(zip(components, bases, strict=True))
+        self._fit_together([Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs], refined)
+
     def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:
         """A model with effects that the moving arm shows, each fitted beside all others."""
         if refined is None:
@@ -68,8 +76,7 @@ class Course:
             refined = refit(self.first.examination, components, self.first.present)
         robot = self.first.base.model.robot
         self.findings = [
-            Accepted.of(robot, one.component, one.choice, one.position, refined, k)
-            for k, one in enumerate(accepted)
+            Accepted.of(robot, one.component, one.basis, refined, k) for k, one in enumerate(accepted)
         ]
         self.step = self.moving = self._extended(self.first, refined)
 

@@ -45,6 +45,8 @@ class Candidate:
     """Share of the residual beyond noise that it explains on the fitted rows."""
     placed: tuple[PlacedEffect, ...] = field(default=(), repr=False, compare=False)
     """The effects with their shapes, as they were scored."""
+    probability: float | None = None
+    """Of the name at its place; None where the search gives none."""
 
     def words(self) -> str:
         places = map(joint_words, self.joints)
@@ -76,6 +78,8 @@ class Finding:
     placed: PlacedEffect
     binned_residual: BinnedResidual
     ranking: tuple[Candidate, ...] = ()
+    probability: float | None = None
+    """Of the name at its place; None where the search gives none."""
 
     def words(self) -> str:
         """The finding as a sentence."""
@@ -127,7 +131,11 @@ class Diagnosis:
     def nearest(self, joint: int) -> Candidate | None:
         """The best candidate of the ranking that acts on a joint (from 0), alone; None where none scores."""
         return next(
-            (one for one in self.ranking if one.score > 0.0 and one.joints == ((joint + 1,),)),
+            (
+                one
+                for one in self.ranking
+                if (one.score > 0.0 or one.probability is not None) and one.joints == ((joint + 1,),)
+            ),
             None,
         )
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.accepted import Accepted, candidate_of
+from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residual
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions, shown_in_torque
-from ident.discrepancy.decision import Choice
 from ident.discrepancy.gap import (
     Gap,
     LoopGap,
@@ -23,14 +22,11 @@ from ident.discrepancy.gap import (
 from ident.discrepancy.loop_examination import loop_gap
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.residual_dependence import residual_dependences
-from ident.discrepancy.results import Candidate, Finding, FoundParameter
+from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
-
-_RANKED = 12
-"""Candidates that a ranking lists."""
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
@@ -97,7 +93,7 @@ class Validation:
             whole: the final model.
             loops: both in closed loop.
         """
-        choice = accepted.choice
+        basis = accepted.basis
         gap, torque = self._compared(without, whole)
         return Finding(
             effect=accepted.effect,
@@ -105,17 +101,18 @@ class Validation:
             scope=accepted.placed.place.scope,
             joints=accepted.joints,
             parameters=_parameters(accepted),
-            p_value=choice.p_value,
-            score=accepted.score,
-            threshold=choice.threshold,
+            p_value=basis.p_value,
+            score=basis.score,
+            threshold=basis.threshold,
             held_out_gain=gap.closed or 0.0,
             indistinguishable_from=accepted.indistinguishable_from,
             mode="refit" if whole.prior is None else "prior",
             gap=gap,
-            confirmation=Confirmation(torque, self._shown_in_loop(*loops), accepted.unsure),
+            confirmation=Confirmation(torque, self.shown_in_loop(*loops), basis.doubt or accepted.unsure),
             placed=accepted.placed,
             binned_residual=self._binned_residual(without, whole),
-            ranking=ranking_of(choice),
+            ranking=basis.ranking,
+            probability=basis.probability,
         )
 
     def _compared(self, before: Step, after: Step) -> tuple[Gap, Shown]:
@@ -136,7 +133,8 @@ class Validation:
         """Per piece, rows × joints."""
         return [piece.thin(torque_residual(step.base, step.shown, piece)) for piece in self.prepared]
 
-    def _shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
+    def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
+        """Of what the one model changes of the other's simulated positions, the share that is there."""
         if without[0] is None or whole[0] is None:
             return None
         floor = position_floor(self.prepared)
@@ -149,11 +147,6 @@ class Validation:
         torques = [piece.torque - residual for piece, residual in zip(self.prepared, first, strict=True)]
         places = residual_dependences(self.prepared, first, torques)
         return binned_residual(self.prepared, first, last, torques, places)
-
-
-def ranking_of(choice: Choice) -> tuple[Candidate, ...]:
-    """The best candidates of one step of the search."""
-    return tuple(candidate_of(score, choice.excess) for score in choice.ranking[:_RANKED])
 
 
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:

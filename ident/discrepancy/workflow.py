@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.discrepancy.accepted import Accepted, confusable_with_found, joints_not_told
 from ident.discrepancy.align import aligned, lag_is_known
+from ident.discrepancy.basis import ranking_of
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.gap import torque_residual
@@ -16,13 +17,13 @@ from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import ResidualDependence, residual_dependences
-from ident.discrepancy.results import Diagnosis
+from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
 from ident.discrepancy.step import Step
 from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
-from ident.discrepancy.validation import Validation, ranking_of
+from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import Left, description, verdict_of
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import UNNAMED_FAMILIES
@@ -36,11 +37,11 @@ _log = logging.getLogger(__name__)
 _UNNAMED = tuple(family.name for family in UNNAMED_FAMILIES)
 
 
-def _silent(step: str, share: float) -> None:
+def silent(step: str, share: float) -> None:
     """Nobody watches."""
 
 
-def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
+def diagnose(question: Question, progress: Progress = silent) -> Diagnosis:
     """Find, name and add what the model lacks.
 
     Raises:
@@ -48,28 +49,24 @@ def diagnose(question: Question, progress: Progress = _silent) -> Diagnosis:
     """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
-    progress("filter", 0.0)
-    robot = searching(question.robot, question.fit[0])
-    model = question.model or RegressorModel.of(robot)
-    robot = aligned(RegressorModel(robot, model.effects), prepared_recordings(robot, question.fit))
-    prepared = prepared_recordings(robot, question.fit)
-    base = base_parameters(RegressorModel(robot, model.effects))
-    prior = question.prior(base) if question.prior else None
-    search = _Search(question, Step.of(base, prepared, prior), prepared, progress)
-    return search.run()
+    return Search(question, progress).run()
 
 
-class _Search:
+class Search:
     """One run of the search over the recordings of a question."""
 
-    def __init__(
-        self, question: Question, step: Step, prepared: tuple[PreparedRecording, ...], progress: Progress
-    ) -> None:
+    def __init__(self, question: Question, progress: Progress) -> None:
+        progress("filter", 0.0)
+        robot = searching(question.robot, question.fit[0])
+        model = question.model or RegressorModel.of(robot)
+        robot = aligned(RegressorModel(robot, model.effects), prepared_recordings(robot, question.fit))
+        prepared = prepared_recordings(robot, question.fit)
+        base = base_parameters(RegressorModel(robot, model.effects))
+        step = Step.of(base, prepared, question.prior(base) if question.prior else None)
         self.question = question
         self.course = Course.begun(prepared, step)
         self.prepared = prepared
         self.progress = progress
-        robot = step.base.model.robot
         self.validation = prepared_recordings(robot, question.validation)
         self.settled: set[int] = set()
         """Joints on which nothing more is looked for."""
@@ -77,6 +74,8 @@ class _Search:
         """Effects and joints that are no further effect beside what was found there."""
         self.unnamed = ""
         """What the residual is, where an unnamed family explains it."""
+        self.choice: Choice | None = None
+        """Of the last step in motion."""
 
     @property
     def step(self) -> Step:
@@ -92,11 +91,19 @@ class _Search:
 
     def run(self) -> Diagnosis:
         """Search, name, add; again and again."""
-        choice = self._search(self._families(), self.question.settings.most)
+        self._search_in_motion()
         if self._at_reversals():
             self._search_at_reversals()
         self.progress("gap", 0.95)
-        return self._answer(choice)
+        return self._answer()
+
+    def _search_in_motion(self) -> None:
+        """What the moving arm shows."""
+        self.choice = self._search(self._families(), self.question.settings.most)
+
+    def _ranking(self) -> tuple[Candidate, ...]:
+        """Candidates beside the final model, best first."""
+        return () if self.choice is None else ranking_of(self.choice)
 
     def _at_reversals(self) -> bool:
         """Whether to look there: not where it is something else, without a name or without repeats."""
@@ -231,7 +238,7 @@ class _Search:
         beside = [finding.score for finding in self.findings if joints & set(finding.joints)]
         return bool(beside) and chosen.gain < self.question.settings.form_share * max(beside)
 
-    def _answer(self, choice: Choice | None) -> Diagnosis:
+    def _answer(self) -> Diagnosis:
         validation = Validation(self.validation, self.first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
         examination = self.step.examination
@@ -240,7 +247,7 @@ class _Search:
             self._dependences(),
             not_repeating,
             self.unnamed,
-            choice is not None and self._more_than_clean(),
+            self._more_in_motion(),
             validation.unexplained(self.step),
             self.first.base.model.robot.identification.torque_margin,
         )
@@ -250,7 +257,7 @@ class _Search:
             verdict=verdict,
             findings=tuple(findings),
             rejected=tuple(rejected),
-            ranking=() if choice is None else ranking_of(choice),
+            ranking=self._ranking(),
             unexplained=left.unexplained,
             description=description(verdict, left),
             dependences=left.dependences,
@@ -265,6 +272,10 @@ class _Search:
             covariance=examination.covariance,
             examinations=(self.first.examination, examination),
         )
+
+    def _more_in_motion(self) -> bool:
+        """Whether the moving arm shows more than noise and the usual misfit."""
+        return self.choice is not None and self._more_than_clean()
 
     def _more_than_clean(self) -> bool:
         """Whether the present model leaves more than the misfit threshold, though it has no name."""

@@ -257,7 +257,7 @@ class EffectFamily(Protocol):
 
     @property
     def further(self) -> tuple[EffectFamily, ...]:
-        """Forms that the search by evidence alone asks for; no model file holds them."""
+        """Forms that the search by evidence alone asks for."""
         ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:

@@ -95,6 +95,23 @@ def _asymmetric(
     return Parameters(symbols, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
+def _asymmetric_dry(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Half the difference of dry friction alone."""
+    row, sign = drive_row(robot, place), friction_sign(robot)
+
+    def law(state: State) -> FloatArray:
+        return along(row, np.abs(sign(state.velocity @ row)))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        halves = [FrictionTorque(row, direction * values[0] * row, sign, direction) for direction in (1, -1)]
+        return SimulatedParts(friction=tuple(halves))
+
+    scale = (0.3 * dry_friction(robot, place),)
+    return Parameters(("dFc",), (torque_unit(robot, place),), (ANY,), scale), law, parts
+
+
 def _rotor_inertia(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
@@ -156,6 +173,14 @@ COULOMB_FRICTION = Family(
     equation="Fc·sign(q̇)",
     row=20,
 )
+ASYMMETRIC_DRY_FRICTION = Family(
+    "asymmetric_friction",
+    "dry friction that differs between the two directions of motion",
+    "drive",
+    each_drive,
+    _asymmetric_dry,
+    equation="dFc·|sign(q̇)|",
+)
 ASYMMETRIC_FRICTION = Family(
     "asymmetric_friction",
     "friction that differs between the two directions of motion",
@@ -163,6 +188,7 @@ ASYMMETRIC_FRICTION = Family(
     each_drive,
     _asymmetric,
     confused_with=("current_offset",),
+    further=(ASYMMETRIC_DRY_FRICTION,),
     settled_by="run the joint at one constant speed both ways: the torques differ",
     told_from={
         "current_offset": (

@@ -30,6 +30,7 @@ from drivers import ArmSession, Channel, Samples, listen_for_traffic, open_bus
 from drivers.bus.bus_lock import BusLock
 from drivers.simulated import PlantTruth, Scenario, open_seal, simulate_offline
 from robots import Robot
+from tests.drivers.setup.test_eds import fixed
 
 EDS = Path(__file__).parents[1] / "drivers" / "setup" / "eds"
 
@@ -192,14 +193,21 @@ def test_a_full_bus_fails_with_the_cycle_that_is_safe(tx40: Robot, channel: Chan
     assert (found.status, found.remedy) == ("failed", "set bus.cycle_time to 0.003 s or more")
 
 
-def test_device_files_are_read(tx40: Robot) -> None:
-    def with_file(robot: Robot, name: str) -> Robot:
+def test_device_files_are_read(tx40: Robot, tmp_path: Path) -> None:
+    def with_file(robot: Robot, name: str | Path) -> Robot:
         return robot.model_copy(
             update={"drive": tuple(d.model_copy(update={"eds": str(EDS / name)}) for d in robot.drive)}
         )
 
     assert device_file_checks(tx40) == []
-    shared = device_file_checks(with_file(tx40, "prbt_like.dcf"))
+    own = device_file_checks(with_file(tx40, "prbt_like.dcf"))
+    everybody = "device file of joint_1, joint_2, joint_3, joint_4, joint_5, joint_6"
+    shared_words = [check for check in own if check.name == everybody]
+    assert shared_words and {check.status for check in shared_words} == {"warning"}
+    assert len({(check.status, check.detail) for check in own}) == len(own), "said once"
+    assert all("; 6" not in check.detail for check in own if check.status != "ok"), "one line for each"
+    assert not any(check.name == "COB-IDs" for check in own)
+    shared = device_file_checks(with_file(tx40, fixed(tmp_path)))
     assert shared[-1].name == "COB-IDs" and "0x183" in shared[-1].detail
     missing = device_file_checks(with_file(tx40, "nothing.eds"))
     assert {check.status for check in missing} == {"failed"} and len(missing) == 6

@@ -63,6 +63,7 @@ def test_a_covariance_of_flipped_bits_is_one_line(tmp_path: Path) -> None:
         ("UPDATE arms SET serials = '5' WHERE id = 1", r"^catalogue \S+: holds a value that no armhil wrote"),
         ("UPDATE runs SET started = x'ff00'", r"^catalogue \S+: holds a value that no armhil wrote"),
         ("UPDATE schema_version SET version = 'four'", 'has version "four", which no armhil wrote'),
+        (f"UPDATE models SET gates = '{'[' * 5000}'", r"^catalogue \S+: holds a value that no armhil wrote"),
         ("UPDATE schema_version SET version = 0", "has version 0, which no armhil wrote"),
         ("ALTER TABLE runs RENAME COLUMN kind TO kinds", "no such column: runs.kind"),
     ],

@@ -35,9 +35,9 @@ def arm(**changes: Any) -> Robot:
 
 
 @contextmanager
-def slaves(program: str, device: str, nodes: range) -> Iterator[list[subprocess.Popen[bytes]]]:
+def slaves(program: str, device: str, nodes: range, *more: str) -> Iterator[list[subprocess.Popen[bytes]]]:
     """The slaves, each a process of its own."""
-    running = [subprocess.Popen([program, device, str(node)]) for node in nodes]
+    running = [subprocess.Popen([program, device, str(node), *more]) for node in nodes]
     try:
         yield running
     finally:

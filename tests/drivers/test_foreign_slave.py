@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -20,10 +21,11 @@ from tests.drivers.test_vcan import HOW_TO_GET_ONE, ROOT, TOOL, own_device
 
 SOURCE = Path(__file__).parent / "foreign_slave"
 PROGRAM = Path(__file__).parent / "foreign_drives.py"
-TO_BUILD, TO_RUN = 420, 240
-"""s; the build takes one minute on two idle processors."""
+COMMISSIONING = Path(__file__).parent / "foreign_commissioning.py"
+TO_BUILD, TO_RUN, TO_COMMISSION = 420, 240, 600
+"""s; the build takes one minute on two idle processors, commissioning two, in virtual time."""
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(TO_BUILD + TO_RUN + 60)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(TO_BUILD + TO_COMMISSION + 60)]
 
 
 def cargo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
@@ -50,25 +52,46 @@ def slave(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "target" / "release" / "foreign_slave"
 
 
-@pytest.fixture(scope="module")
-def told(slave: Path) -> dict[str, Any]:
-    """What the program of the master says of all six."""
+def under_the_master(program: Path, seconds: int, slave: Path, *words: str, virtual: bool) -> dict[str, Any]:
+    """What a program of the master says of six slaves on a CAN device of this machine or of another kernel.
+
+    Args:
+        program: which.
+        seconds: it may take.
+        slave: of one drive.
+        words: for the program, after device and slave.
+        virtual: whether time may be virtual, where the kernel is another one.
+    """
     device, before = own_device(), list[str]()
     if device is None and TOOL.is_file() and os.geteuid() == 0:
-        device, before = "vcan0", [str(TOOL), "-t", str(TO_RUN), "--"]
+        options = ["-v"] if virtual else []
+        device, before = "vcan0", [str(TOOL), *options, "-t", str(seconds), "--"]
     if device is None:
         pytest.skip(HOW_TO_GET_ONE)
     done = subprocess.run(
-        [*before, sys.executable, str(PROGRAM), device, str(slave)],
+        [*before, sys.executable, str(program), device, str(slave), *words],
         env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
-        timeout=TO_RUN,
+        timeout=seconds,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     answer: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
     return answer
+
+
+@pytest.fixture(scope="module")
+def told(slave: Path) -> dict[str, Any]:
+    """What the master says of drives without an arm."""
+    return under_the_master(PROGRAM, TO_RUN, slave, virtual=False)
+
+
+@pytest.fixture(scope="module")
+def commissioned(slave: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the commands say of drives with an arm behind them."""
+    folder = tmp_path_factory.mktemp("commissioned")
+    return under_the_master(COMMISSIONING, TO_COMMISSION, slave, str(folder), virtual=True)
 
 
 def test_a_scan_finds_them_and_a_wrong_description_is_refused(told: dict[str, Any]) -> None:
@@ -95,3 +118,42 @@ def test_a_run_is_whole_and_a_killed_drive_ends_the_next(told: dict[str, Any]) -
         killed["outcome"] == "aborted" and "no TPDO from drive of joint joint_4 (node 4)" in killed["reason"]
     )
     assert "NOT KNOWN to be at rest" in killed["ending"] and "joint_4 (node 4)" in killed["ending"]
+
+
+def test_an_arm_of_foreign_drives_is_commissioned(commissioned: dict[str, Any]) -> None:
+    """Units, direction and gravity of each joint differ; the arm is the slaves' own."""
+    bus = {check["name"]: check["status"] for check in commissioned["doctor"]["json"]["checks"]}
+    assert bus["bus"] == bus["bus load"] == "ok"
+    assert commissioned["locked"]["code"] == 2
+    assert "has not been commissioned" in commissioned["locked"]["told"][-1]
+    assert commissioned["home"]["json"]["posture"] == pytest.approx([0, 0, 1.5707, 0, 0.5, 0], abs=2e-5)
+    done = commissioned["commission"]
+    assert done["code"] == 0, done["told"]
+    stages = [stage["stage"] for stage in done["json"]["done"]]
+    assert stages == [
+        "plan",
+        "check",
+        "first move",
+        "approach",
+        "warm-up",
+        "slow run",
+        "full run",
+        "return",
+    ]
+
+
+def test_it_is_driven_and_a_killed_drive_ends_the_run(commissioned: dict[str, Any]) -> None:
+    run, killed, after = (commissioned[name] for name in ("run", "killed", "after"))
+    assert run["code"] == 0, run["told"]
+    assert (run["json"]["outcome"], run["json"]["incomplete_cycles"]) == ("completed", 0)
+    assert killed["code"] == 2
+    assert "no TPDO from drive of joint joint_4 (node 4)" in killed["told"][-1]
+    assert "NOT KNOWN to be at rest and without torque: drive of joint joint_4" in killed["told"][-1]
+    assert after["code"] == 2 and "(node 4): reading 6041:00: no answer" in after["told"][-1]
+
+
+def test_a_load_that_nobody_described_is_felt_at_rest(commissioned: dict[str, Any]) -> None:
+    """20 kg at the tool, under the same description: nothing has moved yet."""
+    done = commissioned["loaded"]
+    assert done["code"] == 2
+    assert re.search(r"stage first move: joint_[23]: at rest it holds .*described gravity", done["told"][-1])

@@ -1,10 +1,11 @@
 """The search by evidence: one model of the data, its evidence for every set of effects, names with
-probabilities. It runs beside the search by rules until it is shown to be better.
+probabilities.
 """
 
 from __future__ import annotations
 
 from ident.discrepancy.by_evidence.accepted import prior_by_evidence
+from ident.discrepancy.by_evidence.diagnosis import diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
@@ -19,5 +20,6 @@ __all__ = [
     "EvidenceVerdict",
     "JointMisfit",
     "diagnose_by_evidence",
+    "diagnose_with_evidence",
     "prior_by_evidence",
 ]

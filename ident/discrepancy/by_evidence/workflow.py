@@ -10,7 +10,15 @@ from scipy.special import expit
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, Slot, of_nothing, slot
+from ident.discrepancy.by_evidence.decide.names import (
+    NOTHING,
+    Key,
+    Named,
+    Slot,
+    of_nothing,
+    simplified,
+    slot,
+)
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
@@ -43,13 +51,14 @@ def _silent(step: str, share: float) -> None:
 
 
 def diagnose_by_evidence(
-    question: Question, progress: Callable[[str, float], None] = _silent
+    question: Question, progress: Callable[[str, float], None] = _silent, simulated: bool = True
 ) -> EvidenceAnswer:
     """Find and name what the model lacks, with probabilities.
 
     Args:
         question: recordings, model and prior; its settings are those of the rules and not read.
         progress: told of each step.
+        simulated: whether gate 1 is asked of an arm that is otherwise clean.
 
     Raises:
         IdentificationError: recordings that do not fit the arm, or that determine too little.
@@ -60,7 +69,7 @@ def diagnose_by_evidence(
     problem = posed(question)
     wanted = candidates(problem.prepared.robot, question.families)
     search = Search(problem, wanted, progress)
-    searched = search.run()
+    searched = simplified(search, search.run())
     problem = search.problem
     progress("validation", 0.95)
     held = HeldOut.of(problem, prepare(problem.prepared.robot, question.validation))
@@ -70,13 +79,14 @@ def diagnose_by_evidence(
     joints = _joints(problem, searched, held, beside)
     nothing = next(one.probability for one in ranking if one.name == NOTHING[0])
     verdict, rejected = verdict_of(findings, nothing, joints), None
-    if verdict == "clean":
+    if verdict == "clean" and simulated:
         rejected = _gate_one_rejects(question, problem)
         verdict = "unnamed" if rejected else "clean"
     return EvidenceAnswer(
         verdict=verdict,
         findings=findings,
         ranking=ranking,
+        beside=tuple(_against_nothing(one) for one in _likeliest_forms(beside)),
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
         nameable=sizes_beside(
             problem, searched.found, searched.present, question.fit, wanted, lag_is_known(question.robot)
@@ -128,34 +138,36 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
     theta, covariance = found.theta(number)
     placed = member.entry.placed
     units = tuple(shape.unit for shape in member.candidate.shapes)
-    joints = joints_of(member)
-    above, misfit = above_accepted(search.problem, found), misfit_of(search.problem, found)
+    sizes = _sizes(search.problem, found, number)
+    joint = max(joints_of(member), key=lambda j: float(sizes[j]))
     return EvidenceFinding(
         placed=placed,
         names=names.names,
         parameters=parameters_of(placed, units, theta, np.sqrt(np.diag(covariance))),
         confirmation=held.confirmation(found, number, without),
-        explains=_explained(search.problem, found, number),
-        left=max((float(misfit[j]) for j in joints if above[j] > 0.5), default=0.0),
-        shrinks=_shrinks(search.problem, searched, held, number),
+        explains=float(sizes[joint]),
+        left=_left(search.problem, found, joint),
+        shrinks=_shrinks(searched, held, joint),
     )
 
 
-def _shrinks(problem: Problem, searched: Searched, held: HeldOut, number: int) -> bool:
-    """Whether the set leaves less than the model without any effect where a member is largest."""
-    sizes = _sizes(problem, searched.found, number)
-    joint = max(joints_of(searched.found.members[number]), key=lambda j: float(sizes[j]))
+def _left(problem: Problem, found: Found, joint: int) -> float:
+    """Misfit of a joint, N·m (or N): what is accepted, or what is there where that is more.
+
+    What explains less than an arm leaves that nothing has happened to is not told from that.
+    """
+    accepted = float(problem.misfit.accepted[joint])
+    above = above_accepted(problem, found)[joint]
+    return max(float(misfit_of(problem, found)[joint]), accepted) if above > 0.5 else accepted
+
+
+def _shrinks(searched: Searched, held: HeldOut, joint: int) -> bool:
+    """Whether at a joint the set leaves less than the model without any effect."""
     used = held.rows.prepared.used[:, joint]
     before, after = (
         float(np.sum(held.residual(found)[used, joint] ** 2)) for found in (searched.empty, searched.found)
     )
     return after < before
-
-
-def _explained(problem: Problem, found: Found, number: int) -> float:
-    """Root mean square of a member's torque, N·m (or N), at the joint of its own where it is largest."""
-    sizes = _sizes(problem, found, number)
-    return float(max(sizes[j] for j in joints_of(found.members[number])))
 
 
 def _sizes(problem: Problem, found: Found, number: int) -> FloatArray:
@@ -196,13 +208,25 @@ def misfit_of(problem: Problem, found: Found) -> FloatArray:
     return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
 
 
+def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:
+    """Of each name at each place the likeliest form; the order is kept."""
+    best: dict[Key, Screened] = {}
+    for one in beside:
+        best.setdefault(one.candidate.key, one)
+    return list(best.values())
+
+
+def _against_nothing(one: Screened) -> Named:
+    return Named(*one.candidate.key, float(expit(one.log_odds)), one.best.entry.placed, one.log_odds)
+
+
 def _nearest(joint: int, beside: Sequence[Screened]) -> Named | None:
     """The likeliest name that acts at a joint alone, or at least there, with its odds against nothing."""
     here = [one for one in beside if joint in (one.candidate.place.joints or one.best.entry.white.at)]
     if not here:
         return None
     best = max(here, key=lambda one: one.log_odds)
-    return Named(*best.candidate.key, float(expit(best.log_odds)))
+    return _against_nothing(best)
 
 
 def _joints(

@@ -114,7 +114,7 @@ def test_a_diagnosis_is_written_before_a_motion_is_planned(
     monkeypatch.setattr(module, "diagnose", in_doubt)
     monkeypatch.setattr(module, "tell_apart", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_diagnose(emps(shared_data, out=tmp_path / "why"), Silent())
+        run_diagnose(emps(shared_data, out=tmp_path / "why", search="rules"), Silent())
     content = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
     assert content["verdict"] == "ambiguous"
     assert {path.name for path in (tmp_path / "why").iterdir()} == {
@@ -139,6 +139,7 @@ def test_what_is_not_confirmed_is_never_called_named(
         paths=[shared_data / "emps" / "DATA_EMPS.mat"],
         robot="emps",
         split_half=True,
+        search="rules",
         out=out,
         no_catalogue=True,
         as_json=True,

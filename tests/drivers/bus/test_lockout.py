@@ -250,6 +250,21 @@ def test_hardware_that_was_given_the_name_of_a_virtual_bus_has_notes_all_the_sam
     assert not vcan0.only_simulated and Lockout(vcan0).reason is not None
 
 
+def test_a_place_that_depends_on_where_one_stands_is_none(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two programs in two folders would not find each other's notes."""
+    for name in ("state", "~/state", "../state"):
+        monkeypatch.setenv("ARMHIL_STATE", name)
+        for look in (Lockout(CAN0).begin, lambda: Lockout(CAN0).reason, lambda: BusLock(CAN0)):
+            with pytest.raises((BusError, DriveError), match="allowed: a path that begins with /"):
+                look()
+    monkeypatch.delenv("ARMHIL_STATE")
+    monkeypatch.setenv("XDG_STATE_HOME", "state")
+    monkeypatch.setenv("HOME", str(machine / "home"))
+    assert state_folder.places()[-1] == machine / "home" / ".local" / "state" / "armhil"
+
+
 def test_two_users_do_not_have_one_bus(machine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first can write nowhere but in a place that the second would not have chosen."""
     code = (

@@ -56,6 +56,16 @@ SAYS = {
     "needs_sync_period": {("info", "1006", "0: where set-points turn out to be ignored, a profile with")},
     "locked": set(),
     "warns_when_enabled": set(),
+    "fixed_cob_ids_four_tpdos": {("info", "1800", "the COB-ID is fixed, 0x181: used as it is")},
+    "node_guarding_only": {("refusal", "1016", "no heartbeat consumer (absent) and no RPDO deadline")},
+    "one_rpdo_slot": {("refusal", "PDO", "no RPDO can carry 6040:00 and 607A:00 alone")},
+    "abort_option_fixed": {("info", "6007", "the drive takes no fault as abort option, it has 2 now")},
+    "period_fixed": set(),
+    "period_power_fixed": set(),
+    "period_fixed_when_enabled": set(),
+    "mode_fixed": set(),
+    "rpdo_type_fixed": set(),
+    "late_tpdos": set(),
 }
 """By kind: severity, object, and some of the words; no file shows what the kinds without a word do."""
 

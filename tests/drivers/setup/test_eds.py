@@ -69,8 +69,21 @@ def test_the_simulated_drives_own_file_has_nothing_to_report() -> None:
     assert file.objects[0x6041, 0].mappable
 
 
-def test_one_dcf_in_two_nodes_makes_them_share_an_id(prbt: DeviceFile) -> None:
-    again = read_device_file(FOLDER / "prbt_like.dcf", 4)
+def fixed(folder: Path) -> Path:
+    """The same file of a drive whose first TPDO keeps its COB-ID."""
+    text = (FOLDER / "prbt_like.dcf").read_text("utf-8")
+    head, _, rest = text.partition("[1800sub1]")
+    path = folder / "fixed.dcf"
+    path.write_text(head + "[1800sub1]" + rest.replace("AccessType=rw", "AccessType=ro", 1), "utf-8")
+    return path
+
+
+def test_a_cob_id_that_the_set_up_writes_is_not_shared(prbt: DeviceFile) -> None:
+    assert prbt.transmitted_cob_ids() == {0x083: "1014"}
+
+
+def test_one_dcf_in_two_nodes_makes_them_share_an_id(tmp_path: Path) -> None:
+    prbt, again = (read_device_file(fixed(tmp_path), node) for node in (3, 4))
     assert again.transmitted_cob_ids() == {0x183: "1800", 0x084: "1014"}
     refuse_shared_cob_ids({"drive 3": prbt.transmitted_cob_ids()})
     with pytest.raises(DriveError, match="drive 4: 1800 holds COB-ID 0x183, as drive 3 does"):

@@ -133,7 +133,7 @@ def test_a_heartbeat_time_that_cannot_be_written_is_used(tx40: Robot, tmp_path: 
     ("values", "message"),
     [
         (
-            {"x60C2sub1_AccessType": "ro"},
+            {"x60C2sub1_AccessType": "ro", "x60C2sub1_DefaultValue": "2"},
             "writing 0x4 to 60C2:01: the drive refuses: the object cannot be written",
         ),
         ({"x6064_PDOMapping": "0"}, "no TPDO has room for 6064:00"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import robots
 from drivers import ArmSession, Channel, DriveError
 from drivers.cyclic.cycle import receive_seconds
 from drivers.setup.profiles import choose_profile, known_profiles
@@ -37,10 +39,17 @@ FINE = {
     "absent_06010000": "6007: absent",
     "absent_06040043": "6007: absent",
     "unsized": "",
+    "period_fixed": "",
+    "period_power_fixed": "",
+    "mode_fixed": "",
+    "rpdo_type_fixed": "",
+    "abort_option_fixed": "6007: the drive takes no fault as abort option, it has 2 now",
 }
 """Configured without a word in robot.toml; with what is noted."""
 REFUSED = {
     "no_interpolation_period": r"writing 0x4 to 60C2:01: the drive refuses: the object does not exist",
+    "node_guarding_only": r"1016: no heartbeat consumer \(absent\) and no RPDO deadline .* \(node guarding",
+    "one_rpdo_slot": r"no RPDO can carry 6040:00 and 607A:00 alone \(1600: 6040:00\): map one so",
     "no_torque": r"reading 6077:00: the drive refuses: the (object|subindex) does not exist",
     "mode_shown_late": r"mode 8 \(csp\) was set but 6061 shows 0",
 }
@@ -185,7 +194,22 @@ def test_profiles_are_chosen_by_identity_or_by_name() -> None:
     assert all(profile.name == name and profile.summary for name, profile in known_profiles().items())
 
 
-MOVES = ("fixed_cob_ids", "immediate_rpdos", "one_slot", "eight_tpdos", "interpolated_only", "unsized")
+MOVES = (
+    "fixed_cob_ids",
+    "fixed_cob_ids_four_tpdos",
+    "immediate_rpdos",
+    "one_slot",
+    "eight_tpdos",
+    "interpolated_only",
+    "unsized",
+    "period_fixed",
+    "period_power_fixed",
+    "period_fixed_when_enabled",
+    "mode_fixed",
+    "rpdo_type_fixed",
+    "abort_option_fixed",
+    "late_tpdos",
+)
 PLAIN = Profile("own", "")
 MOVES_WITH = {
     **NEEDS,
@@ -194,6 +218,7 @@ MOVES_WITH = {
     "absent_08000000": PLAIN,
     "absent_06010000": PLAIN,
     "absent_06040043": PLAIN,
+    "late_tpdos": Profile("own", "", tpdo_delay=0.003),
 }
 TOLERANCE = np.deg2rad(0.01)
 
@@ -215,10 +240,10 @@ def test_the_motion_is_the_one_that_was_asked_of_the_others_too(
     jogs_by_two_degrees(tx40, arm, new_channel(), kind)
 
 
-def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) -> None:
+def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str, source: str = "tx40") -> None:
     """Drives of a kind, under an arm that is described for them."""
     with (
-        SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
+        SimulatedArm(source, channel, truth=without_dry_friction(tx40), profile=kind),
         ArmSession(arm, channel, allow_jog=True) as session,
     ):
         began = session.actual_position()
@@ -226,6 +251,37 @@ def jogs_by_two_degrees(tx40: Robot, arm: Robot, channel: Channel, kind: str) ->
         assert result.outcome == "completed", result
         moved = session.actual_position() - began
         assert moved == pytest.approx([0, 0, 0, 0, np.deg2rad(2.0), 0], abs=TOLERANCE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [0x6078, 0x6074, 0x2022])
+def test_the_motion_with_the_torque_of_another_object(
+    tx40: Robot, tmp_path: Path, new_channel: Callable[[], Channel], index: int
+) -> None:
+    """Drives without 6077, under an arm that names what they have."""
+    folder = tmp_path / "arm"
+    shutil.copytree(tx40.folder, folder)
+    file = folder / "robot.toml"
+    text = file.read_text("utf-8")
+    file.write_text(text.replace("index = 0x6077", f"index = 0x{index:X}"), "utf-8")
+    jogs_by_two_degrees(tx40, robots.load(folder), new_channel(), "no_torque", str(folder))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["locked", "needs_sync_period", "warns_when_enabled"])
+def test_without_its_profile_nothing_moves_far_and_the_end_is_no_success(
+    tx40: Robot, new_channel: Callable[[], Channel], kind: str
+) -> None:
+    channel = new_channel()
+    with (
+        SimulatedArm("tx40", channel, truth=without_dry_friction(tx40), profile=kind),
+        ArmSession(tx40, channel, allow_jog=True) as session,
+    ):
+        began = session.actual_position()
+        result = session.jog("joint_5", np.deg2rad(2.0))
+        assert result.outcome != "completed" and result.reason
+        moved = np.abs(np.rad2deg(session.actual_position() - began))
+        assert moved.max() < 0.2 and np.delete(moved, 4).max() < 0.01
 
 
 @pytest.mark.parametrize(("codes", "outcome"), [({0xFF01}, "completed"), (set(), "fault")])

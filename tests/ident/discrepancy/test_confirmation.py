@@ -11,9 +11,9 @@ import pytest
 
 import robots
 from ident.discrepancy.accepted import Accepted
+from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
-from ident.discrepancy.scoring import Score
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.discrepancy.verdict import Left, beside_gate, description, verdict_of
 from ident.effects.family import Place
@@ -160,12 +160,10 @@ def accepted(
     place = Place("drive", (1,))
     chosen = shape or tuple(one.grid[0] for one in family.shapes(robot, place))
     effect = family.effect(robot, place, chosen, None)  # type: ignore[arg-type]
-    choice: Any = SimpleNamespace(chosen=Score((), 0.0, 0.0, np.zeros(0)))
     return Accepted(
         robot,
         Component(family, place, chosen),
-        choice,
-        0,
+        Basis(0.0, 100.0, 30.0, (), ()),
         effect,
         np.array(linear),
         np.array(sigma),

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import robots
-from ident.discrepancy.accepted import alternatives
+from ident.discrepancy.basis import alternatives
 from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.decision import _best_pair, _is_limit, _needed, _TieTolerance
 from ident.discrepancy.library import Library, Trial

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import Found
+from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import family_named
 
-NOTHING: tuple[str, tuple[int, ...]] = ("nothing", ())
+Key = tuple[str, tuple[int, ...]]
+"""A name and its joints, from 0."""
+
+NOTHING: Key = ("nothing", ())
+
+_NONE: Mapping[Key, PlacedEffect] = MappingProxyType({})
 
 _FITTED = 4
 """Other candidates whose κ is fitted with them; the rest stay as they were screened."""
@@ -18,14 +27,28 @@ _FITTED = 4
 HELD = 0.95
 """Probability that a reported set holds."""
 
+SURE = 0.9
+"""Probability from which on a name is given, or an arm called clean."""
+
 
 @dataclass(frozen=True)
 class Named:
-    """One possible name at one place, joints from 0, and its probability."""
+    """One possible name at one place, joints from 0, and its probability.
+
+    Attributes:
+        placed: the effect with its likeliest shape; None for nothing.
+        log_odds: against nothing, coarsened, with its prior.
+    """
 
     name: str
     joints: tuple[int, ...]
     probability: float
+    placed: PlacedEffect | None = field(default=None, repr=False, compare=False)
+    log_odds: float = 0.0
+
+    @property
+    def key(self) -> Key:
+        return self.name, self.joints
 
 
 @dataclass(frozen=True)
@@ -63,6 +86,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
     found = searched.found
     own = found.members[number].candidate.key
     odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}
+    forms = {own: found.members[number].entry.placed}
     others = [one for one in screen(search.problem, without, searched.entries) if one.candidate.key != own]
     for rank, one in enumerate(others):
         value = one.log_odds
@@ -70,23 +94,75 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
             replaced = search.replaced(without, one).log_posterior
             value = max(value, replaced - without.log_posterior)
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
-    return Slot(probabilities(odds))
+        forms.setdefault(one.candidate.key, one.best.entry.placed)
+    return Slot(as_limit(probabilities(odds, forms)))
 
 
-def probabilities(odds: dict[tuple[str, tuple[int, ...]], float]) -> tuple[Named, ...]:
-    """Names in the order of their log odds, which become probabilities."""
+def simplified(search: Search, searched: Searched) -> Searched:
+    """A set with the limits of its forms, where these data do not tell the one from the other at 95 %.
+
+    A power of the speed that is next to none is Coulomb friction, whatever its own name.
+    """
+    for number, member in enumerate(searched.found.members):
+        if not member.candidate.family.contains:
+            continue
+        without = search.without(searched.found, number)
+        names = slot(search, searched, number, without)
+        own, kept = member.candidate.key, {one.key for one in names.held}
+        if next(one.probability for one in names.names if one.key == own) >= SURE:
+            continue
+        for one in screen(search.problem, without, searched.entries):
+            name, joints = one.candidate.key
+            if (name, joints) in kept and name in member.candidate.family.contains and joints == own[1]:
+                return simplified(search, replace(searched, found=search.replaced(without, one)))
+    return searched
+
+
+def as_limit(names: tuple[Named, ...]) -> tuple[Named, ...]:
+    """Names of which the likeliest stands for every form that contains it at its place.
+
+    Friction that falls with speed holds Coulomb friction and something more: where these data show Coulomb
+    friction and are even about the rest, it is what they show.
+
+    Args:
+        names: the likeliest first.
+    """
+    first = names[0]
+    if first.key == NOTHING:
+        return names
+    more = [
+        one
+        for one in names[1:]
+        if one.key != NOTHING and one.joints == first.joints and first.name in family_named(one.name).contains
+    ]
+    whole = replace(first, probability=first.probability + sum(one.probability for one in more))
+    return (whole, *(one for one in names[1:] if one not in more))
+
+
+def probabilities(odds: Mapping[Key, float], forms: Mapping[Key, PlacedEffect] = _NONE) -> tuple[Named, ...]:
+    """Names in the order of their log odds, which become probabilities.
+
+    Args:
+        odds: log odds of each against nothing.
+        forms: each with its likeliest shape, where known.
+    """
     keys = sorted(odds, key=lambda key: -odds[key])
     values = np.array([odds[key] for key in keys])
     weights = np.exp(values - values.max())
     weights /= weights.sum()
-    return tuple(Named(*key, float(weight)) for key, weight in zip(keys, weights, strict=True))
+    return tuple(
+        Named(*key, float(weight), forms.get(key), odds[key])
+        for key, weight in zip(keys, weights, strict=True)
+    )
 
 
 def of_nothing(search: Search, searched: Searched) -> tuple[Named, ...]:
     """Names for a first effect of an arm, nothing among them."""
     odds = {NOTHING: 0.0}
+    forms: dict[Key, PlacedEffect] = {}
     for one in screen(search.problem, searched.empty, searched.entries):
         key = one.candidate.key
         visited = search.visited.get(frozenset([key]), -np.inf) - searched.empty.log_posterior
         odds[key] = max(odds.get(key, -np.inf), one.log_odds, visited)
-    return probabilities(odds)
+        forms.setdefault(key, one.best.entry.placed)
+    return probabilities(odds, forms)

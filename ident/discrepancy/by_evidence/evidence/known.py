@@ -66,7 +66,13 @@ def beta_of(prior: Prior | None, start: FloatArray) -> tuple[Beta, FloatArray]:
 def known_columns(
     prepared: Prepared, base: BaseParameters, prior: Prior | None, start: FloatArray, present: Present
 ) -> tuple[Known, Beta]:
-    """Columns of β at each sample's own motion, and of what shifts the channels, at that of other periods.
+    """Columns of β, and of what shifts the channels, the latter at the motion of the other periods.
+
+    What a first fit or the prior expects is taken off at each sample's own motion. Columns of a parameter
+    that has a prior are made of that motion, too. One without a prior is fitted, and noise that moves the arm
+    biases a fit: an effect, whose columns are made of the other periods' motion, would make up for the bias,
+    and a delay as well, since two copies have less noise than one. So its columns are those of the other
+    periods (instruments): they hold its correction alone, and noise in them is small of second order.
 
     Args:
         prepared: the recordings.
@@ -77,7 +83,9 @@ def known_columns(
     """
     beta, precision = beta_of(prior, start)
     regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
-    columns = [regressor @ beta.spread, _lags(prepared, present)]
+    others = np.concatenate([base.columns(part.at_rows) for part in prepared.parts])
+    flat = precision == 0.0
+    columns = [np.where(flat, others, regressor @ beta.spread), _lags(prepared, present)]
     if prior is not None and prior.source == "description":
         columns.append(_gains(prepared, present))
     whole = np.concatenate(columns, axis=2)

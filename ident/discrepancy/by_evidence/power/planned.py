@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.by_evidence.accepted import SPREAD, prior_of
+from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis, pose, usual_misfit
 from ident.discrepancy.by_evidence.decide.state import Found, Member
@@ -19,7 +20,6 @@ from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare, s
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, candidates, library
 from ident.discrepancy.by_evidence.power.smallest import CHANCE, Key, Smallest, smallest_sizes
-from ident.discrepancy.by_evidence.report.answer import SURE
 from ident.discrepancy.prior import Prior
 from ident.effects.family import EffectFamily, PresentModel
 from ident.effects.vocabulary import VOCABULARY

@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import Named, smallest
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, smallest
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
 
 EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
-
-SURE = 0.9
-"""Probability from which on a name is given, or an arm called clean."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +36,7 @@ class EvidenceFinding:
         parameters: values with deviations.
         confirmation: on recordings that were not fitted.
         explains: root mean square of its torque, N·m (or N), at its joints.
-        left: κ of the joint of its own that keeps most of it, N·m (or N); 0 where no joint's misfit is above
-            the accepted one.
+        left: misfit of the joint of its own where it is largest, N·m (or N); the accepted one at least.
         shrinks: whether on recordings that were not fitted the whole set leaves less than the model without
             any effect, at the joint where this one is largest.
     """
@@ -54,6 +50,11 @@ class EvidenceFinding:
     shrinks: bool
 
     @property
+    def key(self) -> Key:
+        """Its name and joints, from 0."""
+        return self.placed.name, self.placed.place.joints
+
+    @property
     def name(self) -> str:
         return self.placed.name
 
@@ -65,8 +66,17 @@ class EvidenceFinding:
     @property
     def probability(self) -> float:
         """Of its name at its place."""
-        key = (self.placed.name, self.placed.place.joints)
-        return sum(one.probability for one in self.names if (one.name, one.joints) == key)
+        return sum(one.probability for one in self.names if one.key == self.key)
+
+    @property
+    def something(self) -> float:
+        """Probability that there is any effect in its place."""
+        return 1.0 - sum(one.probability for one in self.names if one.key == NOTHING)
+
+    @property
+    def log_odds(self) -> float:
+        """Of its name against nothing, coarsened, with its prior."""
+        return next((one.log_odds for one in self.names if one.key == self.key), 0.0)
 
     @property
     def set(self) -> tuple[Named, ...]:
@@ -87,16 +97,27 @@ class EvidenceFinding:
     def named(self) -> bool:
         return self.sure and self.held_up
 
+    @property
+    def doubt(self) -> str:
+        """Why it is not confirmed, in words; empty where it is."""
+        seen = self.confirmation
+        if not seen.confirmed:
+            return (
+                f"recordings that were not fitted show {seen.observed:.0f} nats of it,"
+                f" where {seen.predicted:.0f} ± {seen.deviation:.0f} were to be expected"
+            )
+        if not self.shrinks:
+            return "with all that was found recordings that were not fitted leave more than without any of it"
+        if self.explains <= self.left:
+            return "it explains less than a model leaves at its joint without any change"
+        return ""
+
     def words(self) -> str:
         """As a sentence."""
         what = (
             f"{self.name.replace('_', ' ')} ({joint_words(self.joints)}), probability {self.probability:.2f}"
         )
-        if not self.held_up:
-            return f"{what}; not confirmed: the recordings that were not fitted do not bear it out"
-        if self.explains <= self.left:
-            return f"{what}; more stays unexplained at its joint than it explains"
-        return what
+        return f"{what}; not confirmed: {self.doubt}" if self.doubt else what
 
 
 @dataclass(frozen=True)
@@ -129,6 +150,7 @@ class EvidenceAnswer:
         verdict: of the whole.
         findings: effects of the best set, in the order in which they came.
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
+        beside: names for one effect more beside the set, each against nothing, the likeliest first.
         joints: worst first.
         nameable: the smallest size of each other effect that would have been named here.
         gate_one_rejected: whether gate 1 of the revised test rejects a model that is otherwise clean; None
@@ -140,6 +162,7 @@ class EvidenceAnswer:
     verdict: EvidenceVerdict
     findings: tuple[EvidenceFinding, ...]
     ranking: tuple[Named, ...]
+    beside: tuple[Named, ...]
     joints: tuple[JointMisfit, ...]
     nameable: tuple[Smallest, ...]
     gate_one_rejected: bool | None

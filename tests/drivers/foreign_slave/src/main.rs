@@ -1,7 +1,10 @@
-//! One axis of an arm as a node on the crate zencan-node: `foreign_slave INTERFACE NODE`.
+//! One axis of an arm as a node on the crate zencan-node: `foreign_slave INTERFACE NODE [PLANT]`.
 //!
-//! The crate speaks NMT, SDO and PDO; here are the power states of CiA 402, an axis that follows its target with a
-//! lag, the watch over the master (1016) and EMCY. An RPDO acts with the next SYNC.
+//! The crate speaks NMT, SDO and PDO; here are the power states of CiA 402, the watch over the master (1016) and EMCY. An
+//! RPDO acts with the next SYNC. The axis follows its target with a lag, or, with the file of a plant, by its own loop
+//! against inertia, friction and the gravity of the whole arm.
+
+mod plant;
 
 use std::time::{Duration, Instant};
 
@@ -10,12 +13,16 @@ use zencan_node::common::messages::{CanId, CanMessage};
 use zencan_node::common::NodeId;
 use zencan_node::{Callbacks, Node};
 
+use plant::Plant;
+
 #[allow(dead_code)]
 mod od {
     zencan_node::include_modules!(DRIVE);
 }
 
 const SYNC: u32 = 0x080;
+const TPDO_1: u32 = 0x180;
+const TPDO_1_ENDS: u32 = 0x200;
 const HEARTBEAT: u32 = 0x700;
 const HEARTBEAT_LOST: u16 = 0x8130;
 const FOLLOWING_ERROR: u16 = 0x8611;
@@ -38,6 +45,7 @@ struct Axis {
     target: f64,
     reset_was: bool,
     watch: Option<Instant>,
+    plant: Option<Plant>,
 }
 
 impl Axis {
@@ -67,22 +75,37 @@ impl Axis {
 
     /// A SYNC: the axis moves towards the target that it knows, and takes the next one.
     fn sync(&mut self) -> Option<u16> {
-        let before = self.position;
-        if self.state == State::Enabled {
-            self.position += FOLLOWS * (self.target - self.position);
-        }
-        let speed = self.position - before;
-        let torque = 0.2 * speed + 0.5 * (speed - self.speed);
-        self.speed = speed;
+        let torque = self.go();
         self.obey();
         if self.state == State::Enabled {
             self.target = f64::from(od::OBJECT607A.get_value());
         }
         od::OBJECT6064.set_value(self.position.round() as i32);
-        od::OBJECT6077.set_value(torque.clamp(-1000.0, 1000.0) as i16);
+        od::OBJECT6077.set_value(torque as i16);
         self.show();
         let off = (self.target - self.position).abs();
         (self.state == State::Enabled && off > f64::from(od::OBJECT6065.get_value())).then_some(FOLLOWING_ERROR)
+    }
+
+    /// Moves for one period; the torque that it took.
+    fn go(&mut self) -> f64 {
+        if let Some(plant) = &mut self.plant {
+            if self.state == State::Enabled {
+                plant.step(self.target, period());
+            } else {
+                plant.hold();
+            }
+            self.position = plant.position();
+            return plant.torque();
+        }
+        let before = self.position;
+        if self.state == State::Enabled {
+            self.position += FOLLOWS * (self.target - self.position);
+        }
+        let speed = self.position - before;
+        let torque = (0.2 * speed + 0.5 * (speed - self.speed)).clamp(-1000.0, 1000.0);
+        self.speed = speed;
+        torque
     }
 
     fn fail(&mut self, code: u16) {
@@ -123,6 +146,11 @@ impl Axis {
     }
 }
 
+/// s between two SYNCs, as 60C2 has it.
+fn period() -> f64 {
+    f64::from(od::OBJECT60C2.get_value()) * 10f64.powi(i32::from(od::OBJECT60C2.get_exponent()))
+}
+
 fn send(socket: &CanSocket, cob_id: u32, data: &[u8]) {
     let id = StandardId::new(cob_id as u16).expect("an 11-bit id");
     if let Some(frame) = CanFrame::new(id, data) {
@@ -134,6 +162,10 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let interface = arguments.next().expect("an interface");
     let number: u8 = arguments.next().and_then(|text| text.parse().ok()).expect("a node id");
+    let plant = arguments.next().map(|path| Plant::read(&path, number));
+    if let Some(plant) = &plant {
+        od::OBJECT6092.set(0, plant.units_per_turn()).expect("the feed constant");
+    }
     let socket = CanSocket::open(&interface).expect("the interface opens");
     socket.set_read_timeout(Duration::from_millis(5)).expect("a timeout");
     od::OBJECT1000.set_value(0x0002_0192);
@@ -143,12 +175,14 @@ fn main() {
     let mut node = Node::new(id, Callbacks::new(), &od::NODE_MBOX, &od::NODE_STATE, &od::OD_TABLE);
     let mut axis = Axis {
         state: State::Disabled,
-        position: 0.0,
+        position: plant.as_ref().map_or(0.0, Plant::position),
         speed: 0.0,
         target: 0.0,
         reset_was: false,
         watch: None,
+        plant,
     };
+    od::OBJECT6064.set_value(axis.position.round() as i32);
     loop {
         let frame = socket.read_frame().ok();
         let mut error = None;
@@ -159,6 +193,8 @@ fn main() {
                     error = axis.sync();
                 } else if cob_id > HEARTBEAT && cob_id <= HEARTBEAT + 127 {
                     axis.hear(cob_id - HEARTBEAT);
+                } else if let (Some(plant), TPDO_1..TPDO_1_ENDS) = (&mut axis.plant, cob_id) {
+                    plant.hear((cob_id - TPDO_1) as usize, data.data());
                 }
                 let message = CanMessage::new(CanId::std(cob_id as u16), data.data());
                 let _ = od::NODE_MBOX.store_message(message);

@@ -15,7 +15,7 @@ from ident import Recording, RegressorModel
 from ident.discrepancy.by_evidence.accepted import SPREAD as OF_PARAMETERS
 from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import Named, probabilities, smallest
+from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, as_limit, probabilities, smallest
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
@@ -25,7 +25,7 @@ from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding, JointMisfit, verdict_of
-from ident.discrepancy.prior import described_prior
+from ident.discrepancy.prior import accepted_prior, described_prior
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.base import base_parameters
 from ident.parameters.present import Present
@@ -199,6 +199,38 @@ def test_the_reported_set_holds_95_percent() -> None:
     assert len(smallest((Named("a", (), 0.951), Named("b", (), 0.049)))) == 1
     both = probabilities({("a", ()): 2.0, ("b", ()): 0.0})
     assert both[0].probability == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+
+
+def test_the_likeliest_name_stands_for_the_forms_that_contain_it_at_its_place() -> None:
+    dry, falling, other = (
+        Named("coulomb_friction", (1,), 0.5),
+        Named("stribeck_friction", (1,), 0.3),
+        Named("stribeck_friction", (2,), 0.15),
+    )
+    nothing = Named(*NOTHING, 0.05)
+    first, *rest = as_limit((dry, falling, other, nothing))
+    assert first.key == dry.key and first.probability == pytest.approx(0.8)
+    assert rest == [other, nothing]
+    assert as_limit((falling, dry, nothing)) == (falling, dry, nothing)
+    assert as_limit((nothing, dry, falling)) == (nothing, dry, falling)
+
+
+def test_a_model_without_a_prior_is_fitted_at_the_motion_of_the_other_periods() -> None:
+    """Beside the sample's own motion an effect, which is made of the others', makes up for a fit's bias."""
+    recording = log()
+    robot = arm(recording)
+    base, data = base_parameters(RegressorModel.of(robot)), prepare(arm(recording), [recording])
+    start = base.regroup(base.model.prior())
+    present = Present(base.model, base.model.prior())
+    free, _ = known_columns(data, base, None, start, present)
+    own, others = base.columns(data.parts[0].own), base.columns(data.parts[0].at_rows)
+    assert np.abs(own - others).max() > 0.0
+    assert np.array_equal(free.columns[:, :, : start.size], others)
+    assert free.target == pytest.approx(data.torque - own @ start)
+    held, beta = known_columns(
+        data, base, accepted_prior(base, start, np.diag(1e-4 * start**2)), start, present
+    )
+    assert held.columns[:, :, : start.size] == pytest.approx(own @ beta.spread)
 
 
 def finding(

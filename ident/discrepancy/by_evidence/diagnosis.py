@@ -1,0 +1,144 @@
+"""The whole answer by evidence: its names, with the sizes, confirmations and reversals that a diagnosis has.
+
+The evidence says which set of effects the moving arm shows. That set is then fitted, shown on recordings that
+were not fitted and simulated in closed loop as any finding is, and reversals, which the evidence leaves out,
+are looked at in the simulated loop. So a name is given where two things say so that share nothing but the
+recordings: the evidence of the rows that were fitted, and the gap on those that were not.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logit
+
+from ident.discrepancy.basis import Basis
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Named
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
+from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
+from ident.discrepancy.component import Component
+from ident.discrepancy.course import Course
+from ident.discrepancy.question import Progress, Question
+from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.validation import Validation
+from ident.discrepancy.workflow import Search, silent
+from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import form_of
+from ident.errors import IdentificationError
+from robots.description import Robot
+
+_log = logging.getLogger(__name__)
+
+_RANKED = 12
+"""Candidates that a ranking lists."""
+
+
+def diagnose_with_evidence(
+    question: Question, progress: Progress = silent
+) -> tuple[Diagnosis, EvidenceAnswer]:
+    """Find, name and add what the model lacks, names by evidence.
+
+    Args:
+        question: recordings, model, vocabulary and prior.
+        progress: told of each step.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm, or that determine too little.
+    """
+    if not question.fit or not question.validation:
+        raise IdentificationError("the search needs one recording to fit and another to validate")
+    answer = diagnose_by_evidence(question, lambda step, share: progress(step, 0.6 * share), simulated=False)
+    led = _Led(question, answer, lambda step, share: progress(step, 0.6 + 0.4 * share))
+    return led.run(), answer
+
+
+class _Led(Search):
+    """A search whose effects of motion are those of the evidence."""
+
+    def __init__(self, question: Question, answer: EvidenceAnswer, progress: Progress) -> None:
+        super().__init__(question, progress)
+        self.answer = answer
+
+    def _search_in_motion(self) -> None:
+        found = [one for one in self.answer.findings if one.something >= SURE]
+        if found:
+            robot = self.step.base.model.robot
+            components = [_component(robot, one.placed) for one in found]
+            self.course.take(components, [basis_of(one) for one in found])
+            for number, one in enumerate(found):
+                for rival in _at_reversals(robot, one):
+                    self._settle_in_loop(number, rival)
+
+    def _settle_in_loop(self, number: int, rival: Named) -> None:
+        """Take a rival that differs at reversals alone, where the simulated loop of the fit shows it."""
+        assert rival.placed is not None
+        components = [one.component for one in self.findings]
+        bases = [one.basis for one in self.findings]
+        components[number] = _component(self.step.base.model.robot, rival.placed)
+        bases[number] = replace(bases[number], score=rival.log_odds)
+        course = Course.begun(self.prepared, self.first)
+        course.take(components, bases)
+        fitted = Validation(self.prepared, self.first.examination.whitening)
+        shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
+        _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
+        if shown is not None and shown.there:
+            self.course = course
+
+    def _ranking(self) -> tuple[Candidate, ...]:
+        if not self.findings:
+            return _candidates(self.answer.ranking)
+        return _candidates(self.answer.beside)
+
+    def _more_in_motion(self) -> bool:
+        return self.answer.verdict != "clean"
+
+
+def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
+    """Names that explain the moving rows in a finding's place, and show where no such row is."""
+    return [
+        one
+        for one in finding.names
+        if one.placed is not None
+        and one.log_odds > 0.0
+        and one.joints == finding.key[1]
+        and one.key != finding.key
+        and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
+    ]
+
+
+def _component(robot: Robot, placed: PlacedEffect) -> Component:
+    """In the form that a model file tells by its name and shapes."""
+    return Component(form_of(robot, placed.name, placed.shape_names), placed.place, placed.shape)
+
+
+def basis_of(finding: EvidenceFinding) -> Basis:
+    """What the evidence takes a finding for; it scores in nats, coarsened, against nothing in its place."""
+    nothing = 1.0 - finding.something
+    others = [one for one in finding.set if one.key not in (finding.key, NOTHING)]
+    return Basis(
+        p_value=nothing,
+        score=finding.log_odds,
+        threshold=float(logit(SURE)),
+        indistinguishable_from=() if finding.probability >= SURE else _candidates(others),
+        ranking=_candidates(finding.names),
+        probability=finding.probability,
+        doubt=finding.doubt,
+    )
+
+
+def _candidates(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ...]:
+    """Entries of a ranking, joints from 1; nothing is no candidate."""
+    return tuple(
+        Candidate(
+            (one.name,),
+            (tuple(joint + 1 for joint in one.joints),),
+            one.log_odds,
+            np.nan,
+            (one.placed,),
+            one.probability,
+        )
+        for one in names
+        if one.placed is not None
+    )[:_RANKED]
