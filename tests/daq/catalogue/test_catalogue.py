@@ -111,7 +111,10 @@ def test_a_model_comes_back_bit_for_bit(catalogue: Catalogue) -> None:
     assert [found.id for found in models.of_run(catalogue, run.id)] == [kept.id, without.id]
     assert [found.id for found in models.of_arm(catalogue, run.arm_id, limit=1)] == [without.id]
     empty = finished_run(catalogue)
-    with pytest.raises(CatalogueError, match=rf"^run {empty.id}: has no model; identify its capture first$"):
+    with pytest.raises(
+        CatalogueError,
+        match=rf"^run {empty.id}: has no model; make one: `armhil identify /data/tx40.mcap --out FOLDER`$",
+    ):
         models.latest_of(catalogue, empty.id)
     with pytest.raises(CatalogueError, match=r"^run 77: is not in the catalogue"):
         models.latest_of(catalogue, 77)
@@ -134,7 +137,10 @@ def test_a_baseline_and_everything_that_is_said_of_it(catalogue: Catalogue) -> N
     arm = first.arm_id
     assert baselines.current(catalogue, arm) is None
     for change in (baselines.suspect, baselines.roll_back, baselines.trust):
-        with pytest.raises(CatalogueError, match=r"^arm tx40: has no baseline; accept a model first$"):
+        with pytest.raises(
+            CatalogueError,
+            match=r"^arm tx40: has no baseline; `armhil baseline accept RUN --reason WHY` makes",
+        ):
             change(catalogue, arm, "ann", "why")
     old = baselines.accept(catalogue, first.id, "ann", "first light", "/data/report.html")
     new = baselines.accept(catalogue, second.id, "ben", "after service")
