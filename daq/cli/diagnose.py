@@ -120,9 +120,9 @@ def diagnose(
     from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import print_evidence
+    from daq.diagnosis.more import print_more
     from daq.files.model_file import SUFFIX
     from daq.keeping.keep import keep_diagnose_request
-    from daq.report.power import print_power
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
 
@@ -172,8 +172,7 @@ def diagnose(
     model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
-    if result.power is not None:
-        print_power(console, result.power)
+    print_more(console, result.more)
     if result.evidence is not None:
         print_evidence(console, result.evidence)
     if result.folder is not None:

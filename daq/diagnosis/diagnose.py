@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,7 +12,9 @@ from daq.diagnosis.blind_spots import BlindSpot, blind_spots
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
 from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
+from daq.diagnosis.more import More, more_of
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.diagnosis.term_words import term_words
 from daq.files.accepted_model import prior_from
 from daq.files.cell_file import CellFile, read_cell
 from daq.files.found_model import read_found_model
@@ -21,14 +23,11 @@ from daq.files.run_folder import make_run_folder
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
-from daq.report.power import power_json
 from daq.text.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel
 from ident.discrepancy import Diagnosis, Prior, Question, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
-from ident.discrepancy.by_evidence.power.recorded import recorded_sizes
-from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 from ident.discrepancy.question import Progress
 from ident.discrepancy.settings import searching
@@ -94,7 +93,7 @@ class DiagnoseResult:
         blind: what these recordings could not have shown.
         content: what ``--json`` prints.
         folder: of the results; None where nothing was written.
-        power: the smallest size of each effect that would have been named; None where that was not asked.
+        more: smallest sizes and terms.
         evidence: what the search by evidence says; None where the rules searched.
     """
 
@@ -105,7 +104,7 @@ class DiagnoseResult:
     blind: tuple[BlindSpot, ...]
     content: dict[str, Any]
     folder: Path | None
-    power: tuple[Smallest, ...] | None = None
+    more: More = field(default_factory=More)
     evidence: EvidenceAnswer | None = None
 
 
@@ -126,14 +125,14 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         with steps.step("Check the model without and with it"):
             series = before_and_after(diagnosis, uncut, question.validation, robot.identification)
             diagnosis = beside_gate(diagnosis, series.checks[-1].gate)
-        power = _power(request, question, steps)
-        result = _result(robot, request, diagnosis, answer, series, (), folder, power)
+        more = more_of(diagnosis, question, steps, power=request.power)
+        result = _result(robot, request, diagnosis, answer, series, (), folder, more)
         if folder is not None:
             # Before a motion is planned: that takes minutes, and may fail.
             _write(folder, request, result)
             apart = _apart(robot, request, diagnosis, conditions, steps)
             if apart:
-                result = _result(robot, request, diagnosis, answer, series, apart, folder, power)
+                result = _result(robot, request, diagnosis, answer, series, apart, folder, more)
                 _write(folder, request, result)
     return result
 
@@ -166,24 +165,15 @@ def _result(
     series: Series,
     apart: tuple[TellingApart, ...],
     folder: Path | None,
-    power: tuple[Smallest, ...] | None,
+    more: More,
 ) -> DiagnoseResult:
     names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
     blind = blind_spots(diagnosis)
     content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
-    if power is not None:
-        content["power"] = power_json(power)
+    content |= more.as_json()
     if answer is not None:
         content["evidence"] = answer_json(answer)
-    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder, power, answer)
-
-
-def _power(request: DiagnoseRequest, question: Question, steps: Steps) -> tuple[Smallest, ...] | None:
-    """How small each effect would still have been named; None where nobody asked."""
-    if not request.power:
-        return None
-    with steps.step("Smallest sizes that would have been named"):
-        return recorded_sizes(question)
+    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder, more, answer)
 
 
 def _apart(
@@ -306,7 +296,8 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
         result.apart,
         result.blind,
         facts,
-        result.power,
+        result.more.power,
+        tuple(map(term_words, result.more.terms)),
     )
     write_diagnosis_page(folder / "diagnosis.html", page)
     write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)

@@ -38,6 +38,7 @@ class DiagnosisContent:
     facts: Mapping[str, str] = field(default_factory=dict)
     """How it was made, label → text, in the order shown."""
     power: tuple[Smallest, ...] | None = None
+    terms: tuple[str, ...] = ()
 
 
 _KIND = {
@@ -91,6 +92,7 @@ def render_diagnosis(content: DiagnosisContent) -> str:
             candidates=candidate_rows(diagnosis),
             rejected=[(sentence_of(f.words()), f.confirmation.reason) for f in diagnosis.rejected],
             blind=[spot.words() for spot in content.blind],
+            terms=content.terms,
             power=None if content.power is None else power_map(content.robot, content.power),
             facts=content.facts,
         )

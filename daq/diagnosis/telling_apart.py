@@ -162,7 +162,9 @@ def _planned(
         if pair.correlation > TOLD_APART:
             first, second = by_words[pair.first], by_words[pair.second]
             unsettled.append(_unsettled(first, second, _too_similar(pair)))
-    return TellingApart(number, words, found, tuple(unsettled))
+    settles = any(pair.correlation <= TOLD_APART for pair in found.separation_after)
+    # A motion that settles none of the pairs is not offered: what is to be changed on the arm is asked for.
+    return TellingApart(number, words, found if settles else None, tuple(unsettled))
 
 
 def _named(finding: Finding) -> _Explanation:

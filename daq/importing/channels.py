@@ -15,6 +15,7 @@ from robots.arrays import FloatArray
 
 _NUMBER = re.compile(r"^(.*?)[ _:.\-\[(]*(\d+)[\])]?$")
 _INNER = re.compile(r"^(.*?(?:joint|axis|achse|jnt|j|a)[ _]?)(\d+)(\D*)$", re.IGNORECASE)
+_LAST = re.compile(r"^(.*?)(\d+)(\D*)$")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\x00-\x7f]+")
 
 KINDS: Mapping[str, frozenset[str]] = {
@@ -139,6 +140,6 @@ def _stem_and_number(name: str, joints: Sequence[str]) -> tuple[str, int]:
             return stem, k
     if numbered := _NUMBER.match(name):
         return numbered[1].rstrip(" _:.-[("), int(numbered[2])
-    if inner := _INNER.match(name):
+    if inner := _INNER.match(name) or _LAST.match(name):
         return f"{inner[1]}#{inner[3]}", int(inner[2])
     return name, -1

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.importing.dialect import decoded, text_table
+from daq.importing.dialect import TextTable, decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
 from daq.recording.capture import CaptureError
@@ -26,6 +26,8 @@ class Table:
 
     path: Path
     columns: dict[str, FloatArray]
+    words: tuple[str, ...] = ()
+    """What is missing in it, one sentence each."""
 
     def pick(self, names: Sequence[str]) -> FloatArray:
         """Columns side by side, samples × names.
@@ -56,14 +58,14 @@ def read_table(path: Path) -> Table:
     if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".dat"):
         raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
     try:
-        return Table(path, _read_csv(path))
+        return _read_csv(path)
     except FileNotFoundError:
         raise CaptureError(f"{path}: no such file") from None
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _read_csv(path: Path) -> dict[str, FloatArray]:
+def _read_csv(path: Path) -> Table:
     try:
         table = text_table(decoded(path.read_bytes()))
     except (UnicodeDecodeError, csv.Error) as error:
@@ -71,9 +73,11 @@ def _read_csv(path: Path) -> dict[str, FloatArray]:
     header = table.header
     if not header or not table.body.strip():
         raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
+    body, words = _whole_lines(path, table)
     try:
-        body = StringIO(table.body)
-        values = np.loadtxt(body, delimiter=table.delimiter, ndmin=2, dtype=np.float64, comments=None)
+        values = np.loadtxt(
+            StringIO(body), delimiter=table.delimiter, ndmin=2, dtype=np.float64, comments=None
+        )
     except ValueError as error:
         reason = one_line(str(error))
         raise CaptureError(f"{path}: is not a table of numbers under one header line: {reason}") from error
@@ -81,4 +85,18 @@ def _read_csv(path: Path) -> dict[str, FloatArray]:
         raise CaptureError(f"{path}: two columns of the header have the same name")
     if values.shape[1] != len(header):
         raise CaptureError(f"{path}: {values.shape[1]} columns under {len(header)} names in the header line")
-    return {name: values[:, k] for k, name in enumerate(header)}
+    return Table(path, {name: values[:, k] for k, name in enumerate(header)}, words)
+
+
+def _whole_lines(path: Path, table: TextTable) -> tuple[str, tuple[str, ...]]:
+    """The rows of a text, without a last one that was cut off; and a sentence on that."""
+    rows = table.body.rstrip("\n").split("\n")
+    count = len(table.header)
+    if len(rows) > 1 and not table.body.endswith("\n") and _fields(rows[-1], table.delimiter) < count:
+        words = f"{path.name}: its last row is cut off and left out; more may be missing behind it"
+        return "\n".join(rows[:-1]) + "\n", (words,)
+    return table.body, ()
+
+
+def _fields(row: str, delimiter: str | None) -> int:
+    return len(row.split(delimiter))

@@ -19,10 +19,11 @@ from daq.importing.guess_frames import COUPLED, coupled_wrist, quarter_turns
 from daq.importing.guess_torque import LogHints, given_factor, torque_table
 from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
 from daq.importing.joint_states import is_bag_folder
-from daq.importing.load import MAP_NAME
+from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
 from daq.importing.proof import TorqueProof
 from daq.recording.capture import CaptureError
+from ident.preparation.outliers import without_outliers
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.loose_urdf import LooseUrdf, read_loose_urdf
@@ -32,6 +33,8 @@ _LEAST = 50
 _FAR = 1.5
 """Times a joint's largest limit."""
 _DEGREE = np.pi / 180
+_FASTEST = 10.0
+"""rad/s or m/s; of a joint whose limit the URDF does not give."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +98,23 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     held |= {names[k]: float(np.mean(values[:, k])) for k in range(len(names)) if k not in moving}
     if held:
         words.append(f"left out (at rest, or not in the log): {', '.join(held)}")
-    log = Sampled.of(path.name, stamps, values[:, moving], moving)
+    kept, _ = kept_rows(path.name, stamps, values[:, moving])
+    values, stamps = values[kept][:, moving], stamps[kept]
+    same = [replace(c, values=c.values[kept]) for c in same]
+    log = Sampled.of(
+        path.name,
+        stamps,
+        _mended(path, "position", stamps, values, _steps(arm, names, stamps)[moving]),
+        moving,
+    )
     others = [c for c in same if len(c.columns) == len(position.columns)]
     velocity = [c for c in others if log.is_derivative(c)]
     others = [c for c in others if c not in velocity]
     reference = next((c for c in others if log.is_followed(c)), None)
     torque = torque_of(path, [c for c in others if c is not reference])
     words += _named(velocity, others, torque, reference)
+    usual = np.ptp(np.percentile(torque.values, (1, 99), axis=0), axis=0)
+    torque = replace(torque, values=_mended(path, "control signal", stamps, torque.values, usual))
     chosen = tuple(names[k] for k in moving)
     robot = _description(folder, arm, chosen, held, log, torque, hints)
     coupled, log, offset, framed = _frames(robot, log, torque, table, hints)
@@ -154,6 +167,17 @@ def _channels(path: Path, joints: Sequence[str]) -> list[Channels]:
     if not files:
         raise CaptureError(f"{path}: a folder without .csv files and no ROS 2 bag")
     return [c for file in files for c in channels_of(read_table(file).columns, joints, file.name)]
+
+
+def _steps(arm: LooseUrdf, names: tuple[str, ...], stamps: FloatArray) -> FloatArray:
+    """(n,) by how much a joint can be off its neighbours: what it moves in two periods at its speed limit."""
+    speeds = {joint.name: joint.velocity or _FASTEST for joint in arm.moving}
+    return 2.0 * np.array([speeds[name] for name in names]) * np.ptp(stamps) / (len(stamps) - 1)
+
+
+def _mended(path: Path, what: str, stamps: FloatArray, values: FloatArray, far: FloatArray) -> FloatArray:
+    """Without single wrong samples, which loading the log names: no guess is made of them."""
+    return without_outliers(path.name, what, stamps, values, far)[0]
 
 
 def _taken(channel: Channels, moving: Sequence[int]) -> dict[str, Any]:

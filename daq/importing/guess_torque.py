@@ -71,19 +71,22 @@ def torque_table(
     logged = log.even(torque.values[:, log.moving])
     at_joints = np.asarray((logged * given) @ robot.transmission_matrix)
     proof = TorqueProof.of(robot, log.position, at_joints, log.period, log.cutoff)
-    turned = proof.turned(offset)
+    share, sigma = proof.shares(offset)
+    turned = proof.turned(offset, (share < -_SEEN * sigma) & arm.has_masses)
     signs = np.ones(robot.n)
     signs[turned] = -1.0
     words = [f"torque: {torque.label}"]
     if turned:
         names = ", ".join(robot.joint[k].name for k in turned)
-        words.append(f"torque of {names}: turned round, as friction would drive the motion otherwise")
-    share, sigma = proof.shares(offset)
+        words.append(
+            f"torque of {names}: turned round, as friction or bodies would drive the motion otherwise"
+        )
     share = share * signs
     seen = (share > _SEEN * sigma) & arm.has_masses
     unit = "N" if all(joint.kind == "prismatic" for joint in robot.joint) else "N*m"
     if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
-        words.append(f"torque: times the {key} that was given{_beside(share, seen)}")
+        odd = "" if _agree(1.0, share, seen) else "; look it over"
+        words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
         return _table(key, given * signs, unit), words
     share = share * np.abs(given)
     signs = signs * np.sign(given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from daq.recording.capture import CaptureError
 from ident import Recording
 from ident.preparation.cutoff import propose_cutoff
 from ident.preparation.noise import narrowest_friction_width
+from ident.preparation.resampling import clock_of, longest_gap
 from ident.preparation.spectrum import PositionSpectrum, position_spectrum
 from robots import Identification
 from robots.arrays import FloatArray
@@ -23,8 +25,12 @@ from robots.arrays import FloatArray
 _UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _PERIODS = (5e-5, 0.1)
 """s; sampling periods of arms' logs."""
+_RISING = 0.1
+"""Share of the steps of a time column that must not be 0."""
 _CUTOFFS = (1.0, 0.4)
 """Hz, and share of the sampling rate, between which the cut-off is chosen."""
+_GAPS_AT = 10.0
+"""Hz; a cut-off as arms have it, by which gaps are judged before there is one."""
 _WIDTHS = (1e-6, 0.02)
 """rad/s or m/s."""
 _VELOCITY = 0.99
@@ -90,10 +96,10 @@ def time_of(
             {"sample_rate_hz": rate},
             f"time: {rate:g} samples per second, as given",
         )
-    rising = [c for c in same if len(c.columns) == 1 and (np.diff(c.values[:, 0]) > 0).all()]
+    rising = [c for c in same if len(c.columns) == 1 and _rises(c.values[:, 0])]
     named = [c for c in rising if c.kind == "time"] or [c for c in rising if not c.kind]
     for channel in named:
-        step = float(np.median(np.diff(channel.values[:, 0])))
+        step = float(np.ptp(channel.values[:, 0]) / (samples - 1))
         unit = next((u for u, scale in _UNITS.items() if _PERIODS[0] <= step * scale <= _PERIODS[1]), None)
         if unit is not None:
             file = {} if channel.file is None else {"file": channel.file}
@@ -103,40 +109,52 @@ def time_of(
     raise CaptureError(f"{path}: no column looks like time; give --sample-rate (samples per second)")
 
 
+def _rises(values: FloatArray) -> bool:
+    """Whether a column never falls, and rises often: stamps may be coarse, and a row written twice."""
+    steps = np.diff(values)
+    return bool((steps >= 0).all() and np.count_nonzero(steps) > _RISING * len(steps))
+
+
 @dataclass(frozen=True)
 class Sampled:
     """Joint positions of a log on an even grid, for proofs.
 
     Attributes:
         name: of the log.
-        stamps: (samples,) s, as they were logged.
+        taken: (samples,) s.
+        grid: (M,) s; evenly over the longest stretch without a long gap.
         position: samples × n, rad or m.
         moving: which columns of the log's channels the joints are.
     """
 
     name: str
-    stamps: FloatArray
+    taken: FloatArray
+    grid: FloatArray
     position: FloatArray
     moving: list[int]
 
     @classmethod
     def of(cls, name: str, stamps: FloatArray, position: FloatArray, moving: list[int]) -> Sampled:
-        grid = np.linspace(stamps[0], stamps[-1], len(stamps))
-        return cls(name, stamps, np.column_stack([np.interp(grid, stamps, q) for q in position.T]), moving)
+        clock = clock_of(name, stamps, position)
+        taken = clock.taken
+        cuts = [0, *(np.flatnonzero(np.diff(taken) > longest_gap(_GAPS_AT)) + 1), len(taken)]
+        begin, end = max(pairwise(cuts), key=lambda ends: ends[1] - ends[0])
+        count = int((taken[end - 1] - taken[begin]) / clock.period + 1e-6) + 1
+        grid = taken[begin] + clock.period * np.arange(count)
+        even = np.column_stack([np.interp(grid, taken, q) for q in position.T])
+        return cls(name, taken, grid, even, moving)
 
     def even(self, values: FloatArray) -> FloatArray:
-        """Samples × channels on the even grid."""
-        grid = np.linspace(self.stamps[0], self.stamps[-1], len(self.stamps))
-        return np.column_stack([np.interp(grid, self.stamps, column) for column in values.T])
+        """M × channels on the even grid."""
+        return np.column_stack([np.interp(self.grid, self.taken, column) for column in values.T])
 
     @cached_property
     def period(self) -> float:
-        return float((self.stamps[-1] - self.stamps[0]) / (len(self.stamps) - 1))
+        return float((self.grid[-1] - self.grid[0]) / (len(self.grid) - 1))
 
     @cached_property
     def _spectrum(self) -> PositionSpectrum:
-        time = self.stamps[0] + self.period * np.arange(len(self.stamps))
-        recording = Recording(self.name, time, None, self.position, np.zeros_like(self.position))
+        recording = Recording(self.name, self.grid, None, self.position, np.zeros_like(self.position))
         return position_spectrum((recording,))
 
     @cached_property

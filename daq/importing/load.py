@@ -24,6 +24,7 @@ from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
+from ident.preparation.held import clipped, not_held
 from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
 from robots import Identification, Robot
@@ -206,6 +207,13 @@ def log_recording(
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    if columns.complete is None:  # otherwise what no drive answered is known, and often held
+        kept, held = kept_rows(path.name, time, position, control_signal)
+        time, position, control_signal = time[kept], position[kept], control_signal[kept]
+        reference, complete = None if reference is None else reference[kept], complete[kept]
+    else:
+        held = ()
+    held += clipped(path.name, "control signal", control_signal)
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
     step = (
         2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
@@ -217,7 +225,36 @@ def log_recording(
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
-    return even.recording, there, (*wrong, *odd, *even.words)
+    return even.recording, there, (*source.words, *held, *wrong, *odd, *even.words)
+
+
+def kept_rows(
+    name: str, time: FloatArray, position: FloatArray, signal: FloatArray | None = None
+) -> tuple[BoolArray, tuple[str, ...]]:
+    """Which rows are samples: not those written twice, not those in which a channel is stuck; and sentences.
+
+    Args:
+        name: of the log, for messages.
+        time: (samples,) s.
+        position: samples × joints.
+        signal: samples × drives; not looked at where None.
+    """
+    table = np.column_stack([time, position, *([] if signal is None else [signal])])
+    twice = np.zeros(len(table), dtype=np.bool_)
+    twice[1:] = (table[1:] == table[:-1]).all(axis=1)
+    kept, words = ~twice, list[str]()
+    if twice.any():
+        at = time[int(np.argmax(twice))]
+        words.append(
+            f"{name}: {np.count_nonzero(twice)} rows are written twice (first at {at:.6g} s), left out"
+        )
+    for what, values in (("position", position), ("control signal", signal)):
+        if values is None:
+            continue
+        good, said = not_held(name, what, time[~twice], values[~twice], position[~twice])
+        kept[~twice] &= good
+        words += said
+    return kept, tuple(words)
 
 
 def _complete(source: _Source, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
@@ -234,6 +271,11 @@ class _Source:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._tables: dict[Path, Table] = {}
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What is missing in the files that were read, one sentence each."""
+        return tuple(words for table in self._tables.values() for words in table.words)
 
     def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
         path = self.path

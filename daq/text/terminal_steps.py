@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -12,6 +13,10 @@ from rich.text import Text
 from daq.text.progress import Update
 
 _BAR = 14
+_KNOWN_AFTER, _KNOWN_SHARE = 3.0, 0.02
+"""s, and share of the work, after which what is left is estimated."""
+_LONG = 10.0
+"""s; less is not worth a line."""
 
 
 class _Share(TextColumn):
@@ -25,17 +30,17 @@ class _Share(TextColumn):
 
 
 class TerminalSteps:
-    """Progress bars with time left on the given console; plain lines where it is no terminal."""
+    """Progress bars with time left on the given console; lines with an estimate where it is no terminal."""
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
+    def __init__(self, console: Console, clock: Callable[[], float] = monotonic) -> None:
+        self._console, self._clock = console, clock
 
     @contextmanager
     def step(self, title: str) -> Iterator[Update]:
         """Show a bar until the block ends; it only swings until a share of the work is told."""
         if not self._console.is_terminal:
             self._console.print(f"{title} …")
-            yield _nothing
+            yield self._estimating()
             return
         columns = (
             BarColumn(bar_width=_BAR),
@@ -55,6 +60,22 @@ class TerminalSteps:
             yield update
             progress.update(task, completed=1.0, total=1.0, description=title)
 
+    def _estimating(self) -> Update:
+        """In a pipe: no bar, and once a line about how long it takes, where that is long."""
+        begun, said = self._clock(), False
 
-def _nothing(share: float, word: str) -> None:
-    """A pipe needs no bar."""
+        def update(share: float, word: str) -> None:
+            nonlocal said
+            passed = self._clock() - begun
+            if said or passed < _KNOWN_AFTER or not _KNOWN_SHARE <= share < 1.0:
+                return
+            said = True
+            left = passed * (1.0 - share) / share
+            if left > _LONG:
+                self._console.print(f"  about {_in_words(left)} more", highlight=False)
+
+        return update
+
+
+def _in_words(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"

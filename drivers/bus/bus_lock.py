@@ -32,7 +32,10 @@ class BusLock:
 
     def __init__(self, channel: Channel, role: str = "master") -> None:
         self._name = f"{role}-{channel_name(channel)}.lock"
-        self._what = f"{channel} is occupied: another armhil run holds it as {role}"
+        self._what = (
+            f"{channel} is occupied: another armhil run holds it as {role};"
+            " end that one (Ctrl-C), or give another --channel"
+        )
         self._folder = state_folder.writable()
         self.path = self._folder.path / self._name
         self._held: list[int] = []

@@ -127,7 +127,10 @@ class Connection:
         heard = listen_for_traffic(self._channel, cob_ids=master_cob_ids(self._nodes))
         if heard:
             frames = ", ".join(describe_cob_id(cob_id) for cob_id in sorted(heard))
-            raise BusError(f"{self._channel} is occupied: another master is on it, heard {frames}")
+            raise BusError(
+                f"{self._channel} is occupied: another master is on it, heard {frames};"
+                " take it off the bus first"
+            )
 
     def _configure(self) -> None:
         network = self.network()

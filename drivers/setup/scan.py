@@ -119,7 +119,9 @@ def scan(channel: Channel, bitrate: int = 1_000_000) -> tuple[FoundDrive, ...]:
         heard = listen_for_traffic(channel, cob_ids=master_cob_ids(tuple(NODES)))
         if heard:
             frames = ", ".join(describe_cob_id(cob_id) for cob_id in sorted(heard))
-            raise BusError(f"{channel} is occupied: another master is on it, heard {frames}")
+            raise BusError(
+                f"{channel} is occupied: another master is on it, heard {frames}; take it off the bus first"
+            )
         nodes = _answering(channel, bitrate)
         if not nodes:
             return ()

@@ -95,12 +95,14 @@ def _position(robot: Robot, axis: int, group: FactorGroup) -> list[Finding]:
     text = (
         f"the drive counts {first.counts:.10g} per {per} of the output ({first.by}), robot.toml says "
         f"{drive.output_counts:.10g} ({source}): write counts_per_output_turn = {first.counts:.10g} into "
-        f"robot.toml if that is so, else {_remedy(first, drive)}"
+        f"robot.toml if that is so, else {_remedy(first, drive, group)}"
     )
     return [Finding("refusal", first.subject, text)]
 
 
-def _remedy(told: Told, drive: Drive) -> str:
+def _remedy(told: Told, drive: Drive, group: FactorGroup) -> str:
+    if told.subject == "608F" and _same(group.resolution or 0.0, drive.output_counts):
+        return "write gear = 1: the encoder sits behind the gear"
     if told.subject != "6092":
         return f"correct {told.subject} in the drive"
     feed = Fraction(told.feed * drive.output_counts / told.counts).limit_denominator(10_000)

@@ -140,7 +140,8 @@ def _require_silence(channel: Channel) -> None:
     if heard:
         ids = ", ".join(f"0x{cob_id:03X}" for cob_id in sorted(heard)[:4])
         raise BusOccupied(
-            f"{channel} is occupied: frames arrive on it ({ids}) before the simulated drives started"
+            f"{channel} is occupied: frames arrive on it ({ids}) before the simulated drives started;"
+            " give another --channel"
         )
 
 

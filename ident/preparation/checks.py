@@ -30,6 +30,9 @@ _TOO_STRONG = 20.0
 """Times the torque limit. A drive's peak is some three times its rating, and limits in published URDFs are
 placeholders; a wrong unit is a factor of 1000, a forgotten gear one of 30 to 300."""
 
+_RATHER_STRONG = 1.5
+"""The same, from which on it is said."""
+
 _SMOOTHER = 10.0
 """A position is the torque integrated twice: where the control signal is smoother by this factor, they are
 swapped."""
@@ -56,7 +59,7 @@ def check_recordings(robot: Robot, recordings: tuple[Recording, ...]) -> tuple[s
         _check_order(recording)
         _check_units(robot, recording)
         _check_control_signal(recording)
-        _check_torque(robot, recording)
+        warnings += _check_torque(robot, recording)
         warnings += _too_far_or_fast(robot, recording)
     _check_motion(robot, recordings)
     return tuple(warnings)
@@ -125,8 +128,8 @@ def _check_control_signal(recording: Recording) -> None:
         )
 
 
-def _check_torque(robot: Robot, recording: Recording) -> None:
-    """Refuse torques that the arm's drives cannot make: a unit or a gain is wrong."""
+def _check_torque(robot: Robot, recording: Recording) -> list[str]:
+    """Refuse torques that the arm's drives cannot make: a unit or a gain is wrong. Say where some are odd."""
     torque = np.percentile(np.abs(robot.joint_torque(recording.control_signal)), _SPEED_PERCENTILE, axis=0)
     share = torque / robot.torque_limits
     joint = int(np.argmax(share))
@@ -135,6 +138,11 @@ def _check_torque(robot: Robot, recording: Recording) -> None:
             f"{recording.name}: joint {joint + 1}'s torque reaches {torque[joint]:.4g}, {share[joint]:.3g}"
             f" times its limit {robot.torque_limits[joint]:g}; are its unit and gain right?"
         )
+    return [
+        f"{recording.name}: joint {k + 1}'s torque reaches {torque[k]:.4g}, {share[k]:.3g} times its limit"
+        f" {robot.torque_limits[k]:g}; are its unit and gain right?"
+        for k in np.flatnonzero(share > _RATHER_STRONG)
+    ]
 
 
 def _too_far_or_fast(robot: Robot, recording: Recording) -> list[str]:

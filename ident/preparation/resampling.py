@@ -77,14 +77,8 @@ def uniform_recording(
     if period > 0 and np.abs(steps - period).max() <= JITTER_ALLOWED * period:
         everywhere = np.ones(len(time), dtype=np.bool_)
         return Uniform(Recording(name, time, reference, position, control_signal), everywhere, ())
-    number, period = _numbered(name, time, steps)
-    even = time[0] + period * number
-    even += np.median(time - even)
-    jitter = float(np.abs(time - even).max())
-    on_clock = jitter <= JITTER_ALLOWED * period
-    rising = bool((steps > 0).all())
-    stamped = rising and (on_clock or _roughness(time, position) <= _roughness(even, position))
-    taken = time if stamped else even
+    clock = clock_of(name, time, position)
+    taken, period = clock.taken, clock.period
     grid = taken[0] + period * np.arange(int((taken[-1] - taken[0]) / period + 1e-6) + 1)
     resampled = [
         None if values is None else _on_grid(grid, taken, values)
@@ -94,7 +88,48 @@ def uniform_recording(
     assert resampled[2] is not None
     recording = Recording(name, grid, resampled[0], resampled[1], resampled[2])
     there = _there(grid, taken, cutoff_hz)
-    return Uniform(recording, there, (_said(name, taken, period, jitter, stamped, number, there, cutoff_hz),))
+    return Uniform(recording, there, (_said(name, clock, there, cutoff_hz),))
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When the samples of a log were taken.
+
+    Attributes:
+        taken: (samples,) s.
+        period: of the even clock nearest to them, s.
+        number: (samples,) the place of each on that clock.
+        jitter: s; by how much stamps are off it at most.
+        stamped: whether the samples were taken at their stamps, not evenly.
+    """
+
+    taken: FloatArray
+    period: float
+    number: FloatArray
+    jitter: float
+    stamped: bool
+
+
+def clock_of(name: str, time: FloatArray, position: FloatArray) -> Clock:
+    """When samples were taken, by their stamps and by the positions, which are smooth.
+
+    Args:
+        name: for messages.
+        time: (samples,) s, three or more.
+        position: samples × joints.
+
+    Raises:
+        IdentificationError: time goes back, or stands.
+    """
+    steps = np.diff(time)
+    number, period = _numbered(name, time, steps)
+    even = time[0] + period * number
+    even += np.median(time - even)
+    jitter = float(np.abs(time - even).max())
+    on_clock = jitter <= JITTER_ALLOWED * period
+    rising = bool((steps > 0).all())
+    stamped = rising and (on_clock or _roughness(time, position) <= _roughness(even, position))
+    return Clock(time if stamped else even, period, number, jitter, stamped)
 
 
 def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArray, float]:
@@ -187,22 +222,14 @@ def _there(grid: FloatArray, time: FloatArray, cutoff_hz: float) -> BoolArray:
     return np.asarray(~((gap > longest_gap(cutoff_hz)) & inside), dtype=np.bool_)
 
 
-def _said(
-    name: str,
-    taken: FloatArray,
-    period: float,
-    jitter: float,
-    stamped: bool,
-    number: FloatArray,
-    there: BoolArray,
-    cutoff_hz: float,
-) -> str:
+def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> str:
     """What was done, in one sentence."""
-    off = f"{1e3 * jitter:.2g} ms"
+    taken, period, number = clock.taken, clock.period, clock.number
+    off = f"{1e3 * clock.jitter:.2g} ms"
     parts = []
-    if not stamped:
+    if not clock.stamped:
         parts.append(f"time stamps are up to {off} off the even clock that the positions keep to")
-    elif jitter > JITTER_ALLOWED * period:
+    elif clock.jitter > JITTER_ALLOWED * period:
         parts.append(f"samples are up to {off} off an even clock")
     missing = np.diff(number).astype(np.int64) - 1
     if missing.any():

@@ -22,7 +22,7 @@ from tests.drivers.test_vcan import HOW_TO_GET_ONE, ROOT, TOOL, own_device
 SOURCE = Path(__file__).parent / "foreign_slave"
 PROGRAM = Path(__file__).parent / "foreign_drives.py"
 COMMISSIONING = Path(__file__).parent / "foreign_commissioning.py"
-TO_BUILD, TO_RUN, TO_COMMISSION = 420, 240, 540
+TO_BUILD, TO_RUN, TO_COMMISSION = 420, 240, 600
 """s; the build takes one minute on two idle processors, commissioning two, in virtual time."""
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(TO_BUILD + TO_COMMISSION + 60)]

@@ -104,6 +104,16 @@ def test_what_a_refit_swallows_is_settled_without_motion(
     assert found.unsettled[0].settled_by.startswith("hold still under a known load")
 
 
+def test_a_motion_that_settles_nothing_is_not_offered(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same pair and motion as above, where it is not told apart well enough: nothing is to be driven."""
+    monkeypatch.setattr(telling_apart, "TOLD_APART", 1e-3)
+    _, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
+    assert found.trajectory is None
+    (pair,) = found.unsettled
+    assert "even on the motion that tells them apart best" in pair.why
+    assert pair.settled_by
+
+
 def test_a_missing_mesh_costs_the_motion_and_nothing_else(
     stage: Stage, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

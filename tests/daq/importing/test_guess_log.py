@@ -116,6 +116,80 @@ def test_what_is_saved_is_what_was_used(tmp_path: Path, motion: tuple[FloatArray
     assert values["Fc2"] == pytest.approx(3.0, rel=0.05)
 
 
+def test_units_behind_the_number_of_a_joint(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    columns = {"Time [s]": t}
+    columns |= {f"q_{k}_meas [rad]": q[:, k] for k in range(6)}
+    columns |= {f"tau_{k} [Nm]": torque[:, k] for k in range(6)}
+    found = guessed(tmp_path, columns)
+    assert found.columns["position"]["columns"] == [f"q_{k}_meas [rad]" for k in range(6)]
+    assert found.columns["torque"]["columns"] == [f"tau_{k} [Nm]" for k in range(6)]
+
+
+def test_a_torque_against_the_bodies_is_turned_round(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    """Without friction, which alone shows the sign otherwise."""
+    t, q, v, torque = motion
+    smooth = torque - 2.0 * v - 3.0 * np.sign(v)
+    smooth[:, 1] *= -1
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", smooth, 1)})
+    assert found.columns["torque"]["gain"] == pytest.approx([1, -1, 1, 1, 1, 1])
+    assert any("torque of joint_2: turned round" in sentence for sentence in found.words)
+
+
+def test_a_torque_that_brakes_is_not_turned_by_its_bodies(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    """A URDF may be wrong; friction is not."""
+    t, q, v, torque = motion
+    friction = 2.0 * v + 3.0 * np.sign(v)
+    odd = torque.copy()
+    odd[:, 1] = friction[:, 1] - (torque - friction)[:, 1]
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", odd, 1)})
+    assert not any("turned round" in sentence for sentence in found.words)
+
+
+@pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (8.85, True)])
+def test_a_ratio_that_the_masses_contradict_is_said(
+    tmp_path: Path, motion: tuple[FloatArray, ...], factor: float, odd: bool
+) -> None:
+    t, q, _, torque = motion
+    columns = {"t": t, **numbered("q", q, 1), **numbered("tau", factor * torque / RATIO, 1)}
+    found = guessed(tmp_path, columns, ratio=tuple(RATIO))
+    said = next(sentence for sentence in found.words if "ratio that was given" in sentence)
+    assert said.endswith("look it over") == odd
+
+
+def test_rows_written_twice_and_stuck_samples_change_nothing(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    t, q, _, torque = motion
+    q = q.copy()
+    q[1200:1206, 2] = q[1200, 2]
+    rows = np.sort(np.concatenate([np.arange(ROWS), [40, 400, 1900]]))
+    columns = {"t": t, **numbered("q", q, 1), **numbered("tau", torque, 1)}
+    found = guessed(tmp_path, {name: values[rows] for name, values in columns.items()})
+    loaded = load_recording(tmp_path / "log.csv", found.robot)
+    assert "3 rows are written twice (first at 0.16 s), left out" in loaded.warnings[0]
+    assert "position of joint 3 is stuck for 6 samples after 4.8 s" in loaded.warnings[1]
+    (recording,) = loaded.recordings
+    assert recording.time == pytest.approx(t)
+    assert recording.position == pytest.approx(motion[1], abs=1e-4)
+
+
+def test_a_log_that_was_cut_off_ends_with_its_last_whole_row(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    t, q, _, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", torque, 1)})
+    log = tmp_path / "log.csv"
+    log.write_bytes(log.read_bytes()[:-200])
+    loaded = load_recording(log, found.robot)
+    assert loaded.warnings == (
+        "log.csv: its last row is cut off and left out; more may be missing behind it",
+    )
+    assert len(loaded.recordings[0].time) == ROWS - 1
+
+
 def test_a_joint_at_rest_is_left_out(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
     t, q, _, torque = motion
     q = q.copy()

@@ -47,6 +47,14 @@ def test_more_periods_show_smaller_effects(plan: Plan) -> None:
         assert many[name] < 0.8 * few[name], name
 
 
+def test_what_alignment_takes_has_no_size_where_nobody_says_how_the_channels_lie(plan: Plan) -> None:
+    content = json.loads(plan("emps", *MOTION, "--power", "--json").out)
+    said = {entry["effect"]: entry for entry in content["power"]["smallest"]}
+    for name in ("time_delay", "current_loop_lag"):
+        assert said[name]["size"] is None
+        assert said[name]["last_told_from"]["effect"] == "lag between the channels"
+
+
 def test_an_accepted_capture_brings_its_noise_and_a_model_its_deviations(
     plan: Plan, tmp_path: Path, emps: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:

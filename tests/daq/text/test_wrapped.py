@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
+from rich.console import Console
 
 from daq.text.terminal_steps import TerminalSteps
 from daq.text.wrapped import Column, WordConsole, wrapped, write, write_table
@@ -77,3 +78,25 @@ def test_a_step_whose_share_nobody_knows_shows_no_percentage() -> None:
         update(0.0, "compiled once on this machine")
     assert " 0 %" not in printed(console)
     assert "100 %" in printed(console)
+
+
+@pytest.mark.parametrize(
+    ("shares", "told"),
+    [
+        ([(1.0, 0.5), (2.9, 0.6)], ""),  # too early to tell
+        ([(4.0, 0.01), (10.0, 0.02), (300.0, 0.5)], "  about 8 min more\n"),  # once
+        ([(5.0, 0.1), (6.0, 0.2)], "  about 45 s more\n"),
+        ([(9.0, 0.5), (10.0, 0.1)], ""),  # soon done: said nothing, and nothing later
+        ([(60.0, 1.0)], ""),
+    ],
+)
+def test_a_pipe_is_told_once_about_how_long_a_step_takes(
+    shares: list[tuple[float, float]], told: str
+) -> None:
+    now = [100.0]
+    out = io.StringIO()
+    with TerminalSteps(Console(file=out), lambda: now[0]).step("Search") as update:
+        for passed, share in shares:
+            now[0] = 100.0 + passed
+            update(share, "score 1")
+    assert out.getvalue() == f"Search …\n{told}"

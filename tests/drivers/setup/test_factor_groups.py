@@ -154,6 +154,17 @@ def test_a_drive_that_says_nothing_of_its_units_is_told(tx40: Robot) -> None:
     assert {(f.severity, f.subject) for f in unit_findings(arm, devices)} == {("warning", "units")}
 
 
+def test_an_encoder_behind_the_gear_is_refused_until_the_gear_is_left_out(tx40: Robot) -> None:
+    """608F counts turns of the output then, and robot.toml's gear would be counted twice."""
+    device = Device(524288, 1.0, 1, FactorGroup((524288, 1), (1, 1)))
+    arm, devices = arm_of(tx40, device, encoder_counts=None, counts_per_output_turn=524288.0, gear=32.0)
+    found = refused(arm, devices)
+    assert {finding.subject for finding in found} == {"608F"}
+    assert all("write gear = 1: the encoder sits behind the gear" in finding.text for finding in found)
+    arm, devices = arm_of(tx40, device, encoder_counts=None, counts_per_output_turn=524288.0, gear=1.0)
+    assert refused(arm, devices) == []
+
+
 @pytest.mark.parametrize(
     ("factors", "changes", "subject"),
     [

@@ -71,6 +71,26 @@ def test_a_file_that_suits_is_not_refused(tx40: Robot, encoder: Path) -> None:
             "set it in the drive, or bus.cycle_time to 0.002 s",
         ),
         ([], {"x60C2sub1_HighLimit": "3", "x60C2sub1_DefaultValue": "2"}, "60C2", "value too high"),
+        (
+            [],
+            {"x1800sub2_AccessType": "ro", "x1800sub2_DefaultValue": "255"},
+            "PDO",
+            "writing 0x1 to 1800:02: the drive refuses: the object cannot be written (SDO abort 0x06010002); "
+            "it holds 255: set 1800:02 to 1 in the drive",
+        ),
+        (
+            [],
+            {"x6060_AccessType": "ro", "x6060_DefaultValue": "1", "x6061_DefaultValue": "1"},
+            "mode",
+            "writing 0x8 to 6060:00: the drive refuses: the object cannot be written",
+        ),
+        (
+            [],
+            {"x60C2sub1_AccessType": "ro", "x60C2sub1_DefaultValue": "4"}
+            | {"x60C2sub2_AccessType": "ro", "x60C2sub2_DefaultValue": "-2"},
+            "60C2",
+            "writing 0x4",
+        ),
         ([], {"x608Fsub1_DefaultValue": "65536"}, "608F", "the drive counts 65536 per motor revolution"),
     ],
 )
@@ -89,6 +109,14 @@ def test_each_obstacle_is_foreseen(
     }
     found = refusals(tx40, without(tmp_path, *sections, **(known | values)))
     assert list(found) == [subject] and words in found[subject], found
+
+
+def test_a_sync_period_of_its_own_is_told(tx40: Robot, tmp_path: Path) -> None:
+    path = without(tmp_path, x1006_DefaultValue="10000")
+    (found,) = [f for f in foresee(tx40, 0, read_device_file(path, 1)) if f.subject == "1006"]
+    assert found.severity == "warning" and "every 10000 µs, bus.cycle_time is 4000 µs" in found.text
+    path = without(tmp_path, x1006_DefaultValue="4000")
+    assert not [f for f in foresee(tx40, 0, read_device_file(path, 1)) if f.subject == "1006"]
 
 
 def test_limits_of_a_file_are_compared_with_the_description(tx40: Robot, tmp_path: Path) -> None:

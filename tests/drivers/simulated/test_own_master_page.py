@@ -38,3 +38,12 @@ def test_its_faults_are_faults() -> None:
 def test_its_device_file_is_there() -> None:
     (link,) = re.findall(r"\]\((\.\./\.\./drivers[^)]*)\)", PAGE.read_text(encoding="utf-8"))
     assert (PAGE.parent / link).resolve().is_file()
+
+
+def test_its_tests_are_there() -> None:
+    """The table of clauses names the test of each."""
+    table = PAGE.read_text(encoding="utf-8").partition("## What the simulated drives answer")[2]
+    named = set(re.findall(r"`(test_\w+)`", table))
+    sources = (file.read_text(encoding="utf-8") for file in Path(__file__).parents[1].rglob("test_*.py"))
+    there = {name for text in sources for name in re.findall(r"^def (test_\w+)\(", text, re.MULTILINE)}
+    assert len(named) > 30 and named <= there, named - there

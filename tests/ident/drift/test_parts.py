@@ -157,3 +157,21 @@ def test_walds_words_and_freedom() -> None:
     as_f = wald_test(new, old, np.diag([2.0, 9.0]), name="n", null="z", runs=5)
     assert as_f.statistic == pytest.approx(1.0)
     assert (as_f.distribution, as_f.df) == ("F(2, 4)", (2.0, 4.0))
+
+
+@pytest.mark.parametrize(("together", "common"), [(0.06, False), (0.09, True)])
+def test_what_moves_together_begins_where_chance_ends(together: float, common: bool) -> None:
+    """Four parameters, 400 nights, an exact sample correlation: largest eigenvalue 1 + 3ρ, edge 1.21."""
+    rng = np.random.default_rng(8)
+    scores = rng.normal(size=(400, 4))
+    scores -= scores.mean(axis=0)
+    white = scores @ np.linalg.inv(np.linalg.cholesky(scores.T @ scores / 399)).T
+    correlation = np.full((4, 4), together) + (1.0 - together) * np.eye(4)
+    values = 5.0 + white @ np.linalg.cholesky(correlation).T
+    edge = (1.0 + np.sqrt(4 / 399)) ** 2
+    assert (1.0 + 3.0 * together > edge) == common
+    found = run_to_run_covariance(values, 1e-9 * np.eye(4), None)
+    apart = found[~np.eye(4, dtype=bool)]
+    assert np.diag(found) == pytest.approx(np.ones(4), rel=0.05)
+    assert (np.abs(apart).max() > 0.02) == common
+    assert common or np.abs(apart).max() == 0.0

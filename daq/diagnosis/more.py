@@ -1,0 +1,73 @@
+"""What the evidence adds to a diagnosis by rules: smallest sizes, and terms for what has no name."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+from rich.console import Console
+
+from daq.diagnosis.term_words import term_words
+from daq.report.power import power_json, print_power
+from daq.text.progress import Steps
+from daq.text.wrapped import write
+from ident import IdentificationError
+from ident.discrepancy import Diagnosis, Question
+from ident.discrepancy.by_evidence.power.recorded import recorded_sizes
+from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.by_evidence.terms.asked import proposed_terms
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class More:
+    """What is added.
+
+    Attributes:
+        power: the smallest size of each effect that would have been named; None where that was not asked.
+        terms: for what has no name.
+    """
+
+    power: tuple[Smallest, ...] | None = None
+    terms: tuple[Proposal, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Keys of ``diagnose --json``."""
+        content: dict[str, Any] = {"terms": [one.as_json() for one in self.terms]}
+        return content if self.power is None else content | {"power": power_json(self.power)}
+
+
+def more_of(diagnosis: Diagnosis, question: Question, steps: Steps, *, power: bool) -> More:
+    """Sizes where they were asked for, terms where the verdict is that no name fits.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm, where sizes were asked for.
+    """
+    sizes: tuple[Smallest, ...] | None = None
+    terms: tuple[Proposal, ...] = ()
+    if diagnosis.verdict == "unnamed":
+        with steps.step("A term for what has no name"):
+            terms = _terms(question)
+    if power:
+        with steps.step("Smallest sizes that would have been named"):
+            sizes = recorded_sizes(question)
+    return More(sizes, terms)
+
+
+def _terms(question: Question) -> tuple[Proposal, ...]:
+    try:
+        return proposed_terms(question)
+    except IdentificationError as error:
+        _LOG.warning("no term was looked for: %s", error)
+        return ()
+
+
+def print_more(console: Console, more: More) -> None:
+    """Terms, then the table of sizes."""
+    for term in more.terms:
+        write(console, term_words(term))
+    if more.power is not None:
+        print_power(console, more.power)

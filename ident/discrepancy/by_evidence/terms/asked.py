@@ -1,0 +1,30 @@
+"""Terms for recordings whose gap has no name, whichever search was asked about them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith
+from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.evidence.prepared import prepare
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
+from ident.discrepancy.by_evidence.terms.propose import propose
+from ident.discrepancy.by_evidence.workflow import above_accepted, posed
+from ident.discrepancy.question import Question
+
+ABOVE = 0.5
+"""Probability that a joint's misfit is above the accepted one, from which on a term is looked for."""
+
+
+def proposed_terms(question: Question) -> tuple[Proposal, ...]:
+    """Terms beside the model that is examined, at every joint whose misfit is above the accepted one.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm.
+    """
+    problem = posed(question)
+    nothing = Found((), problem.level, problem.score, problem.posterior)
+    present = PresentWith(problem.present, (), problem.prepared.repeats)
+    joints = np.flatnonzero(above_accepted(problem, nothing) > ABOVE)
+    validation = prepare(problem.prepared.robot, question.validation)
+    return propose(problem, nothing, present, validation, [int(joint) for joint in joints])
