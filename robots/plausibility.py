@@ -147,7 +147,7 @@ def _windows(robot: Robot) -> Iterator[Finding]:
                 ("controller", "position_gain", i),
                 f"with velocity_gain, velocity_feed_forward and saturation lets the drive be {error:.3g} rad"
                 " (or m) from its set-point before it is at its limit",
-                f"gains that make at most {most:g} of it",
+                f"gains, speed limits or a bus.cycle_time that make at most {most:g} of it",
             )
 
 
