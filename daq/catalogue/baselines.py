@@ -123,7 +123,9 @@ def _set_state(
         found = _current(connection, arm_id)
         if found is None:
             label = connection.execute(select(arms.c.label).where(arms.c.id == arm_id)).scalar_one_or_none()
-            raise CatalogueError(f"arm {label or arm_id}: has no baseline; accept a model first")
+            raise CatalogueError(
+                f"arm {label or arm_id}: has no baseline; `armhil baseline accept RUN --reason WHY` makes one"
+            )
         connection.execute(update(baselines).where(baselines.c.id == found.id).values(state=state))
         _note(connection, found.id, state, author, reason, report)
         return get_in(connection, found.id)

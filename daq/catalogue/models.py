@@ -102,8 +102,10 @@ def latest_of(catalogue: Catalogue, run_id: int) -> Model:
     """
     found = of_run(catalogue, run_id)
     if not found:
-        runs.get(catalogue, run_id)
-        raise CatalogueError(f"run {run_id}: has no model; identify its capture first")
+        capture = runs.get(catalogue, run_id).capture or "CAPTURE"
+        raise CatalogueError(
+            f"run {run_id}: has no model; make one: `armhil identify {capture} --out FOLDER`"
+        )
     return found[-1]
 
 

@@ -25,6 +25,8 @@ def there(value: Any) -> Any:
         if isinstance(path, Path) and not path.exists():
             capture = "an MCAP capture recorded by armhil"
             allowed = capture if path.suffix == ".mcap" else f"{capture}, or a log with its column map"
+            if path.suffix == ".toml":
+                allowed = "a model, as `armhil identify CAPTURE --out FOLDER` writes it"
             raise CaptureError(f"{path}: no such file; allowed: {allowed}")
     return value
 

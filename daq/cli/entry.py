@@ -81,6 +81,16 @@ def _grouped() -> None:
 _grouped()
 
 
+def _help_of(error: TyperException) -> str:
+    """The command that shows the help of the command that was called wrongly."""
+    context = getattr(error, "ctx", None)
+    words: list[str] = []
+    while context is not None and context.parent is not None:  # the last one is the program's own name
+        words.insert(0, str(context.info_name))
+        context = context.parent
+    return " ".join(["armhil", *words, "--help"])
+
+
 def main() -> None:
     """Run the command line; a user's mistake ends in one line and exit code 2, never in a traceback."""
     for library in ("OMP", "OPENBLAS", "MKL"):
@@ -96,7 +106,7 @@ def main() -> None:
     except typer.Abort:
         code = INTERRUPTED
     except TyperException as error:
-        say(error.format_message())
+        say(f"{error.format_message().rstrip('.')}; `{_help_of(error)}` shows what it takes, with an example")
         sys.exit(FAILED)
     except RunInterrupted as error:
         say(str(error))

@@ -72,9 +72,7 @@ def torque_table(
     at_joints = np.asarray((logged * given) @ robot.transmission_matrix)
     proof = TorqueProof.of(robot, log.position, at_joints, log.period, log.cutoff)
     share, sigma = proof.shares(offset)
-    # Friction that would drive a joint, or bodies that ask for the opposite.
-    against = np.flatnonzero((share < -_SEEN * sigma) & arm.has_masses)
-    turned = sorted({*proof.turned(offset), *against.tolist()})
+    turned = proof.turned(offset, (share < -_SEEN * sigma) & arm.has_masses)
     signs = np.ones(robot.n)
     signs[turned] = -1.0
     words = [f"torque: {torque.label}"]

@@ -13,7 +13,7 @@ import numpy as np
 from ident.effects import State
 from ident.parameters.regressor import RegressorModel
 from ident.signals import differentiate, low_pass
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
 _ROWS = 400
@@ -100,17 +100,29 @@ class TorqueProof:
             drive = np.delete(drive, 2, axis=1)
         return _fit(np.column_stack([bodies, drive]), self.torque[:, joint])
 
-    def turned(self, offset: FloatArray) -> list[int]:
-        """Joints whose friction would drive them: their torque is written with the other sign."""
+    def frictions(self, offset: FloatArray) -> FloatArray:
+        """(n, 2) viscous and dry friction of each joint, in their deviations."""
         columns, found = self.columns(offset), []
         for joint in range(self.n):
             bodies = columns[:, joint, : 10 * self.n]
             bodies = bodies[:, np.abs(bodies).max(axis=0) > 1e-12]
             drive = self._drive(joint)
             value, sigma = _fit(np.column_stack([drive, bodies]), self.torque[:, joint])
-            if (value[:2] < -_SIGNS * sigma[:2]).all():
-                found.append(joint)
-        return found
+            found.append(value[:2] / np.maximum(sigma[:2], np.finfo(float).tiny))
+        return np.array(found)
+
+    def turned(self, offset: FloatArray, against: BoolArray) -> list[int]:
+        """Joints whose torque is written with the other sign.
+
+        Both frictions would drive them; or their bodies ask for the opposite and no friction brakes them.
+
+        Args:
+            offset: of the positions.
+            against: (n,) whether the bodies ask for the opposite.
+        """
+        friction = self.frictions(offset)
+        driven = (friction < -_SIGNS).all(axis=1) | (against & ~(friction > _SIGNS).any(axis=1))
+        return [int(joint) for joint in np.flatnonzero(driven)]
 
     def _drive(self, joint: int) -> FloatArray:
         """Columns of one drive, rows × 4: viscous and dry friction, inertia, offset."""

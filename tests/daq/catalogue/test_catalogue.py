@@ -11,7 +11,7 @@ import pytest
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description
-from daq.catalogue.values import ArmMismatch, CatalogueError, NewFinding
+from daq.catalogue.values import ArmIdentity, ArmMismatch, CatalogueError, NewFinding
 from tests.daq.catalogue.entries import OTHER_SHA, SHA, finished_run, identity, model
 
 
@@ -111,7 +111,10 @@ def test_a_model_comes_back_bit_for_bit(catalogue: Catalogue) -> None:
     assert [found.id for found in models.of_run(catalogue, run.id)] == [kept.id, without.id]
     assert [found.id for found in models.of_arm(catalogue, run.arm_id, limit=1)] == [without.id]
     empty = finished_run(catalogue)
-    with pytest.raises(CatalogueError, match=rf"^run {empty.id}: has no model; identify its capture first$"):
+    with pytest.raises(
+        CatalogueError,
+        match=rf"^run {empty.id}: has no model; make one: `armhil identify /data/tx40.mcap --out FOLDER`$",
+    ):
         models.latest_of(catalogue, empty.id)
     with pytest.raises(CatalogueError, match=r"^run 77: is not in the catalogue"):
         models.latest_of(catalogue, 77)
@@ -134,7 +137,10 @@ def test_a_baseline_and_everything_that_is_said_of_it(catalogue: Catalogue) -> N
     arm = first.arm_id
     assert baselines.current(catalogue, arm) is None
     for change in (baselines.suspect, baselines.roll_back, baselines.trust):
-        with pytest.raises(CatalogueError, match=r"^arm tx40: has no baseline; accept a model first$"):
+        with pytest.raises(
+            CatalogueError,
+            match=r"^arm tx40: has no baseline; `armhil baseline accept RUN --reason WHY` makes",
+        ):
             change(catalogue, arm, "ann", "why")
     old = baselines.accept(catalogue, first.id, "ann", "first light", "/data/report.html")
     new = baselines.accept(catalogue, second.id, "ben", "after service")
@@ -227,3 +233,8 @@ def test_what_fails_leaves_nothing(catalogue: Catalogue) -> None:
     with pytest.raises(CatalogueError, match=r"^run 55: is not in the catalogue"):
         models.add(catalogue, 55, twice)
     assert models.of_arm(catalogue, run.arm_id) == ()
+
+
+def test_an_arm_is_a_real_one_unless_it_is_said_to_be_simulated(catalogue: Catalogue) -> None:
+    assert arms.register(catalogue, ArmIdentity("emps", (7,), "0" * 64)).label == "emps"
+    assert arms.register(catalogue, ArmIdentity("emps", (7,), "0" * 64, simulated=True)).label == "emps-sim"

@@ -491,3 +491,23 @@ def test_a_mistake_of_our_own_is_no_warning(
         cli.main()
     assert ended.value.code == 2
     assert "Traceback" in (told := capsys.readouterr().err) and "made up" in told
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("identify",), "Missing argument 'paths'; `armhil identify --help` shows what it takes"),
+        (("demo", "--seed", "x"), "`armhil demo --help` shows what it takes, with an example"),
+        (("baseline", "accept"), "`armhil baseline accept --help` shows"),
+        (("identfy",), "Did you mean 'identify'?; `armhil --help` shows"),
+        (("runs", "--sinse", "1"), "`armhil runs --help` shows"),
+    ],
+)
+def test_a_call_that_is_wrong_says_which_help_to_read(
+    armhil: Armhil, words: tuple[str, ...], told: str
+) -> None:
+    assert told in " ".join(armhil(*words).refusal.split())
+
+
+def test_a_model_that_is_not_there_says_what_makes_one(armhil: Armhil) -> None:
+    assert "`armhil identify CAPTURE --out FOLDER`" in armhil("export-model", "no.toml").refusal

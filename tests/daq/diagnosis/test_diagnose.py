@@ -77,7 +77,7 @@ def test_emps_without_coulomb_friction_names_it(shared_data: Path) -> None:
 @pytest.mark.slow
 def test_tx40_lacks_the_coupling_of_its_wrist(shared_data: Path) -> None:
     request = DiagnoseRequest(
-        (shared_data / "tx40",), robot="tx40", split_half=True, without=("wrist_coupling",)
+        (shared_data / "tx40",), robot="tx40", split_half=True, without=("wrist_coupling",), search="rules"
     )
     result = run_diagnose(request, Silent())
     # Friction of the load on joint 3 is there, too: as a share of the whole arm's noise it was passed over.

@@ -136,6 +136,18 @@ def test_a_torque_against_the_bodies_is_turned_round(tmp_path: Path, motion: tup
     assert any("torque of joint_2: turned round" in sentence for sentence in found.words)
 
 
+def test_a_torque_that_brakes_is_not_turned_by_its_bodies(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    """A URDF may be wrong; friction is not."""
+    t, q, v, torque = motion
+    friction = 2.0 * v + 3.0 * np.sign(v)
+    odd = torque.copy()
+    odd[:, 1] = friction[:, 1] - (torque - friction)[:, 1]
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", odd, 1)})
+    assert not any("turned round" in sentence for sentence in found.words)
+
+
 @pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (8.85, True)])
 def test_a_ratio_that_the_masses_contradict_is_said(
     tmp_path: Path, motion: tuple[FloatArray, ...], factor: float, odd: bool
