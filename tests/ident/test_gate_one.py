@@ -182,13 +182,17 @@ def test_the_gate_tells_relevance_and_the_shift_that_a_departure_would_cause() -
     assert gate.passed
     assert "weakest conditional first-stage F" in gate.detail
     assert "would shift" in gate.detail
-    # Columns that are 10 % too large: parameters in their place would be 10 % off, so many σ.
-    stretched = rows_of(1, 0.02, 1.1)
+
+
+@pytest.mark.parametrize(("stretch", "departure"), [(1.1, 0.1), (0.9, -0.1)])
+def test_the_shift_is_that_of_the_parameters_either_way(stretch: float, departure: float) -> None:
+    """Columns 10 % too large or too small: parameters in their place would be 10 % off, so many σ."""
+    stretched = rows_of(1, 0.02, stretch)
     block = stretched.whitened(stretched.omega())
     gate = instruments_gate(stretched, stretched.omega(), block, ("a", "b", "c"), GateSettings())
     assert not gate.passed
     sizes = [check.size for check in gate.columns]
-    assert sizes == pytest.approx([0.1 / 1.1] * 3, rel=0.05)
+    assert sizes == pytest.approx([abs(departure) / stretch] * 3, rel=0.05)
     assert gate.p_value == pytest.approx(0.001)
     inverse = np.linalg.inv(block.x.T @ block.x)
     shift = 0.1 * np.abs(inverse @ block.x.T @ block.y) / np.sqrt(np.diag(inverse))

@@ -11,7 +11,7 @@ import pytest
 from daq.catalogue import arms, baselines, checks, findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description
-from daq.catalogue.values import ArmMismatch, CatalogueError, NewFinding
+from daq.catalogue.values import ArmIdentity, ArmMismatch, CatalogueError, NewFinding
 from tests.daq.catalogue.entries import OTHER_SHA, SHA, finished_run, identity, model
 
 
@@ -233,3 +233,8 @@ def test_what_fails_leaves_nothing(catalogue: Catalogue) -> None:
     with pytest.raises(CatalogueError, match=r"^run 55: is not in the catalogue"):
         models.add(catalogue, 55, twice)
     assert models.of_arm(catalogue, run.arm_id) == ()
+
+
+def test_an_arm_is_a_real_one_unless_it_is_said_to_be_simulated(catalogue: Catalogue) -> None:
+    assert arms.register(catalogue, ArmIdentity("emps", (7,), "0" * 64)).label == "emps"
+    assert arms.register(catalogue, ArmIdentity("emps", (7,), "0" * 64, simulated=True)).label == "emps-sim"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from datetime import UTC, datetime, timedelta
 
@@ -80,3 +81,20 @@ def test_a_lease_is_renewed_for_as_long_as_a_block_lasts(catalogue: Catalogue) -
         with pytest.raises(LeaseHeld):
             leases.take(catalogue, arm.id, 60, holder="somebody", at=first.expires)
     assert leases.holder_of(catalogue, arm.id) is None
+
+
+def test_a_lease_of_a_minute_is_renewed_every_twenty_seconds(
+    catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that two renewals may fail before it runs out."""
+    asked: list[float | None] = []
+
+    class Waits(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            asked.append(timeout)
+            return super().wait(timeout)
+
+    monkeypatch.setattr(leases, "Event", Waits)
+    with leases.held(catalogue, arms.register(catalogue, identity()).id) as lease:
+        assert lease.expires - lease.taken == timedelta(seconds=60)
+    assert asked[0] == 20.0

@@ -151,7 +151,7 @@ def _steps(path: Path) -> str:
     return path.read_text() if path.exists() else ""
 
 
-def test_a_lease_of_a_living_process_is_left_alone() -> None:
+def test_a_lease_of_a_living_process_is_left_alone(caplog: pytest.LogCaptureFixture) -> None:
     identity = ArmIdentity("emps", (7,), "0" * 64)
     with Catalogue() as catalogue:
         arm = arms.register(catalogue, identity)
@@ -164,6 +164,7 @@ def test_a_lease_of_a_living_process_is_left_alone() -> None:
         assert dead.returncode == -signal.SIGKILL, dead.stderr
         assert leases.holder_of(catalogue, arm.id) is not None
         assert leases.free_dead(catalogue, "emps") == (arm.label,)
+        assert f"arm {arm.label}: the process that held it is gone; its lease was given back" in caplog.text
         assert leases.holder_of(catalogue, arm.id) is None
 
 
