@@ -88,7 +88,7 @@ def torque_table(
         odd = "" if _agree(1.0, share, seen) else "; look it over"
         words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
         return _table(key, given * signs, unit), words
-    share = share * np.abs(given)
+    share = share / np.abs(given)
     signs = signs * np.sign(given)
     if hints.sensor:
         words.append("torque: of sensors at the links, so without the rotors' inertia")
@@ -128,7 +128,7 @@ def _nearer(share: FloatArray, ratio: FloatArray, seen: BoolArray) -> bool:
     if not seen.any():
         return True
     with_ratio = np.median(np.abs(np.log(share[seen])))
-    return bool(with_ratio <= np.median(np.abs(np.log(share[seen] * np.abs(ratio[seen])))))
+    return bool(with_ratio <= np.median(np.abs(np.log(share[seen] / np.abs(ratio[seen])))))
 
 
 def _agree(scale: float | FloatArray, share: FloatArray, seen: BoolArray) -> bool:

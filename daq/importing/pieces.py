@@ -9,6 +9,7 @@ import numpy as np
 
 from daq.recording.capture import CaptureError
 from ident import Recording
+from ident.recording import JITTER_ALLOWED
 from robots.arrays import BoolArray, FloatArray
 
 SHORTEST_PIECE = 2.0
@@ -89,6 +90,12 @@ def complete_at(grid: FloatArray, time: FloatArray, complete: BoolArray) -> Bool
     """
     after = np.clip(np.searchsorted(time, grid), 0, len(time) - 1)
     before = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, len(time) - 1)
-    nearest = np.minimum(np.abs(grid - time[before]), np.abs(time[after] - grid))
-    there = nearest <= _NEAR * (grid[-1] - grid[0]) / max(len(grid) - 1, 1)
+    since, until = np.abs(grid - time[before]), np.abs(time[after] - grid)
+    period = (grid[-1] - grid[0]) / max(len(grid) - 1, 1)
+    there = np.minimum(since, until) <= _NEAR * period
+    # At a sample, to the rounding of the clock, that one says it; its neighbours have no part in it.
+    before, after = (
+        np.where(until <= JITTER_ALLOWED * period, after, before),
+        np.where(since <= JITTER_ALLOWED * period, before, after),
+    )
     return np.asarray(complete[before] & complete[after] & there[:, np.newaxis], dtype=np.bool_)

@@ -159,6 +159,17 @@ def test_a_ratio_that_the_masses_contradict_is_said(
     assert said.endswith("look it over") == odd
 
 
+def test_a_ratio_of_the_positions_is_not_put_on_torques_at_the_joints(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    t, q, _, torque = motion
+    columns = {"t": t, **numbered("q", q * RATIO, 1), **numbered("tau", torque, 1)}
+    found = guessed(tmp_path, columns, ratio=tuple(RATIO))
+    assert found.columns["position"]["side"] == "motor"
+    assert "side" not in found.columns["torque"]
+    assert any("torque: in N*m at the joints" in sentence for sentence in found.words)
+
+
 def test_rows_written_twice_and_stuck_samples_change_nothing(
     tmp_path: Path, motion: tuple[FloatArray, ...]
 ) -> None:

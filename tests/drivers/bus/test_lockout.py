@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from drivers import BusError, BusLock, Channel, DriveError
+import robots
+from drivers import ArmSession, BusError, BusLock, Channel, DriveError
 from drivers.bus import state_folder
 from drivers.bus.lockout import Lockout
 from drivers.frames import channel
@@ -50,6 +51,15 @@ def test_a_note_is_the_same_for_every_user_and_known_by_its_drives(
     assert Lockout(CAN1, "arm", ("0000009A-00000001-79",)).reason is None
     Lockout(CAN1, "renamed", SERIALS).lift()
     assert Lockout(CAN0).reason is None and not note.exists()
+
+
+def test_no_session_streams_or_homes_while_a_note_of_another_one_stands(machine: Path) -> None:
+    """Beneath every command, for whoever uses the package itself."""
+    session = ArmSession(robots.load("emps"), CAN0)
+    session._refuse_stream()
+    Lockout(CAN0, "emps").begin()
+    with pytest.raises(DriveError, match=r"the last stream ended by itself .*`armhil acknowledge "):
+        session._refuse_stream()
 
 
 def test_the_first_cause_stays(machine: Path) -> None:

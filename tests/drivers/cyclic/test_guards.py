@@ -12,6 +12,7 @@ import pytest
 
 import robots
 from drivers import ArmSession, Budgets, BusError, Channel, DriveError, Request
+from drivers.cyclic.following import STANDSTILL_SHARE
 from drivers.cyclic.motion_checks import MotionChecks
 from drivers.cyclic.ramp import GENTLE, approach
 from drivers.frames.job import TorqueLimit
@@ -50,6 +51,15 @@ def test_the_torque_guard_has_its_tolerance_its_sign_and_its_patience(sign: int)
     dip = [(sign * 106, 0, 0)] * 5 + [(0, 0, 0)]
     assert set(torque_reasons(dip * 5)) == {None}, "and counted anew"
     assert torque_reasons([(sign * 60, -sign * 95, 0)] * 6)[5] is not None, "drives of a joint add up"
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_window_of_the_following_error_holds_on_both_sides(sign: int) -> None:
+    checks = MotionChecks(replace(stream_job(), following_error=np.array([100, 50, 100])))
+    seen: Any = SimpleNamespace(complete=[True] * 3, position=[1000] * 3, control_signal=[0] * 3)
+    assert checks.check(seen, [1000, 1000 + sign * 50, 1000]) is None
+    said = checks.check(seen, [1000, 1000 + sign * 51, 1000])
+    assert said == "following error of drive 2 is 51 counts; allowed: 50"
 
 
 def look_healthy(arm: FakeArm) -> None:
@@ -92,6 +102,19 @@ def test_a_drive_that_has_started_anew_is_noticed_although_it_looks_healthy() ->
     assert done.result.outcome == "fault" and done.result.cycles < 250
 
 
+def test_a_drive_that_left_operational_is_noticed_although_it_looks_healthy() -> None:
+    healthy = beating(10_000)
+
+    def script(number: int, arm: FakeArm) -> None:
+        healthy(number, arm)
+        if number == 210:
+            arm.put(0x702, b"\x7f", 0.0001)
+
+    done = run(script, links=LINKS)
+    assert done.result.reason.startswith("drive 2 left NMT operational (its heartbeat says 127)")
+    assert done.result.outcome == "fault" and done.result.cycles < 250
+
+
 @pytest.mark.parametrize(("code", "ends"), [(0x4310, True), (0xFF01, True), (0x0000, False)])
 def test_an_emergency_of_an_axis_that_looks_healthy_ends_the_stream(code: int, ends: bool) -> None:
     healthy = beating(10_000)
@@ -112,13 +135,18 @@ def test_an_emergency_of_an_axis_that_looks_healthy_ends_the_stream(code: int, e
 def test_no_axis_loses_its_torque_before_the_arm_stands(tx40: Robot, request_: Request) -> None:
     """By the drives' quick stop, which has to be held, and by the master's ramp."""
     seen: list[tuple[np.ndarray, list[bool]]] = []
+    enabled: list[list[bool]] = []
+    words = {0x200 + drive.node_id: False for drive in tx40.drive}
 
     def watch(bus: InProcessBus) -> None:
         receive = bus.group.receive
 
         def spy(cob_id: int, data: bytes, now: float) -> None:
             receive(cob_id, data, now)
+            if cob_id in words:
+                words[cob_id] = data[0] & 0x0F == 0x0F  # enable operation
             if cob_id == 0x080:
+                enabled.append(list(words.values()))
                 torque = [drive.mode is not AxisMode.BRAKED for drive in bus.group.drives]
                 seen.append((bus.group.bench.plant.joint_position(), torque))
 
@@ -141,6 +169,9 @@ def test_no_axis_loses_its_torque_before_the_arm_stands(tx40: Robot, request_: R
         lost = np.flatnonzero(torque[:-1, axis] & ~torque[1:, axis])
         assert len(lost) == 1, "once on, once off"
         assert share[lost[0], axis] < 0.03, "and stood when the torque went"
+    if request_ is not Request.HALT:  # a drive that brakes on its own ramp (605C) would hide it
+        told = np.flatnonzero(~np.array(enabled)[1:].all(axis=1) & torque.any(axis=1))
+        assert share[told].max(initial=0.0) <= STANDSTILL_SHARE, "nor was it told to before"
 
 
 def test_an_approach_keeps_to_its_share_of_the_velocity() -> None:

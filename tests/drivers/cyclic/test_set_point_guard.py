@@ -31,6 +31,21 @@ def test_a_speed_that_would_jump_is_refused_by_name_and_value() -> None:
     assert refusals(rows) == [None, None, words]
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_speed_that_grows_gently_is_refused_where_its_limit_is(sign: int) -> None:
+    """No single change of it is too large: only the step says so."""
+    limit = stream_job().largest_step[0]
+    steps = np.arange(0, limit + 3 * STEP[0], int(STEP[0]), dtype=int)
+    rows = [[sign * int(place), 0, 0] for place in np.cumsum(steps)]
+    said = refusals(rows)
+    first = next(k for k, words in enumerate(said) if words is not None)
+    assert steps[first] <= limit < steps[first + 1], "the largest step that is allowed was the last one"
+    step = sign * int(steps[first + 1])
+    assert said[first] == (
+        f"set-point of drive 1 would have jumped by {step} counts in one cycle; allowed: {limit}"
+    )
+
+
 def test_a_set_point_may_come_back_into_its_range_but_not_go_farther_out() -> None:
     limits = START - 0.1, START + np.array([0.1, 0.0001, 0.1])
     # The second axis counts backwards: its upper limit is the lowest count.

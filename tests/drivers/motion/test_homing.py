@@ -232,6 +232,10 @@ def test_an_arm_that_forgot_is_homed_attested_and_streamed(
         with pytest.raises(DriveError, match="attest where the arm stands"):
             session.stream(still, lambda samples: None)
         session.attest_position(forgetful.home)
+        assert session.home(Homing("joint_3", 37, at, travel=0.01)).outcome == "completed"
+        with pytest.raises(DriveError, match="attest where the arm stands"):
+            session.stream(still, lambda samples: None)  # what was attested before is another position
+        session.attest_position(forgetful.home)
         batches: list[Samples] = []
         assert session.stream(still, batches.append).outcome == "completed"
         np.testing.assert_allclose(Samples.concatenate(batches).position[-1], forgetful.home, atol=2e-3)
