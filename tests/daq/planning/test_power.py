@@ -11,6 +11,7 @@ import pytest
 from daq.files.model_file import write_model
 from daq.report.power import power_map
 from drivers.simulated import draw_truth, simulate_offline
+from ident.discrepancy.by_evidence.power.planned import white_noise
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from robots import Robot
 from tests.daq.models import carriage
@@ -98,3 +99,8 @@ def test_the_map_has_a_cell_for_each_place_and_is_darkest_where_most_is_hidden(t
     assert "not told from base tilt of the arm" in unseen.more
     assert 1.0 == unseen.dark > payload.dark > friction.dark == 0.0
     assert payload.size == "1.00 N·m" and "told last from noise" in payload.more
+
+
+def test_white_noise_of_closer_rows_is_as_loud_per_hz() -> None:
+    (one,) = white_noise(np.array([2.0]), 0.032, 0.008)
+    assert one.deviation == pytest.approx(4.0) and one.coefficients.size == 0
