@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.evidence.case import UNKNOWN
-from benchmarks.evidence.drawn import hidden, settings_of, truth_of
+from benchmarks.evidence.drawn import draw_of, hidden, truth_of
 from benchmarks.evidence.scores import all_right, calibration, first_is_right, report, shown_wrong, wrong
 from benchmarks.foreign_plant import ARMS, NAMES
 
@@ -59,11 +59,11 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
 
 
 def test_what_is_drawn_the_plant_can_hide() -> None:
-    drawn = [(settings_of(seed), hidden(seed, ARMS[settings_of(seed)[0]])) for seed in range(300)]
+    drawn = [(draw_of(seed).arm, hidden(seed)) for seed in range(300)]
     assert {effect.name for _, effects in drawn for effect in effects} <= set(NAMES)
     shares = np.bincount([len(effects) for _, effects in drawn], minlength=3) / len(drawn)
     assert 0.12 < shares[0] < 0.28 and 0.12 < shares[2] < 0.28
     truths = [truth for _, effects in drawn for truth in truth_of(effects)]
     assert any(name == UNKNOWN for name, _ in truths)
     assert all(joints == () for name, joints in truths if name in ("payload", "base_tilt"))
-    assert {arm for (arm, _), _ in drawn} == set(ARMS)
+    assert {arm for arm, _ in drawn} == set(ARMS)
