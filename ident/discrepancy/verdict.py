@@ -9,6 +9,7 @@ from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
+from ident.effects.vocabulary import family_named
 from ident.verdicts import Gate
 
 
@@ -48,6 +49,26 @@ def verdict_of(findings: Sequence[Finding], left: Left) -> DiagnosisVerdict:
         return "named"
     something = left.more_than_noise or left.unrepeated or left.unnamed or left.beyond_margin
     return "unnamed" if something else "clean"
+
+
+def lags_of_noise(
+    findings: Sequence[Finding], usual: bool, unexplained: Sequence[Unexplained], margin: float
+) -> bool:
+    """Whether what was found where nothing repeats goes again: lags that no other data confirm, nothing left.
+
+    An encoder's noise that the loop passes on then looks like a delay of microseconds, on every recording of
+    a clean arm. A model that leaves more than an accepted one keeps its findings, not confirmed.
+
+    Args:
+        findings: with what the data that was not fitted shows of them.
+        usual: whether the model before leaves no more on the rows that were fitted than an accepted one.
+        unexplained: by the model before, per joint, on data that was not fitted.
+        margin: share of a joint's torque that a model may lack.
+    """
+    lags = all(family_named(finding.effect).taken_by_alignment for finding in findings)
+    confirmed = any(finding.confirmation.passed for finding in findings)
+    nothing_left = usual and all(one.least <= margin for one in unexplained)
+    return bool(findings) and lags and not confirmed and nothing_left
 
 
 def description(verdict: DiagnosisVerdict, left: Left) -> str:

@@ -24,7 +24,7 @@ from ident.discrepancy.step import Step
 from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.validation import Validation
-from ident.discrepancy.verdict import Left, description, verdict_of
+from ident.discrepancy.verdict import Left, description, lags_of_noise, verdict_of
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Placed
@@ -241,15 +241,24 @@ class Search:
     def _answer(self) -> Diagnosis:
         validation = Validation(self.validation, self.first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
+        margin, of_first = self.first.base.model.robot.identification.torque_margin, self.first.examination
+        usual = of_first.excess <= self._misfit_threshold_per_row() * of_first.torque.shape[0]
+        moved_once = self.course.reversing is None and not of_first.repeats
+        nothing = moved_once and lags_of_noise(
+            findings, bool(usual), validation.unexplained(self.first), margin
+        )
+        if nothing:
+            self.course.withdraw()
+            findings, rejected, last = [], [*rejected, *findings], validation.loop_run(self.first)
         examination = self.step.examination
         not_repeating = unrepeated(examination, _row_time(self.prepared[0]))
         left = Left(
             self._dependences(),
             not_repeating,
             self.unnamed,
-            self._more_in_motion(),
+            not nothing and self._more_in_motion(),
             validation.unexplained(self.step),
-            self.first.base.model.robot.identification.torque_margin,
+            margin,
         )
         verdict = verdict_of(findings, left)
         loops = validation.loop_gaps(validation.loop_run(self.first) if findings else last, last)

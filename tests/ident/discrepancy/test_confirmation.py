@@ -15,7 +15,7 @@ from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
-from ident.discrepancy.verdict import Left, beside_gate, description, verdict_of
+from ident.discrepancy.verdict import Left, beside_gate, description, lags_of_noise, verdict_of
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from ident.verdicts import ColumnCheck
@@ -94,6 +94,25 @@ def test_nothing_is_named_that_data_that_was_not_fitted_contradicts() -> None:
 
 def share(joint: int, least: float) -> Unexplained:
     return Unexplained(joint, 0.2, 0.01, 0.19, least, False)
+
+
+def test_a_lag_that_no_other_data_confirm_goes_again_where_nothing_is_left() -> None:
+    no = Confirmation(Shown(0.2, 0.1), None)
+    lag, delay = (replace_effect(finding(no), name) for name in ("current_loop_lag", "time_delay"))
+    good = replace_effect(finding(Confirmation(SURE, None)), "time_delay")
+    friction = replace_effect(finding(no), "stribeck_friction")
+    small, large = share(3, 0.049), share(0, 0.051)
+    assert lags_of_noise([lag, delay], True, [small], 0.05)
+    assert not lags_of_noise([lag, friction], True, [small], 0.05)
+    assert not lags_of_noise([lag, good], True, [small], 0.05)
+    assert not lags_of_noise([lag], False, [small], 0.05)
+    assert not lags_of_noise([lag], True, [small, large], 0.05)
+    assert not lags_of_noise([], True, [small], 0.05)
+
+
+def replace_effect(one: Any, name: str) -> Any:
+    one.effect = name
+    return one
 
 
 def test_nothing_is_clean_of_whose_torque_more_than_the_margin_is_unexplained() -> None:
