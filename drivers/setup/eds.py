@@ -114,7 +114,7 @@ def _add_compact(
     fields: Mapping[str, str],
     node_id: int,
 ) -> None:
-    """An array whose entries are all alike (CompactSubObj): entry 0 is their number."""
+    """An array whose entries are all of one kind (CompactSubObj): entry 0 is their number."""
     for number in range(1, min(count, MOST_ENTRIES) + 1):
         objects.setdefault((index, number), _entry(index, number, fields, node_id))
     objects.setdefault((index, 0), plain_entry(index, 0, UNSIGNED8, "ro", count))

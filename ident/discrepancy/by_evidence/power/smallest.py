@@ -199,7 +199,7 @@ def essential(entry: Entry) -> int:
 
 
 def typical(entry: Entry) -> FloatArray:
-    """(p,) parameters in units of their scales: those without which it is another effect, else all alike."""
+    """(p,) parameters in units of their scales: those without which it is another effect, else all."""
     chosen = np.zeros(entry.white.count)
     chosen[list(entry.candidate.family.essential) or slice(None)] = 1.0
     return chosen
