@@ -107,10 +107,6 @@ class Course:
         base = extended(self.first.base, [one.placed for one in others], seen)
         return Step.of(base, self.prepared, prior, self.first, simulated=False)
 
-    def withdraw(self) -> None:
-        """Back to the model before anything was found."""
-        self.findings, self.step, self.moving, self.reversing = [], self.first, self.first, None
-
     def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.
 

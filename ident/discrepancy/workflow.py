@@ -248,7 +248,7 @@ class Search:
             findings, bool(usual), validation.unexplained(self.first), margin
         )
         if nothing:
-            self.course.withdraw()
+            self.course = Course.begun(self.prepared, self.first)
             findings, rejected, last = [], [*rejected, *findings], validation.loop_run(self.first)
         examination = self.step.examination
         not_repeating = unrepeated(examination, _row_time(self.prepared[0]))

@@ -10,20 +10,25 @@ from pathlib import Path
 import pytest
 
 
-@pytest.mark.parametrize("name", ["robots", "ident"])
-def test_a_package_in_the_way_is_one_line(name: str, tmp_path: Path, repository: Path) -> None:
-    stranger = tmp_path / name / "__init__.py"
-    stranger.parent.mkdir()
-    stranger.write_text("")
-    done = subprocess.run(
+def armhil_robots(folder: Path, repository: Path) -> subprocess.CompletedProcess[str]:
+    """``armhil robots`` as somebody who stands in a folder calls it."""
+    return subprocess.run(
         [sys.executable, "-m", "daq", "robots"],
-        cwd=tmp_path,
+        cwd=folder,
         env=os.environ | {"PYTHONPATH": str(repository)},
         capture_output=True,
         text=True,
         check=False,
         timeout=60,
     )
+
+
+@pytest.mark.parametrize("name", ["robots", "ident"])
+def test_a_package_in_the_way_is_one_line(name: str, tmp_path: Path, repository: Path) -> None:
+    stranger = tmp_path / name / "__init__.py"
+    stranger.parent.mkdir()
+    stranger.write_text("")
+    done = armhil_robots(tmp_path, repository)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert done.stderr.startswith(f"armhil: another package is in the way: {name} from {stranger.resolve()}")
@@ -31,14 +36,6 @@ def test_a_package_in_the_way_is_one_line(name: str, tmp_path: Path, repository:
 
 
 def test_nothing_in_the_way(tmp_path: Path, repository: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "daq", "robots"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(repository)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    done = armhil_robots(tmp_path, repository)
     assert done.returncode == 0
     assert "tx40" in done.stdout
