@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import robots
 from drivers.setup.limits import compare_limits
 from drivers.setup.rated_torque import compare_torque, doubtful_gain
 from robots import Robot
@@ -43,7 +44,8 @@ def test_demanded_torque_and_current_are_relative_too(tx40: Robot, index: int) -
     assert doubtful_gain(described(tx40, 2.5, index), 2, settings(tx40, 2)) is not None
 
 
-def test_what_says_nothing_is_not_compared(tx40: Robot, emps: Robot) -> None:
+def test_what_says_nothing_is_not_compared(tx40: Robot) -> None:
+    emps = robots.load("emps")
     wrong, told = described(tx40, 2.5), settings(tx40, 2)
     for rated in (None, 0):
         assert doubtful_gain(wrong, 2, told | {"6076": rated}) is None
@@ -53,8 +55,9 @@ def test_what_says_nothing_is_not_compared(tx40: Robot, emps: Robot) -> None:
     assert doubtful_gain(emps, 0, settings(emps, 0) | {"6076": 1}) is None, "N·m or N: nobody knows"
 
 
-def test_a_limit_of_a_screw_is_a_force(emps: Robot) -> None:
+def test_a_limit_of_a_screw_is_a_force() -> None:
     """Per metre a screw with 400 turns makes 2π · 400 N of each N·m."""
+    emps = robots.load("emps")
     torque = emps.torque_limits[0] / (400 * 2 * 3.14159265)
     for times, expected in ((1.9, []), (2.1, ["6072"])):
         told = {"6072": 1000, "6076": round(1e3 * times * torque)}
