@@ -12,7 +12,6 @@ from ident.discrepancy.align import aligned, lag_is_known
 from ident.discrepancy.basis import ranking_of
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
-from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
 from ident.discrepancy.question import Progress, Question
@@ -302,8 +301,8 @@ class Search:
 
     def _dependences(self) -> tuple[ResidualDependence, ...]:
         beta = self.step.examination.beta
-        residuals = [piece.thin(torque_residual(self.step.base, beta, piece)) for piece in self.prepared]
-        torques = [piece.thin(self.step.base.columns(piece.measured) @ beta) for piece in self.prepared]
+        residuals = [piece.residual(self.step.base, beta) for piece in self.prepared]
+        torques = [piece.columns(self.step.base) @ beta for piece in self.prepared]
         return residual_dependences(self.prepared, residuals, torques)
 
 
