@@ -268,4 +268,7 @@ def _select() -> Select[Any]:
 
 def _run_of(row: Row[Any]) -> Run:
     fields = dict(row._mapping)
-    return Run(arm=fields.pop("label"), **fields)
+    facts = fields.pop("facts")
+    seal = str(facts.get(SEAL, ""))
+    others = {key: value for key, value in facts.items() if key != SEAL}
+    return Run(arm=fields.pop("label"), facts=others, seal=seal, **fields)

@@ -30,7 +30,7 @@ def seal_of(arm: Arm | ArmIdentity, kind: str, stage: str, outcome: str, facts: 
 
 def is_whole(run: Run, arm: Arm | ArmIdentity) -> bool:
     """Whether a run is as it was kept, and of this arm."""
-    return run.facts.get(SEAL) == seal_of(arm, run.kind, run.stage, run.outcome, run.facts)
+    return run.seal == seal_of(arm, run.kind, run.stage, run.outcome, run.facts)
 
 
 def seal_kept_in(connection: Connection) -> None:
