@@ -126,7 +126,7 @@ def test_a_spot_and_a_wave_sit_where_they_should(emps: Robot) -> None:
     [
         ({"load_dependent_friction": [OF_LOAD]}, 0.2, OF_LOAD["coefficient"], 1),
         ({"load_dependent_friction": [OF_LOAD]}, -0.2, OF_LOAD["coefficient"], 1),
-        ({"load_quadratic_friction": [OF_LOAD]}, -0.2, OF_LOAD["coefficient"], 2),
+        ({"load_quadratic_friction": [OF_LOAD | {"coefficient": 0.008}]}, -0.2, 0.008, 2),
         ({"directional_efficiency": [EFFICIENCY]}, 0.2, EFFICIENCY["driven"], 1),
         ({"directional_efficiency": [EFFICIENCY]}, -0.2, EFFICIENCY["driving"], 1),
     ],
