@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import chain_frames
+from ident.parameters.chain import along_chain, chain_frames
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
@@ -133,6 +133,10 @@ class Present:
         )
         return max(dry, 0.0), max(viscous, 0.0)
 
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether it has a usual term with one of these symbols for a drive (from 0)."""
+        return any(one.joint == drive and one.is_usual(symbols) for one in self.model.parameters)
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         model = self._links()
@@ -169,23 +173,7 @@ class Present:
     def _along(
         self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        # Imported here: the compiler takes a second to load.
-        from ident.parameters.link_torque import along_motion
-
-        samples, n = position.shape
-        torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
-        along_motion(
-            tuple(range(n)),
-            frames,
-            self._link_parameters(),
-            self._gravity,
-            np.ascontiguousarray(position),
-            np.ascontiguousarray(velocity),
-            np.ascontiguousarray(acceleration),
-            torque,
-            masses,
-        )
-        return torque, masses
+        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
 
     def _link_parameters(self) -> FloatArray:
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
