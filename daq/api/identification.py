@@ -16,7 +16,7 @@ from daq.identification.identify import IdentifyRequest, run_identify
 from daq.identification.terminal import print_identification
 from daq.text.progress import Silent
 from ident import Estimate, Fitted, Recording
-from ident.closed_loop.simulate import SimulatedRun
+from ident.closed_loop.leading import SimulatedRun
 from ident.closed_loop.simulate import simulate as run_loop
 from robots import Robot
 

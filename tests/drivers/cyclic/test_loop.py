@@ -17,8 +17,7 @@ from drivers.cia402 import State
 from drivers.cyclic.loop import Loop
 from drivers.frames.job import Job
 from drivers.frames.layout import DriveLink
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from drivers.frames.units import Units
 from tests.drivers.fake_arm import Clock, FakeArm
 
