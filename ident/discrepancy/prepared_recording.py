@@ -10,6 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
+from ident.effects.family import PlacedEffect
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import (
@@ -83,6 +84,10 @@ class PreparedRecording:
     def thin(self, columns: FloatArray) -> FloatArray:
         """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
         return thinned(columns, self.decimation, self.decimation_filter)
+
+    def columns_of(self, effect: PlacedEffect, measured: bool = False) -> FloatArray:
+        """An effect's decimated columns at the instruments (or the measured motion): rows × joints × p."""
+        return self.thin(effect.columns(self.measured if measured else self.instruments))
 
     def noise_of(self, residual: FloatArray) -> FloatArray:
         """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints.
