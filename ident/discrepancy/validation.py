@@ -130,9 +130,9 @@ class Validation:
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:
     effect = accepted.placed
     shapes = accepted.component.family.shapes(accepted.robot, effect.place)
-    linear = zip(effect.parameter_names, accepted.linear, accepted.linear_sigma, effect.units, strict=True)
+    linear = zip(effect.parameters, accepted.linear, accepted.linear_sigma, strict=True)
     shaped = zip(shapes, effect.shape, accepted.shape_sigma, strict=True)
     return (
-        *(FoundParameter(n, float(v), float(s), u, False) for n, v, s, u in linear),
+        *(FoundParameter(p.name, float(v), float(s), p.unit, False) for p, v, s in linear),
         *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),
     )
