@@ -6,9 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from robots.absent import Omittable, missing
 from robots.errors import ValueNotAllowed
-from robots.fields import Frozen, whole_number
+from robots.fields import Frozen, Omittable, missing, whole_number
 
 INT32_MAX = 2**31 - 1
 
