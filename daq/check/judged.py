@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from daq.catalogue import baselines, checks, models, runs
-from daq.catalogue.checks import GROWN_JOINTS
+from daq.catalogue.checks import INCREASED
 from daq.catalogue.values import Baseline, Model
 from daq.check.carried import lost_words
 from daq.check.nights import compare_nights, night_of, nights_since
@@ -84,7 +84,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
     details = _details(request, recorded, sha256, compared, warnings, findings)
-    details[GROWN_JOINTS] = [joint for joint, _ in increase]
+    details[INCREASED] = [joint for joint, _ in increase]
     kept = checks.add(
         catalogue,
         recorded.run,
