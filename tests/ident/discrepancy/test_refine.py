@@ -38,7 +38,7 @@ def test_the_simulation_has_the_last_word_on_a_shape(
 
     monkeypatch.setattr(shape_search, "solve", solve)
     monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
-    monkeypatch.setattr(module, "_beside", lambda *given: None)
+    monkeypatch.setattr(module, "_beside", lambda examination, components, present: present)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
         base=SimpleNamespace(model=SimpleNamespace(robot=robot)),
