@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import settled_by
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled, prior_share
