@@ -1,4 +1,4 @@
-"""The JSON objects of ``armhil run``, ``commission``, ``jog`` and ``home``; docs/reference/json.md documents them."""
+"""The JSON objects of ``armhil run``, ``commission``, ``jog`` and ``home`` (docs/reference/json.md)."""
 
 from __future__ import annotations
 
