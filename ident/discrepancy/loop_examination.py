@@ -66,7 +66,9 @@ class LoopExamination(Examination):
         if self.about is None:
             return self
         torque = self.residual + self.about @ self.beta
-        return replace(self, torque=torque, regressor=self.about, instruments=self.about, about=None)
+        return replace(
+            self, torque=torque, regressor=self.about, instruments=self.about, about=None, placed={}
+        )
 
     def screened(self, effects: Sequence[PlacedEffect]) -> FloatArray:
         """Whitened columns (N, all p) through the loop's answer; kept, since models hardly change them."""

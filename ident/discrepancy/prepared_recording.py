@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
-from ident.effects import State
+from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
+from ident.parameters.base import BaseParameters
+from ident.parameters.identity_cache import IdentityCache
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import (
@@ -30,6 +33,9 @@ _EDGE = 5.0
 
 _CHANNELS_AT_ONCE = 96
 """Channels filtered together: bounds the memory of the decimation."""
+
+_EFFECTS = 16
+"""Of a model and of what was found last, whose columns are kept."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,9 @@ class PreparedRecording:
     time: FloatArray
     period: int | None
     settings: Identification
+    _of_effects: tuple[IdentityCache[FloatArray], IdentityCache[FloatArray]] = field(
+        default_factory=lambda: (IdentityCache(_EFFECTS), IdentityCache(_EFFECTS)), repr=False, compare=False
+    )
 
     @property
     def decimation(self) -> int:
@@ -87,7 +96,27 @@ class PreparedRecording:
 
     def columns_of(self, effect: PlacedEffect, measured: bool = False) -> FloatArray:
         """An effect's decimated columns at the instruments (or the measured motion): rows × joints × p."""
-        return self.thin(effect.columns(self.measured if measured else self.instruments))
+        return self._decimated(effect, self.measured if measured else self.instruments)
+
+    def columns(self, base: BaseParameters, instruments: bool = False) -> FloatArray:
+        """The decimated base regressor at the measured motion (or the instruments'), rows × joints × b.
+
+        Columns of effects are kept: models that follow each other differ by what was found alone.
+        """
+        state, kept = (self.measured, self.instruments)[instruments], self._of_effects[instruments]
+        rows, joints = self.torque.shape
+        columns = np.empty((rows, joints, base.independent.size))
+        for effect, places, own in base.columns_of_effects:
+            whole = kept.of(effect, partial(self._decimated, effect, state))
+            columns[:, :, places] = whole[:, :, own]
+        return columns
+
+    def _decimated(self, effect: Effect, state: State) -> FloatArray:
+        return self.thin(effect.columns(state))
+
+    def residual(self, base: BaseParameters, beta: FloatArray) -> FloatArray:
+        """Decimated torque less that of base parameters (b,), rows × joints, N·m (or N)."""
+        return np.asarray(self.torque - self.columns(base) @ beta)
 
     def noise_of(self, residual: FloatArray) -> FloatArray:
         """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints.

@@ -10,7 +10,7 @@ from functools import cached_property
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.confirmation import Shown, shown_in_torque
 from ident.discrepancy.examination import Examination, examine
-from ident.discrepancy.gap import Gap, torque_floor, torque_gap, torque_residual
+from ident.discrepancy.gap import Gap, torque_floor, torque_gap
 from ident.discrepancy.loop_examination import LoopExamination, examine_in_loop, loop_gap
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
@@ -116,7 +116,7 @@ class Step:
 
     def residuals(self, prepared: Sequence[PreparedRecording]) -> list[FloatArray]:
         """Of recordings, per piece, rows × joints, N·m (or N)."""
-        return [piece.thin(torque_residual(self.base, self.shown, piece)) for piece in prepared]
+        return [piece.residual(self.base, self.shown) for piece in prepared]
 
     @cached_property
     def shown(self) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,10 +22,14 @@ from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
+from ident.parameters.identity_cache import IdentityCache
 from ident.statistics.whitening import Whitening
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
+
+_STEPS = 8
+"""Models whose simulation is kept."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +53,17 @@ class Validation:
 
     prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
+    _runs: IdentityCache[LoopRun] = field(
+        default_factory=lambda: IdentityCache(_STEPS), repr=False, compare=False
+    )
 
     def gap(self, before: Step, after: Step) -> Gap:
         """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
         return after.gap_from(before, self.prepared, self.whitening)[0]
 
     def loop_run(self, step: Step) -> LoopRun:
-        """The model of a step in closed loop."""
-        return closed_loop_gap(step.base, step.standard_shown, self.prepared)
+        """The model of a step in closed loop; each is compared with several others."""
+        return self._runs.of(step, lambda: closed_loop_gap(step.base, step.standard_shown, self.prepared))
 
     def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
         """Of two models."""

@@ -1,4 +1,4 @@
-"""The model under examination, as effects ask it for torques: often, so along a motion in machine code."""
+"""The model under examination, as effects ask it for torques."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.kernels.compilation import compiled
-from ident.kernels.rigid_bodies import mass_and_bias
-from ident.kernels.values import Axes
-from ident.parameters.chain import chain_frames
+from ident.parameters.chain import along_chain, chain_frames
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
@@ -172,22 +169,7 @@ class Present:
     def _along(
         self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        # Imported here: the compiler takes a second to load.
-
-        samples, n = position.shape
-        torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
-        along_motion(
-            tuple(range(n)),
-            frames,
-            self._link_parameters(),
-            self._gravity,
-            np.ascontiguousarray(position),
-            np.ascontiguousarray(velocity),
-            np.ascontiguousarray(acceleration),
-            torque,
-            masses,
-        )
-        return torque, masses
+        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
 
     def _link_parameters(self) -> FloatArray:
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
@@ -231,39 +213,3 @@ def low_cutoff_motion(robot: Robot, state: State) -> State:
         for part in (state.position, state.velocity, state.acceleration)
     )
     return State(position, velocity, acceleration, state.time, state.torque)
-
-
-@compiled
-def along_motion(
-    axes: Axes,
-    frames: FloatArray,
-    links: FloatArray,
-    gravity: FloatArray,
-    position: FloatArray,
-    velocity: FloatArray,
-    acceleration: FloatArray,
-    torque: FloatArray,
-    masses: FloatArray,
-) -> None:
-    """τ = M(q) q̈ + N(q, q̇) and M(q) at each sample, in place.
-
-    Args:
-        axes: of n.
-        frames: as of ``chain_frames``.
-        links: (n, 10) standard parameters.
-        gravity: (3,) m/s².
-        position, velocity, acceleration: samples × n.
-        torque: samples × n, written; masses: samples × n × n, written.
-    """
-    n = len(axes)
-    mass, bias, work, turn = np.empty((n, n)), np.empty(n), np.empty((n, 22)), np.empty((n, 2))
-    for k in range(position.shape[0]):
-        for i in range(n):
-            turn[i, 0], turn[i, 1] = np.cos(position[k, i]), np.sin(position[k, i])
-        mass_and_bias(axes, frames, links, gravity, position[k], turn, velocity[k], mass, bias, work)
-        for i in range(n):
-            total = bias[i]
-            for j in range(n):
-                total += mass[i, j] * acceleration[k, j]
-                masses[k, i, j] = mass[i, j]
-            torque[k, i] = total
