@@ -150,6 +150,10 @@ class PresentModel(Protocol):
         """Dry and viscous friction of a drive (from 0) at its output, N·m and N·m·s/rad (or N, N·s/m)."""
         ...
 
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether it has a usual term with one of these symbols for a drive (from 0)."""
+        ...
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         ...

@@ -46,6 +46,20 @@ def test_sizes_follow_the_description_and_not_the_model_under_examination() -> N
     assert family.effect(robot, place, (), quiet).scale == family.effect(robot, place, (), loud).scale
 
 
+@pytest.mark.parametrize(("effect", "share"), [("coulomb_friction", 0.3), ("rotor_inertia", 0.5)])
+def test_a_term_that_the_model_lacks_is_as_large_as_the_whole_of_it(effect: str, share: float) -> None:
+    """A change of dry friction by all of it is far off; in a model without any it is nothing unusual."""
+    robot = robots.load("emps")
+    whole = RegressorModel.of(robot)
+    lacking = RegressorModel(robot, tuple(one for one in whole.effects if one.name != effect))
+    family = next(one for one in VOCABULARY if one.name == effect)
+    (place,) = family.places(robot)
+    changed, all_of_it = (
+        family.effect(robot, place, (), Present(model, model.prior())).scale[0] for model in (whole, lacking)
+    )
+    assert changed == pytest.approx(share * all_of_it)
+
+
 def doubled(robot: Robot, drive: int) -> Robot:
     changed = list(robot.drive)
     dynamics = changed[drive].dynamics

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,6 +58,10 @@ class PresentWith:
     def drive_friction(self, drive: int) -> tuple[float, float]:
         """Dry and viscous friction of a drive."""
         return self.model.drive_friction(drive)
+
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether the model has a usual term for a drive."""
+        return self.model.has(symbols, drive)
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,): samples × joints."""
