@@ -19,8 +19,7 @@ from drivers.cyclic.foreign import is_answer
 from drivers.cyclic.loop import Loop
 from drivers.frames.job import Job
 from drivers.frames.layout import DriveLink
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from drivers.frames.units import Units
 from tests.drivers.fake_arm import Clock, FakeArm
 
