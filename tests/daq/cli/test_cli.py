@@ -454,15 +454,15 @@ def test_test_runs_the_tests_of_the_clone_and_keeps_their_exit_code(tmp_path: Pa
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ([], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow"]),
-        (["--slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow"]),
-        (["-x"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
+        ([], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow"]),
+        (["--slow"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "slow"]),
+        (["-x"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
         (["-n", "0", "-k", "emps"], ["-q", "-m", "not slow", "-n", "0", "-k", "emps"]),
-        (["tests/test_docs.py::x", "-v"], ["-n", "2", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),
-        (["-m", "slow or not slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow or not slow"]),
+        (["tests/test_docs.py::x", "-v"], ["-n", "3", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),
+        (["-m", "slow or not slow"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "slow or not slow"]),
     ],
 )
-def test_test_keeps_two_workers_and_leaves_the_slow_ones_out(
+def test_test_keeps_its_workers_and_leaves_the_slow_ones_out(
     given: list[str], expected: list[str], repository: Path
 ) -> None:
     assert pytest_arguments(repository, given) == expected
