@@ -161,14 +161,14 @@ def test_machine_code_follows_a_change_in_another_file(tmp_path: Path) -> None:
 
 
 def test_one_arm_is_compiled_once() -> None:
-    """Whether its reference can be written or not, and whatever number a count begins with."""
-    robot = robots.load("emps")
-    model = RegressorModel.of(robot)
-    time = robot.bus.cycle_time * np.arange(60)
+    """However its set-points are interpolated (held ones cannot be written), whatever a count begins with."""
+    emps = robots.load("emps")
+    time = emps.bus.cycle_time * np.arange(60)
     reference = 0.01 * (1 - np.cos(2 * np.pi * time))[:, np.newaxis]
-    for writable in (True, False):
-        reference.setflags(write=writable)
-        recording = Recording("swing", time, reference, reference.copy(), np.zeros_like(reference))
+    recording = Recording("swing", time, reference, reference.copy(), np.zeros_like(reference))
+    for interpolation in ("hold", "linear"):
+        controller = emps.controller.model_copy(update={"interpolation": interpolation})
+        model = RegressorModel.of(emps.model_copy(update={"controller": controller}))
         simulate(model, model.prior(), recording)
     dispatcher: Any = closed_loop
     assert len([signature for signature in dispatcher.signatures if signature[0].count == 1]) == 1
