@@ -137,8 +137,8 @@ EFFECTS: dict[str, Recipe] = {
         lambda m, s: {"amplitude": 0.2 * m * s["torque"], "frequency": s["frequency"]},
         lambda rng, place: {"torque": place.torque(), "frequency": shapes.between(rng, 5.0, 30.0)},
     ),
-    "brake_drag": _one(
-        "brake_drag",
+    "dragging_brake": _one(
+        "dragging_brake",
         "drive",
         lambda m, s: s | {"rise": 3.0 * m},
         lambda rng, place: {"period": shapes.between(rng, 1.3, 4.0), "share": float(rng.uniform(0.2, 0.6))},

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import robots
+from drivers.simulated import draw_truth
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.effects.vocabulary import confused_with, family_named
-from tests.ident.discrepancy.by_evidence.test_search import search
+from tests.ident.discrepancy.by_evidence.test_search import TRUTH, search
 
 pytestmark = pytest.mark.slow
 
@@ -53,3 +54,12 @@ def test_an_encoder_that_runs_out_of_true() -> None:
     for name, true in (("reads_cos1", size * np.sin(phase)), ("reads_sin1", size * np.cos(phase))):
         value, sigma = found[name]
         assert value == pytest.approx(true, abs=3.0 * sigma), name
+
+
+def test_a_brake_that_rubs_now_and_then() -> None:
+    found = values(only("dragging_brake", {"rise": 0.6, "period": 3.1, "share": 0.5}))
+    coulomb = draw_truth(EMPS, TRUTH).parameters["Fc1"]
+    assert found["period"][0] == pytest.approx(3.1, rel=0.05)
+    # The first wave of a drag of half the time.
+    wave = 2.0 * 0.6 * coulomb / np.pi
+    assert np.hypot(found["drag_cos1"][0], found["drag_sin1"][0]) == pytest.approx(wave, rel=0.15)
