@@ -49,6 +49,7 @@ class Scenario(BaseModel):
     drifting_friction: tuple[friction.DriftingFriction, ...] = ()
     position_dependent_friction: tuple[friction.PositionDependentFriction, ...] = ()
     joint_elasticity: tuple[gear.JointElasticity, ...] = ()
+    stiffening_elasticity: tuple[gear.StiffeningElasticity, ...] = ()
     backlash: tuple[gear.Backlash, ...] = ()
     hysteresis: tuple[gear.Hysteresis, ...] = ()
     wrist_coupling: tuple[gear.WristCoupling, ...] = ()

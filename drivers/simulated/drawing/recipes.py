@@ -46,7 +46,7 @@ def _one(name: str, axis: str, sized: Sized, shape: Shape = shapes.nothing) -> R
 
 
 _TURNING_ONLY = ("gravity_spring",)
-_WITH_A_ROTOR = ("joint_elasticity", "backlash", "gear_ripple")
+_WITH_A_ROTOR = ("joint_elasticity", "stiffening_elasticity", "backlash", "gear_ripple")
 
 
 EFFECTS: dict[str, Recipe] = {
@@ -83,6 +83,9 @@ EFFECTS: dict[str, Recipe] = {
         "position_dependent_friction", "drive", shapes.wave_sized, shapes.wave
     ),
     "joint_elasticity": _one("joint_elasticity", "drive", shapes.elastic_sized, shapes.elastic),
+    "stiffening_elasticity": _one(
+        "stiffening_elasticity", "drive", shapes.stiffening_sized, shapes.stiffening
+    ),
     "backlash": _one("backlash", "drive", shapes.play_sized),
     "hysteresis": _one("hysteresis", "drive", shapes.hysteresis_sized, shapes.hysteresis),
     "wrist_coupling": Recipe(uncoupled_neighbours, shapes.shaft, shapes.shaft_entries),
