@@ -69,6 +69,7 @@ class Scenario(BaseModel):
     base_tilt: loads.BaseTilt | None = None
     time_delay: tuple[motor.TimeDelay, ...] = ()
     cable_spring: tuple[loads.CableSpring, ...] = ()
+    dress_pack_hysteresis: tuple[loads.DressPackHysteresis, ...] = ()
     contact: tuple[loads.Contact, ...] = ()
     tool_contact: loads.ToolContact | None = None
     vibration: tuple[loads.Vibration, ...] = ()

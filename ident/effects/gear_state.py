@@ -5,8 +5,8 @@ With x the lag of the link behind the drive's output, m the inertia of the links
 
     m ẍ + F(x, ẋ) = τ,    F = K·play(x) + C·play(x)³ + D ẋ on a flank, never pulling, and 0 between the flanks
 
-where play takes the gap off the spring's way, and C is there without a gap alone. The encoder sits on the drive, so the drive's motion is what
-was measured, and x follows from it.
+where play takes the gap off the spring's way, and C is there without a gap alone. The encoder sits on the
+drive, so the drive's motion is what was measured, and x follows from it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Stiffening elasticity: a gear that gives way, and the less the more it is bent.
 
-Strain-wave gears stiffen with load as more teeth touch: K x + C x³ (Tuttle and Seering, A nonlinear model of a
-harmonic drive gear transmission, 1996; makers give a stiffness for small, middling and large torques).
+Strain-wave gears stiffen with load as more teeth touch: K x + C x³ (Tuttle and Seering, A nonlinear model of
+a harmonic drive gear transmission, 1996; makers give stiffnesses for small, middling and large torques).
 """
 
 from __future__ import annotations

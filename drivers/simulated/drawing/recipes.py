@@ -120,6 +120,7 @@ EFFECTS: dict[str, Recipe] = {
     "base_tilt": Recipe(whole_arm, shapes.tilt_shape, shapes.tilt_entries),
     "time_delay": Recipe(delay_places, shapes.delay_shape, shapes.delay_entries),
     "cable_spring": _one("cable_spring", "joint", shapes.cable_sized, shapes.cable),
+    "dress_pack_hysteresis": _one("dress_pack_hysteresis", "joint", shapes.pack_sized, shapes.pack),
     "contact": _one("contact", "joint", shapes.wall_sized, shapes.wall),
     "vibration": _one(
         "vibration",

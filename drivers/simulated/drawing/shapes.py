@@ -255,6 +255,16 @@ def cable_sized(magnitude: float, shape: Entries) -> Entries:
     }
 
 
+def pack(rng: np.random.Generator, place: Place) -> Entries:
+    low, high = place.travel()
+    return {"torque": place.torque(), "bend": between(rng, 0.1, 0.5), "centre": float(rng.uniform(low, high))}
+
+
+def pack_sized(magnitude: float, shape: Entries) -> Entries:
+    pull = 0.1 * magnitude * shape["torque"]
+    return {"slip": pull, "bend": shape["bend"], "stiffness": pull, "centre": shape["centre"]}
+
+
 def wall(rng: np.random.Generator, place: Place) -> Entries:
     low, high = place.travel()
     depth = float(rng.uniform(0.1, 0.3)) * (high - low)

@@ -101,7 +101,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     ],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
-    "stiffening_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
+    "stiffening_elasticity": [(2, None, (1.0,), 0.1)],
     "backlash": [(2, None, (1.0,), 0.4)],
     "hysteresis": [(2, None, (1.0,), 0.01), (5, None, (0.5,), 0.01)],
     "wrist_coupling": [(0, None, (0.005, 0.2, 0.3), 0.01)],
@@ -129,6 +129,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (-0.001,), (-0.001,), 0.1),
     ],
     "cable_spring": [(2, None, (3.0, 1.0), 1e-4)],
+    "dress_pack_hysteresis": [(2, None, (1.0, 2.0, 0.5), 0.01)],
     "contact": [(2, (1.55, 1.0), (100.0,), 0.001)],
 }
 
