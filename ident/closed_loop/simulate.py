@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.closed_loop.control_law import ControlLaw, fed_forward
 from ident.closed_loop.direct_dynamics import DirectDynamics
 from ident.closed_loop.integral_rule import as_it_integrates
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
+from ident.effects.chain import chain_frames
 from ident.errors import IdentificationError, SimulationDivergedError
-from ident.parameters.chain import chain_frames
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.set_points import set_point_accelerations, set_points
 from ident.recording import Recording
@@ -113,7 +112,7 @@ def simulate_many(
     from ident.closed_loop.compiled import run_compiled
 
     run = partial(run_compiled, frames, leading)
-    return tuple(_in_threads(run, parts, threads))
+    return tuple(at_once(run, parts, threads))
 
 
 def _only_usual(parts: Sequence[TorqueParts]) -> None:
@@ -129,16 +128,6 @@ def _only_usual(parts: Sequence[TorqueParts]) -> None:
                 f"{why} has no compiled simulation; allowed beside it: effects without simulated parts of"
                 " their own"
             )
-
-
-def _in_threads(
-    run: partial[SimulatedRun], parts: Sequence[TorqueParts], threads: int | None
-) -> list[SimulatedRun]:
-    workers = min(len(parts), threads or os.cpu_count() or 1)
-    if workers <= 1:
-        return [run(part) for part in parts]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(run, parts))
 
 
 def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Leading:
