@@ -37,7 +37,11 @@ STRAY = 0.3
 SETTLED = 0.25
 """Share of that lag which may be left when a joint has been held."""
 MOVING = 0.5
-"""A reference at this share of its highest speed counts as moving."""
+"""What goes at this share of its reference's highest speed counts as moving."""
+SPEED_SECONDS = 0.1
+"""Over which a drive's speed is taken: a tenth of its way at half a degree, ten counts of a coarse encoder."""
+LEAST_MOVING = 0.1
+"""Share of the rows in which a drive was to move, in which it has to: else its friction is known from below."""
 
 
 @dataclass(frozen=True)
@@ -262,25 +266,29 @@ def _torque_words(
 ) -> list[str]:
     """Gravity and friction from the torques in both directions; friction is symmetric, gravity is not."""
     k, coupling = turn.joint, robot.transmission_matrix
-    speed = np.gradient(samples.reference[turn.rows, k], robot.bus.cycle_time)
-    up, down = (side * speed > MOVING * np.abs(speed).max() for side in (1.0, -1.0))
+    drives = np.flatnonzero(np.abs(coupling[:, k]) > 1e-9)
+    moving = {drive: _moving_rows(robot, samples, turn, int(drive)) for drive in drives}
+    up, down, _ = (np.logical_and.reduce(rows) for rows in zip(*moving.values(), strict=True))
+    if not (up.any() and down.any()):
+        up, down = _told_rows(robot, samples, turn)
     forward, backward = (float(np.mean(torque[turn.rows, k][rows])) for rows in (up, down))
     mean = (forward + backward) / 2
     dynamics = [drive.dynamics for drive in robot.drive]
-    moving = float(np.abs(speed[up]).mean())
+    speed = np.gradient(samples.reference[turn.rows, k], robot.bus.cycle_time)
     wanted = np.array([one.coulomb for one in dynamics])
-    wanted = wanted + np.array([one.viscous for one in dynamics]) * np.abs(coupling[:, k]) * moving
+    wanted = wanted + np.array([one.viscous for one in dynamics]) * np.abs(coupling[:, k] * speed[up].mean())
     room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[:, k]) @ wanted))
     room += OFFSET_SHARE * robot.torque_limits[k]
     words = []
     if abs(mean - gravity[k]) > room:
         words.append(_gravity_words("in motion", mean, float(gravity[k]), room))
     # Drive by drive: in the sum of a coupled joint the others hide the one that is wrong.
-    for drive in np.flatnonzero(np.abs(coupling[:, k]) > 1e-9):
+    for drive, (up, down, slipped) in moving.items():
         signal = samples.control_signal[turn.rows, drive] * np.sign(coupling[drive, k])
         friction = robot.gains[drive] * float(np.mean(signal[up]) - np.mean(signal[down])) / 2
         ratio = friction / wanted[drive] if wanted[drive] > 0.0 else 1.0
-        if not FRICTION_RATIO[0] <= ratio <= FRICTION_RATIO[1]:
+        least = FRICTION_RATIO[0] if slipped.any() else 0.0
+        if not least <= ratio <= FRICTION_RATIO[1]:
             likely = (
                 "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id or dynamics.coulomb"
             )
@@ -289,6 +297,34 @@ def _torque_words(
                 f" {wanted[drive]:.3g}: {likely}"
             )
     return words
+
+
+def _told_rows(robot: Robot, samples: Samples, turn: Turn) -> tuple[BoolArray, BoolArray]:
+    """Rows of a turn in which its joint was to move up and down."""
+    speed = np.gradient(samples.reference[turn.rows, turn.joint], robot.bus.cycle_time)
+    up, down = (side * speed > MOVING * np.abs(speed).max() for side in (1.0, -1.0))
+    return up, down
+
+
+def _moving_rows(
+    robot: Robot, samples: Samples, turn: Turn, drive: int
+) -> tuple[BoolArray, BoolArray, BoolArray]:
+    """Rows of a turn in which one of its drives went up and down with the joint; and whether it did, in each.
+
+    While friction still winds a gear up, torque is on its way from one direction's to the other's: a drive
+    takes its friction only where it slips. Where it never does, it bears at least what it was asked for.
+    """
+    told = _told_rows(robot, samples, turn)
+    row = robot.transmission_matrix[drive] * np.sign(robot.transmission_matrix[drive, turn.joint])
+    reference = np.gradient(samples.reference[turn.rows] @ row, robot.bus.cycle_time)
+    width = max(3, round(SPEED_SECONDS / robot.bus.cycle_time) | 1)
+    padded = np.pad(samples.position[turn.rows] @ row, width // 2, mode="edge")
+    speed = (padded[width - 1 :] - padded[: 1 - width]) / ((width - 1) * robot.bus.cycle_time)
+    up, down = (side * speed > MOVING * np.abs(reference).max() for side in (1.0, -1.0))
+    slips = all(
+        rows.sum() >= LEAST_MOVING * wanted.sum() for rows, wanted in zip((up, down), told, strict=True)
+    )
+    return (up, down, np.full(len(up), True)) if slips else (*told, np.full(len(up), False))
 
 
 def summary(findings: Sequence[Finding]) -> str:

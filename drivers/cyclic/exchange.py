@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 import time
 from collections.abc import Callable, Sequence
 
@@ -86,6 +87,12 @@ class Exchange:
         """When the latest heartbeat was taken in, s on the clock."""
         self.operational_at = [0] * n
         """SYNC after which each drive's latest heartbeat said that it is operational; 0 before the first."""
+        self.beating = [axis for axis, link in enumerate(links) if link.heartbeat > 0]
+        """Axes whose drives have heartbeats."""
+        self.confirmed_until = 0 if self.beating else sys.maxsize
+        """The earliest of ``operational_at`` among them: what answered SYNCs before it was operational."""
+        self.signs = 0
+        """Heartbeats and EMCYs so far: what was said of a drive's life may have changed with each."""
         self.booted = [False] * n
         """Drives that have sent a boot-up message: they have lost their configuration."""
         self.bus_failure: str | None = None
@@ -259,6 +266,7 @@ class Exchange:
                 self.reports[text] = self.reports.get(text, 0) + 1
                 return
             self.emergencies[axis].append(message)
+            self.signs += 1
 
         return sort
 
@@ -270,7 +278,10 @@ class Exchange:
             self.booted[axis] = self.booted[axis] or state == _BOOT_UP
             self.nmt_state[axis], self.heard[axis] = state, self._clock()
             if state == OPERATIONAL:
-                self.operational_at[axis] = self.answers.syncs
+                at = self.operational_at
+                at[axis] = self.answers.syncs
+                self.confirmed_until = min([at[k] for k in self.beating], default=sys.maxsize)
+            self.signs += 1
 
         return sort
 
