@@ -29,7 +29,8 @@ from typing import Any
 
 import robots
 from daq.diagnosis.bench import LiveArm
-from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
+from daq.diagnosis.diagnose import run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.diagnosis.live import LiveRequest, run_live
 from daq.files.toml_text import toml_text
 from daq.identification.identify import IdentifyRequest, run_identify

@@ -16,9 +16,8 @@ import numpy as np
 from robots.arrays import FloatArray
 from robots.errors import RobotFileError
 from robots.urdf_elements import MAX_BYTES, Element, parse_elements
+from robots.urdf_pose import angles_of, body_text, origin_text, rotation_of
 
-_GYRATION = 0.05
-"""m; radius of gyration of a body whose own tensor cannot be."""
 _SAFE = re.compile(r"[^a-z0-9_-]+")
 
 
@@ -86,7 +85,7 @@ def read_loose_urdf(file: Path) -> LooseUrdf:
     for joint in (joint for joint in chain if joint.kind != "fixed"):
         if not any(inertials[link] for link in _carried(joint, kept)):
             massless.append(joint.child)
-            inertials[joint.child] = _body(1.0, np.zeros(3))
+            inertials[joint.child] = body_text(1.0, np.zeros(3))
     if massless:
         words.append(
             f"{file.name}: no mass in {', '.join(massless)}: 1 kg stands in, which the fit does not use"
@@ -137,7 +136,7 @@ def _joint(element: Element, file: Path) -> LooseJoint:
     origin, limit, axis = element.child("origin"), element.child("limit"), element.child("axis")
     pose = np.eye(4)
     pose[:3, 3] = _numbers(origin, "xyz", "0 0 0", file)
-    pose[:3, :3] = _rotation(_numbers(origin, "rpy", "0 0 0", file))
+    pose[:3, :3] = rotation_of(_numbers(origin, "rpy", "0 0 0", file))
     direction = _numbers(axis, "xyz", "1 0 0", file)
     length = float(np.linalg.norm(direction))
     if length == 0 and kind != "fixed":
@@ -216,8 +215,8 @@ def _inertial(element: Element | None) -> tuple[str, str]:
     moments = np.linalg.eigvalsh(np.array([[a, b, c], [b, d, e], [c, e, f]]))
     can_be = moments[0] > 1e-8 * mass and moments[2] <= moments[0] + moments[1] and moments[2] < 100 * mass
     if not can_be:
-        return _body(mass, center), "no body has its inertia tensor; that of a small ball stands in"
-    return _body(mass, center, rpy, values), ""
+        return body_text(mass, center), "no body has its inertia tensor; that of a small ball stands in"
+    return body_text(mass, center, rpy, values), ""
 
 
 def _value(element: Element | None, key: str, default: str) -> list[float]:
@@ -226,44 +225,6 @@ def _value(element: Element | None, key: str, default: str) -> list[float]:
     if len(values) != len(default.split()):
         raise ValueError(text)
     return values
-
-
-def _body(
-    mass: float, center: FloatArray, rpy: FloatArray | None = None, tensor: list[float] | None = None
-) -> str:
-    ball = mass * _GYRATION**2
-    values = tensor or [ball, 0.0, 0.0, ball, 0.0, ball]
-    entries = " ".join(
-        f'{key}="{value!r}"'
-        for key, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), values, strict=True)
-    )
-    angles = np.zeros(3) if rpy is None else rpy
-    origin = f"<origin {_origin(center, angles)}/>"
-    return f'<inertial>{origin}<mass value="{mass!r}"/><inertia {entries}/></inertial>'
-
-
-def _origin(xyz: FloatArray, rpy: FloatArray) -> str:
-    return 'xyz="{!r} {!r} {!r}" rpy="{!r} {!r} {!r}"'.format(*(float(x) for x in (*xyz, *rpy)))
-
-
-def _rotation(rpy: FloatArray) -> FloatArray:
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def _angles(rotation: FloatArray) -> FloatArray:
-    """Roll, pitch and yaw of a rotation matrix."""
-    pitch = np.arctan2(-rotation[2, 0], np.hypot(rotation[0, 0], rotation[1, 0]))
-    if np.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
-        return np.array([0.0, pitch, np.arctan2(-rotation[0, 1], rotation[1, 1])])
-    roll = np.arctan2(rotation[2, 1], rotation[2, 2])
-    return np.array([roll, pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
 
 
 Limits = tuple[float, float, float, float]
@@ -281,7 +242,7 @@ def strict_text(urdf: LooseUrdf, limits: dict[str, Limits], held: dict[str, floa
     lines = ['<?xml version="1.0"?>', f'<robot name="{urdf.name}">', f'  <link name="{root}"/>']
     for joint in urdf.joints:
         pose = joint.pose if joint.name not in held else joint.pose @ _moved(joint, held[joint.name])
-        origin = f"<origin {_origin(pose[:3, 3], _angles(pose[:3, :3]))}/>"
+        origin = f"<origin {origin_text(pose[:3, 3], angles_of(pose[:3, :3]))}/>"
         ends = f'<parent link="{joint.parent}"/><child link="{joint.child}"/>{origin}'
         kind, more = "fixed", ""
         if joint.name in limits:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+PACKAGES = ("robots", "drivers", "trajectories", "ident", "daq")
 
 
 @pytest.mark.parametrize(
@@ -28,3 +29,15 @@ def test_the_repository_passes(tool: str, arguments: list[str], repository: Path
         [sys.executable, *arguments], cwd=repository, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, f"\n{result.stdout}{result.stderr}"
+
+
+LONGEST = 300
+"""Lines of a file of the packages: one idea each, read at a sitting."""
+
+
+def test_no_file_is_too_long(repository: Path) -> None:
+    files = [file for package in PACKAGES for file in (repository / package).rglob("*.py")]
+    lines = {str(file.relative_to(repository)): len(file.read_text("utf-8").splitlines()) for file in files}
+    too_long = {name: count for name, count in lines.items() if count > LONGEST}
+    assert len(lines) > len(PACKAGES)
+    assert not too_long

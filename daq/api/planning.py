@@ -10,7 +10,8 @@ from daq.api.frames import frame
 from daq.api.picture import Picture, traces
 from daq.api.recordings import Place, joints_of, load_arm
 from daq.api.said import said
-from daq.planning.plan import PlanRequest, PlanResult, run_plan
+from daq.planning.plan import run_plan
+from daq.planning.plan_result import PlanRequest, PlanResult
 from daq.planning.plan_terminal import print_plan
 from daq.text.progress import Silent
 from robots import Robot

@@ -13,7 +13,8 @@ from daq.api.identification import IdentifiedModel, path_of
 from daq.api.picture import Picture, traces
 from daq.api.recordings import Log, Place, arm_of, joints_of
 from daq.api.said import said
-from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
+from daq.diagnosis.diagnose import run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.diagnosis.diagnosis_terminal import print_diagnosis
 from daq.text.progress import Silent
 from ident.discrepancy import Finding

@@ -17,7 +17,8 @@ from daq.check.recorded import TRAJECTORY_SHA256, Recorded
 from daq.check.reported import write_check_report
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import ResidualIncrease, residual_increase_words, residual_increases
-from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
+from daq.diagnosis.diagnose import run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results

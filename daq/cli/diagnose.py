@@ -117,7 +117,8 @@ def diagnose(
 
     if live is None and not paths:
         raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
-    from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
+    from daq.diagnosis.diagnose import run_diagnose
+    from daq.diagnosis.diagnose_result import DiagnoseRequest
     from daq.diagnosis.diagnosis_terminal import print_diagnosis
     from daq.diagnosis.evidence import print_evidence
     from daq.diagnosis.more import print_more

@@ -87,9 +87,10 @@ def plan(
     Example: [bold]armhil plan tx40 --seed 1 --out runs/plan[/]
     """
     import robots
-    from daq.planning.plan import PlanRequest, run_plan
+    from daq.planning.plan import run_plan
     from daq.planning.plan_json import plan_json
     from daq.planning.plan_options import criterion_of, family_of, posture_of, words_of
+    from daq.planning.plan_result import PlanRequest
     from daq.planning.plan_terminal import print_plan
 
     console = console_of(as_json)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
 
-from daq.diagnosis.blind_spots import BlindSpot, blind_spots
+from daq.diagnosis.blind_spots import blind_spots
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult, SearchName
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
 from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
@@ -34,78 +34,12 @@ from ident.discrepancy.settings import searching
 from ident.discrepancy.verdict import beside_gate
 from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
-from ident.identification.found_effects import FoundModel, extended_model, found_entries
+from ident.identification.found_effects import extended_model, found_entries
 from robots import Robot
 from trajectories import Conditions
 
 FROM_DESCRIPTION = "cad"
 """What ``--prior`` is given to take the description's own figures."""
-
-
-SearchName = Literal["evidence", "rules"]
-
-
-@dataclass(frozen=True)
-class DiagnoseRequest:
-    """What to look at.
-
-    Attributes:
-        fit: captures or logs to find and fit the effect on.
-        validation: captures or logs to show the gap on; empty with ``split_half``.
-        robot: name or path, or the arm itself; the first capture's own description where None.
-        columns: a column map for logs; the robot's where None.
-        split_half: take the first half of each record to fit and the second to validate.
-        without: effects to leave out of the model that is examined.
-        prior: an accepted model file, or ``cad``; None searches after a refit. Effects that the file has
-            found are part of the model that is examined.
-        out: folder for report, result and model file; nothing is written where None.
-        cell: what stands around the arm, for the motion that tells candidates apart.
-        evaluations: trials of the search for that motion; none is planned where 0.
-        found: a model with found effects to examine where ``prior`` is no file.
-        power: whether to say how small each effect would still have been named.
-        search: which search names what the moving arm shows.
-    """
-
-    fit: tuple[Path, ...]
-    validation: tuple[Path, ...] = ()
-    robot: str | Robot | None = None
-    columns: Path | None = None
-    split_half: bool = False
-    without: tuple[str, ...] = ()
-    prior: str | None = None
-    out: Path | None = None
-    cell: Path | None = None
-    evaluations: int = 1500
-    found: FoundModel | None = None
-    power: bool = False
-    search: SearchName = "evidence"
-
-
-@dataclass(frozen=True)
-class DiagnoseResult:
-    """What came out.
-
-    Attributes:
-        robot: the arm, with the settings of the recordings.
-        diagnosis: of the search.
-        series: relative errors, gate 1 and pictures, before anything was found and after each finding.
-        apart: what to do about each ambiguous finding; planned where results are written.
-        blind: what these recordings could not have shown.
-        content: what ``--json`` prints.
-        folder: of the results; None where nothing was written.
-        more: smallest sizes and terms.
-        evidence: what the search by evidence says; None where the rules searched.
-    """
-
-    robot: Robot
-    diagnosis: Diagnosis
-    series: Series
-    apart: tuple[TellingApart, ...]
-    blind: tuple[BlindSpot, ...]
-    content: dict[str, Any]
-    folder: Path | None
-    more: More = field(default_factory=More)
-    evidence: EvidenceAnswer | None = None
 
 
 def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:

@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, conditions_of, run_diagnose
+from daq.diagnosis.diagnose import conditions_of, run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.files.run_folder import make_run_folder
 from daq.session.session_error import NotMoved
 from daq.text.progress import Steps

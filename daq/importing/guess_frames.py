@@ -6,8 +6,14 @@ the axes behind it then do. What it does not show is left as it is.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
+from daq.importing.channels import Channels
+from daq.importing.guess_torque import LogHints, given_factor
+from daq.importing.guess_which import Sampled
 from daq.importing.proof import TorqueProof
 from robots import Robot
 from robots.arrays import FloatArray
@@ -78,3 +84,28 @@ def coupled_wrist(robot: Robot, position: FloatArray) -> list[tuple[FloatArray, 
         transmission[5, 4] = sign
         found.append((transmission, np.asarray(np.linalg.solve(transmission, position.T).T)))
     return found
+
+
+def axes_and_offsets(
+    robot: Robot, log: Sampled, torque: Channels, table: dict[str, Any], hints: LogHints
+) -> tuple[Robot, Sampled, FloatArray, list[str]]:
+    """Zeros and coupling of the axes: the arm, its motion and offsets (n,) with them, and words."""
+    given, _ = given_factor(hints, log)
+    logged = log.even(torque.values[:, log.moving]) * given
+    found, better = (robot, log), list[str]()
+    proof = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
+    offset, words = quarter_turns(robot, proof)
+    error = proof.error(offset)
+    for transmission, position in coupled_wrist(robot, log.position) if "ratio" in table else []:
+        rows = tuple(tuple(row) for row in transmission.tolist())
+        tried = robot.model_copy(update={"transmission": rows})
+        at_joints = np.asarray(logged @ transmission)
+        other = TorqueProof.of(tried, position, at_joints, log.period, log.cutoff)
+        turned, said = quarter_turns(tried, other)
+        if other.error(turned) < COUPLED * error:
+            found, error = (tried, replace(log, position=position)), other.error(turned)
+            offset, words = turned, said
+            better = [f"wrist: motor 6 turns with joints 5 and 6 ({transmission[5, 4]:+g}), by its torque"]
+    if hints.offset:
+        return *found, np.array(hints.offset)[log.moving], better
+    return *found, offset, [*words, *better]

@@ -15,13 +15,13 @@ import numpy as np
 from daq.files.toml_text import toml_text
 from daq.importing.channels import Channels, channels_of
 from daq.importing.columns import read_table
-from daq.importing.guess_frames import COUPLED, coupled_wrist, quarter_turns
-from daq.importing.guess_torque import LogHints, given_factor, torque_table
+from daq.importing.guess_frames import axes_and_offsets
+from daq.importing.guess_position import in_si, joints_of
+from daq.importing.guess_torque import LogHints, torque_table
 from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
 from daq.importing.joint_states import is_bag_folder
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
-from daq.importing.proof import TorqueProof
 from daq.recording.capture import CaptureError
 from ident.preparation.outliers import without_outliers
 from robots import Robot
@@ -30,9 +30,6 @@ from robots.loose_urdf import LooseUrdf, read_loose_urdf
 
 _LEAST = 50
 """Samples; shorter columns are constants."""
-_FAR = 1.5
-"""Times a joint's largest limit."""
-_DEGREE = np.pi / 180
 _FASTEST = 10.0
 """rad/s or m/s; of a joint whose limit the URDF does not give."""
 
@@ -89,8 +86,8 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     same = [c for c in series if c is not position and len(c.values) == len(position.values)]
     stamps, time, said = time_of(path, same, len(position.values), hints.sample_rate)
     words = [*arm.words, said, f"position: {position.label}"]
-    names = _joints_of(position, arm)
-    values, table = _in_si(path, position, arm, names, hints, words)
+    names = joints_of(position, arm)
+    values, table = in_si(path, position, arm, names, hints, words)
     moving = [k for k in range(len(names)) if k not in still_joints(arm, names, values)]
     if not moving:
         raise CaptureError(f"{path}: no joint moves by {position.label}; allowed: a log of a moving arm")
@@ -117,7 +114,7 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     torque = replace(torque, values=_mended(path, "control signal", stamps, torque.values, usual))
     chosen = tuple(names[k] for k in moving)
     robot = _description(folder, arm, chosen, held, log, torque, hints)
-    coupled, log, offset, framed = _frames(robot, log, torque, table, hints)
+    coupled, log, offset, framed = axes_and_offsets(robot, log, torque, table, hints)
     if coupled is not robot:
         robot = _description(folder, arm, chosen, held, log, torque, hints, coupled.transmission)
     words += framed
@@ -202,62 +199,6 @@ def _named(
     return words
 
 
-def _joints_of(position: Channels, arm: LooseUrdf) -> tuple[str, ...]:
-    """The joint of each column: by name, else in order; the first of the arm's where the log has fewer."""
-    names = [joint.name for joint in arm.moving]
-    said = [next((n for n in sorted(names, key=len, reverse=True) if n in c), "") for c in position.columns]
-    if all(said) and len(set(said)) == len(said):
-        return tuple(said)
-    # An arm on a track is logged without it; a gripper behind an arm is not logged with it.
-    count = len(position.columns)
-    fits = [names[k : k + count] for k in range(len(names) - count + 1)]
-    kinds = {joint.name: joint.kind for joint in arm.moving}
-    return tuple(next((f for f in fits if all(kinds[n] == "revolute" for n in f)), fits[0]))
-
-
-def _in_si(
-    path: Path,
-    position: Channels,
-    arm: LooseUrdf,
-    names: tuple[str, ...],
-    hints: LogHints,
-    words: list[str],
-) -> tuple[FloatArray, dict[str, Any]]:
-    """Joint positions in rad or m, and what the map says of their unit and side."""
-    by_name = {joint.name: joint for joint in arm.moving}
-    turning = np.array([by_name[name].kind == "revolute" for name in names])
-    ends = [by_name[name].position or (-2 * np.pi, 2 * np.pi) for name in names]
-    largest = np.array([max(abs(low), abs(high)) for low, high in ends])
-    reach = np.abs(position.values).max(axis=0)
-    small, large = ("rad", "deg") if turning.any() else ("m", "mm")
-    factor = np.where(turning, _DEGREE if large == "deg" else 1.0, 1.0 if large == "deg" else 1e-3)
-    marked = {"deg", "degree", "degrees", "grad", "mm"} & set(position.words)
-    table: dict[str, Any] = {"unit": small}
-    ratio = np.array(hints.ratio)
-    if ratio.size not in (0, len(names)):
-        raise CaptureError(
-            f"--ratio has {ratio.size} numbers; allowed: {len(names)}, one per joint of {path}"
-        )
-    if (reach > _FAR * largest).any() and ratio.size and not marked:
-        words.append("position: at the motors, by the limits of the URDF and the ratio")
-        table, scale = {"unit": small, "side": "motor", "ratio": ratio.tolist()}, 1 / ratio
-    elif marked or ((reach > _FAR * largest).any() and (reach * factor <= _FAR * largest).all()):
-        words.append(
-            f"unit of the position: {large}, by {'its name' if marked else 'the limits of the URDF'}"
-        )
-        table, scale = {"unit": large}, factor
-    elif (reach > 2 * _FAR * largest).any():
-        joint = int(np.argmax(reach / largest))
-        raise CaptureError(
-            f"{path}: {position.columns[joint]!r} reaches {reach[joint]:.4g}, in {small} or {large} beyond"
-            f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio"
-        )
-    else:
-        scale = np.ones(len(names))
-        words.append(f"unit of the position: {small}, within the limits of the URDF")
-    return position.values * scale, table
-
-
 def _description(
     folder: Path,
     arm: LooseUrdf,
@@ -282,31 +223,6 @@ def _description(
     force = np.abs(torque.values[:, log.moving]).max(axis=0)
     seen = (position.min(axis=0), position.max(axis=0), speed, force)
     return write_description(folder, arm, names, held, seen, settings, transmission)
-
-
-def _frames(
-    robot: Robot, log: Sampled, torque: Channels, table: dict[str, Any], hints: LogHints
-) -> tuple[Robot, Sampled, FloatArray, list[str]]:
-    """Zeros and coupling of the axes: the arm, its motion and offsets (n,) with them, and words."""
-    given, _ = given_factor(hints, log)
-    logged = log.even(torque.values[:, log.moving]) * given
-    found, better = (robot, log), list[str]()
-    proof = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
-    offset, words = quarter_turns(robot, proof)
-    error = proof.error(offset)
-    for transmission, position in coupled_wrist(robot, log.position) if "ratio" in table else []:
-        rows = tuple(tuple(row) for row in transmission.tolist())
-        tried = robot.model_copy(update={"transmission": rows})
-        at_joints = np.asarray(logged @ transmission)
-        other = TorqueProof.of(tried, position, at_joints, log.period, log.cutoff)
-        turned, said = quarter_turns(tried, other)
-        if other.error(turned) < COUPLED * error:
-            found, error = (tried, replace(log, position=position)), other.error(turned)
-            offset, words = turned, said
-            better = [f"wrist: motor 6 turns with joints 5 and 6 ({transmission[5, 4]:+g}), by its torque"]
-    if hints.offset:
-        return *found, np.array(hints.offset)[log.moving], better
-    return *found, offset, [*words, *better]
 
 
 def _constants(channels: list[Channels], position: Channels, moving: Sequence[int]) -> dict[str, FloatArray]:

@@ -9,16 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.importing.columns import ALLOWED, Table, read_table
+from daq.importing.columns import ALLOWED
 from daq.importing.import_map import (
     ImportMap,
-    Position,
-    Torque,
     load_import_map,
     merged_settings,
     settings_of,
 )
-from daq.importing.joint_states import is_bag_folder
+from daq.importing.log_quantities import (
+    LogFiles,
+    answered,
+    control_signal_of_drives,
+    position_of_joints,
+    time_of_samples,
+)
 from daq.importing.pieces import answered_pieces, complete_at, long_pieces
 from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
@@ -33,9 +37,6 @@ from robots.arrays import BoolArray, FloatArray
 log = logging.getLogger(__name__)
 
 MAP_NAME = "import.toml"
-POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
-TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 @dataclass(frozen=True)
@@ -194,15 +195,15 @@ def log_recording(
     Returns:
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
     """
-    source = _Source(path)
-    position = _position(source, columns.position, robot)
-    reference = None if columns.reference is None else _position(source, columns.reference, robot)
-    control_signal = _control_signal(source, columns, robot)
-    time = _time(source, columns, len(position))
+    source = LogFiles(path)
+    position = position_of_joints(source, columns.position, robot)
+    reference = None if columns.reference is None else position_of_joints(source, columns.reference, robot)
+    control_signal = control_signal_of_drives(source, columns, robot)
+    time = time_of_samples(source, columns, len(position))
     lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
     if reference is not None:
         lengths["reference"] = len(reference)
-    complete = _complete(source, columns, robot, len(position))
+    complete = answered(source, columns, robot, len(position))
     lengths["complete"] = len(complete)
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -255,97 +256,3 @@ def kept_rows(
         kept[~twice] &= good
         words += said
     return kept, tuple(words)
-
-
-def _complete(source: _Source, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
-    """Samples × joints: whether each drive answered; all did where the map says nothing of it."""
-    if columns.complete is None:
-        return np.ones((samples, robot.n), dtype=np.bool_)
-    _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
-    return np.asarray(source.pick(columns.complete.file, columns.complete.columns) != 0, dtype=np.bool_)
-
-
-class _Source:
-    """A file, or a folder of files, read once each."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._tables: dict[Path, Table] = {}
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """What is missing in the files that were read, one sentence each."""
-        return tuple(words for table in self._tables.values() for words in table.words)
-
-    def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
-        path = self.path
-        if path.is_dir() and not is_bag_folder(path):
-            if file is None:
-                raise CaptureError(f"{path}: is a folder, but the column map names no file in it")
-            path = path / file
-        if path not in self._tables:
-            self._tables[path] = read_table(path)
-        values = self._tables[path].pick(names)
-        bad = np.argwhere(~np.isfinite(values))
-        if bad.size:
-            row, column = bad[0]
-            raise CaptureError(
-                f"{path}: {names[column]!r} is not a number at sample {row} ({len(bad)} in all)"
-            )
-        return values
-
-
-def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
-    if count != robot.n:
-        raise CaptureError(f"{path}: the column map gives {count} {what}; {robot.name} has {robot.n} joints")
-
-
-def _position(source: _Source, columns: Position, robot: Robot) -> FloatArray:
-    """Joint positions in rad or m: unit, then motor → drive output, then drive output → joint."""
-    _check_count("position columns", len(columns.columns), robot, source.path)
-    values: FloatArray = source.pick(columns.file, columns.columns) * POSITION_UNITS[columns.unit]
-    if columns.side == "motor":
-        values = np.asarray(values / _factors("ratios", columns.ratio, robot, source.path))
-    if columns.side != "joint":
-        values = np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T, dtype=np.float64)
-    if columns.offset is not None:
-        _check_count("offsets", len(columns.offset), robot, source.path)
-        values = values + np.array(columns.offset)
-    return values
-
-
-def _factors(what: str, given: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
-    values = np.array(given or (), dtype=np.float64)
-    _check_count(what, len(values), robot, path)
-    return values
-
-
-def _control_signal(source: _Source, columns: ImportMap, robot: Robot) -> FloatArray:
-    if columns.control_signal is not None:
-        signal = columns.control_signal
-        _check_count("control-signal columns", len(signal.columns), robot, source.path)
-        return source.pick(signal.file, signal.columns) * signal.scale
-    assert columns.torque is not None  # the map has one of both
-    return _signal_of_torque(source, columns.torque, robot)
-
-
-def _signal_of_torque(source: _Source, columns: Torque, robot: Robot) -> FloatArray:
-    """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
-    _check_count("torque columns", len(columns.columns), robot, source.path)
-    torque = source.pick(columns.file, columns.columns)
-    torque = torque * (1.0 if columns.unit is None else TORQUE_UNITS[columns.unit])
-    if columns.side in ("joint", "sensor"):
-        return robot.control_signal(torque)
-    if columns.side == "motor":
-        torque = torque * _factors("ratios", columns.ratio, robot, source.path)
-    if columns.side == "current":
-        torque = torque * _factors("gains", columns.gain, robot, source.path)
-    return np.asarray(torque / robot.gains)
-
-
-def _time(source: _Source, columns: ImportMap, samples: int) -> FloatArray:
-    time = columns.time
-    if time.column is None:
-        assert time.sample_rate_hz is not None  # the map has one of both
-        return np.arange(samples) / time.sample_rate_hz
-    return source.pick(time.file, (time.column,))[:, 0] * TIME_UNITS[time.unit]

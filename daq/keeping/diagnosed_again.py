@@ -14,7 +14,8 @@ from daq.catalogue import findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import description_of
 from daq.catalogue.values import CatalogueError, CatalogueFinding, Model, Run
-from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult, run_diagnose
+from daq.diagnosis.diagnose import run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.files.found_model import found_of_json
 from daq.files.model_file import SUFFIX, read_model
 from daq.keeping.again import Sameness, furthest, refuse_unrecorded, sameness_of, unchanged

@@ -14,7 +14,7 @@ from daq.catalogue import findings, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import description_of, identity_of_arm, identity_of_capture
 from daq.catalogue.values import CatalogueFinding, CatalogueParameter, Model, NewFinding, NewModel, Source
-from daq.diagnosis.diagnose import DiagnoseRequest, DiagnoseResult
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.files.checksum import source_sha256
 from daq.files.found_model import entries_of, found_json
 from daq.files.model_file import SUFFIX, ModelFile, read_model

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from signal import SIGINT, Handlers, default_int_handler, getsignal, signal
 from threading import current_thread, main_thread
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from daq.files.cell_file import CellFile, read_cell
 from daq.files.run_folder import make_run_folder
 from daq.planning.plan_json import plan_json
 from daq.planning.plan_page import write_plan_page
+from daq.planning.plan_result import PlanRequest, PlanResult, Verdict
 from daq.planning.plan_sources import known_from
 from daq.planning.power import power_of
 from daq.recording.trajectory_file import (
@@ -29,9 +30,7 @@ from daq.recording.trajectory_file import (
 )
 from daq.text.progress import Steps
 from ident import BaseParameters, RegressorModel, base_parameters
-from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.family import StandardParameter
-from robots import Robot
 from trajectories import (
     Conditions,
     Judgement,
@@ -45,13 +44,11 @@ from trajectories import (
     plan,
     predicted,
 )
-from trajectories.information.matrix import CONDITION_CAP, Criterion
+from trajectories.information.matrix import CONDITION_CAP
 from trajectories.information.wanted import PAYLOAD, payload_sigma
 from trajectories.motions.motion import Motion
 from trajectories.motions.sampled import SampledMotion
-from trajectories.trajectory import Detail, ExcitingFamily
-
-Verdict = Literal["fine", "weak", "unmeasurable", "refused"]
+from trajectories.trajectory import Detail
 
 _CONDITION_ROOM = 1.1
 """How far above the cap the condition number may be before the verdict warns of it."""
@@ -59,77 +56,6 @@ _CONDITION_ROOM = 1.1
 
 _HIDDEN_JERK = 0.1
 """Share of the smallest jerk limit that the rounding of a file may hide without a word."""
-
-
-@dataclass(frozen=True)
-class PlanRequest:
-    """What to plan, or which file to judge.
-
-    Attributes:
-        robot: the arm.
-        check: a trajectory to judge; None to plan one.
-        family, criterion, parameters, duration, periods, seed, evaluations, searches, workers: of the plan.
-        speed: below 1, the same path in 1/speed of the time.
-        start: where the arm stands; home where None.
-        cell: a cell file; None for nothing around.
-        floor, tool_speed: instead of the cell file's.
-        cycle_time: of the set-points, s; the arm's (or the file's) where None.
-        earlier: a capture or model of the same arm.
-        out: folder for results; a check writes none where it is None.
-        power: whether to say how small each effect would be named.
-    """
-
-    robot: Robot
-    check: Path | None = None
-    family: ExcitingFamily = "ruckig"
-    criterion: Criterion = "determinant"
-    parameters: tuple[str, ...] = ()
-    duration: float = 12.0
-    periods: int = 1
-    seed: int = 0
-    evaluations: int = 12_000
-    searches: int = 2
-    workers: int = 1
-    speed: float = 1.0
-    start: tuple[float, ...] | None = None
-    cell: Path | None = None
-    floor: float | None = None
-    tool_speed: float | None = None
-    cycle_time: float | None = None
-    earlier: Path | None = None
-    out: Path | None = None
-    power: bool = False
-
-
-@dataclass(frozen=True)
-class PlanResult:
-    """What came out.
-
-    Attributes:
-        robot, conditions, objective, base: what it was judged with.
-        trajectory: planned or read, with its judgement in ``detail``.
-        judgement: every limit, distance and speed.
-        verdict: ``refused`` (must not be driven), ``weak`` (may be driven, shows too little),
-            ``unmeasurable`` (may be driven, too short to predict anything) or ``fine``.
-        remarks: what else is to be said, one sentence each.
-        payload: predicted σ of the payload, where it was asked for.
-        stopped: whether the search was stopped early.
-        files: what was written, by kind.
-        power: the smallest size of each effect that would be named; None where that was not asked.
-    """
-
-    robot: Robot
-    conditions: Conditions
-    objective: Objective
-    base: BaseParameters
-    trajectory: Trajectory
-    judgement: Judgement
-    verdict: Verdict
-    remarks: tuple[str, ...]
-    payload: dict[StandardParameter, float]
-    stopped: bool
-    files: dict[str, Path]
-    power: tuple[Smallest, ...] | None = None
 
 
 def run_plan(request: PlanRequest, steps: Steps) -> PlanResult:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from daq.planning.plan_result import PlanResult
 from daq.report.power import power_json
 from daq.text.numbers import json_number
 from trajectories import Prediction, Use
-
-if TYPE_CHECKING:
-    from daq.planning.plan import PlanResult
 
 
 def plan_json(result: PlanResult) -> dict[str, Any]:

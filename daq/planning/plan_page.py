@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup
 
 from daq.planning.arm_picture import arm_bodies
 from daq.planning.plan_pictures import JointFigure, PathView, limit_panel, path_view, time_ticks
+from daq.planning.plan_result import PlanResult
+from daq.planning.plan_tables import POOR, SCALE, parameter_rows, use_rows
 from daq.report.parameters import joint_heading
-from daq.report.pictures import dot_row, icon, scaled
+from daq.report.pictures import icon, scaled
 from daq.report.power import power_map
 from daq.report.templates import templates, write_page
 from daq.text.numbers import count, percent, setting, significant
 from trajectories import Limits, Prediction, ToolSpeed, TrajectoryError
 from trajectories.constraints.torque import TorqueCheck
 
-if TYPE_CHECKING:
-    from daq.planning.plan import PlanResult
-
 _POINTS = 4000
 _PATH_POINTS = 1200
 _POSTURES = ("arm", "arm there")
 """Styles of the arm at the start and where its tool is fastest."""
 
-_POOR = 30.0
-"""%σ above which a parameter is poorly seen, as in the report of an identification."""
-
-_SCALE = (0.01, 1000.0)
-"""Range of the %σ picture."""
 
 _WORDS = {
     "fine": ("good", "good", "May be driven", "This motion keeps every limit and shows what was asked for"),
@@ -44,32 +35,6 @@ _WORDS = {
     ),
     "refused": ("bad", "bad", "Must not be driven", "This motion breaks a limit"),
 }
-
-
-@dataclass(frozen=True)
-class ParameterRow:
-    """One base parameter as it will be seen."""
-
-    name: str
-    unit: str
-    value: str
-    sigma: str
-    percent: str
-    poor: bool
-    picture: Markup
-
-
-@dataclass(frozen=True)
-class UseRow:
-    """One joint's use of one limit."""
-
-    joint: str
-    percent: str
-    value: str
-    limit: str
-    time: str
-    beyond: bool
-    picture: Markup
 
 
 def write_plan_page(path: Path, result: PlanResult) -> None:
@@ -102,9 +67,9 @@ def render_plan(result: PlanResult) -> str:
             remarks=result.remarks,
             figures=_figures(result),
             views=_views(result),
-            uses=_uses(result),
-            parameters=[] if prediction is None else _parameters(prediction),
-            scale_ticks=[(scaled(v, _SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
+            uses=use_rows(result),
+            parameters=[] if prediction is None else parameter_rows(prediction),
+            scale_ticks=[(scaled(v, SCALE, True), f"{v:g} %") for v in (0.1, 100.0)],
             payload=[(parameter.name, significant(sigma)) for parameter, sigma in result.payload.items()],
             prediction=None if prediction is None else _prediction_words(prediction),
             power=None if result.power is None else power_map(result.robot, result.power),
@@ -143,9 +108,9 @@ def _facts(result: PlanResult) -> list[tuple[str, str, str]]:
     ]
     if detail.prediction is not None:
         shares = detail.prediction.percent_sigma[detail.prediction.values != 0.0]
-        seen = int((shares <= _POOR).sum())
+        seen = int((shares <= POOR).sum())
         rest = len(detail.prediction.values) - len(shares)
-        note = f"%σ up to {_POOR:g}" + (f"; {rest} more are expected to be 0" if rest else "")
+        note = f"%σ up to {POOR:g}" + (f"; {rest} more are expected to be 0" if rest else "")
         facts += [
             ("Condition number", significant(detail.condition), f"score {significant(trajectory.score)}"),
             ("Parameters well seen", f"{seen} of {len(shares)}", note),
@@ -218,54 +183,6 @@ def _views(result: PlanResult) -> list[PathView]:
             ("From the front: y right, z up", (1, 2)),
         )
     ]
-
-
-def _uses(result: PlanResult) -> list[tuple[str, list[UseRow]]]:
-    groups = []
-    for use in result.judgement.uses:
-        rows = []
-        for k, joint in enumerate(result.robot.joint):
-            share = float(use.share[k])
-            beyond = share > 1.0 + 1e-4
-            rows.append(
-                UseRow(
-                    joint=joint.name,
-                    percent=percent(100 * share),
-                    value=significant(float(use.value[k])),
-                    limit=significant(float(use.limit[k])),
-                    time=f"{use.time[k]:.2f} s",
-                    beyond=beyond,
-                    picture=dot_row(share, 1.0, (0.0, 1.25), logarithmic=False, beyond=beyond),
-                )
-            )
-        groups.append((use.constraint, rows))
-    return groups
-
-
-def _parameters(prediction: Prediction) -> list[ParameterRow]:
-    rows = []
-    columns = (
-        prediction.names,
-        prediction.units,
-        prediction.values,
-        prediction.sigma,
-        prediction.percent_sigma,
-    )
-    for name, unit, value, sigma, share in zip(*columns, strict=True):
-        poor = bool(share > _POOR) and bool(value)
-        shown = float(share) if np.isfinite(share) else _SCALE[1]
-        rows.append(
-            ParameterRow(
-                name=name,
-                unit=unit,
-                value=significant(float(value)),
-                sigma=significant(float(sigma)) if np.isfinite(sigma) else "not seen",
-                percent=percent(float(share)) if value else "expected 0",
-                poor=poor,
-                picture=dot_row(shown if value else np.nan, _POOR, _SCALE, logarithmic=True, beyond=poor),
-            )
-        )
-    return rows
 
 
 def _prediction_words(prediction: Prediction) -> str:

@@ -7,7 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from daq.planning.plan import PlanResult
+from daq.planning.plan_result import PlanResult
 from daq.report.power import print_power
 from daq.text.numbers import percent, significant
 from trajectories import Prediction

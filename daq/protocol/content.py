@@ -14,21 +14,19 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 import robots
 from daq.catalogue import arms, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description, difference
 from daq.catalogue.values import Arm, ArmIdentity, Run
+from daq.protocol.joints import JointRow, joint_rows
 from daq.recording.capture import Capture
 from daq.recording.described_arm import robot_of
 from daq.recording.reader import read_capture
 from daq.recording.who import now, user
 from daq.session.stages import LAST_BEFORE_USE, STAGES, StageStatus, status
-from daq.text.numbers import NOTHING, percent, setting, significant
+from daq.text.numbers import NOTHING, percent
 from robots import Robot
-from robots.arrays import FloatArray
 from robots.errors import UserError
 
 _DRIVEN = ("full run", "slow run", "warm-up")
@@ -40,22 +38,6 @@ _MOST_WORDS = 240
 
 class ProtocolError(UserError):
     """There is nothing to write a protocol of, or it cannot be written; one line that says what to do."""
-
-
-@dataclass(frozen=True)
-class JointRow:
-    """One joint: its drive, its limits, and how far the recording of ``Protocol.figures_of`` went."""
-
-    name: str
-    node: int
-    serial: str
-    position: str
-    velocity: str
-    acceleration: str
-    torque: str
-    fastest: str
-    strongest: str
-    following: str
 
 
 @dataclass(frozen=True)
@@ -216,7 +198,7 @@ def _protocol(
         simulated=arm.simulated,
         verdict=verdict,
         facts=tuple(facts),
-        joints=_joint_rows(robot, arm, None if found is None else found[1]),
+        joints=joint_rows(robot, arm, None if found is None else found[1]),
         stages=stages,
         figures_of="" if found is None else f"{found[0].stage}, run {found[0].id}",
         remarks=tuple(remarks),
@@ -241,46 +223,6 @@ def _stage_row(stage: StageStatus) -> StageRow:
         cycles=cycles,
         checksum=NOTHING if run.capture_sha256 is None else f"{run.capture_sha256[:12]}…",
     )
-
-
-def _joint_rows(robot: Robot, arm: Arm, capture: Capture | None) -> tuple[JointRow, ...]:
-    peaks = None if capture is None else _peaks(robot, capture)
-    rows = []
-    for k, (joint, drive) in enumerate(zip(robot.joint, robot.drive, strict=True)):
-        reached = (NOTHING,) * 3
-        if peaks is not None:
-            speed, torque, error = (float(peak[k]) for peak in peaks)
-            reached = (
-                f"{significant(speed)} ({percent(100 * speed / joint.velocity)})",
-                f"{significant(torque)} ({percent(100 * torque / joint.torque)})",
-                f"{significant(error)} {joint.unit}",
-            )
-        low, high = joint.position
-        serial = arm.serials[k] if k < len(arm.serials) else None
-        rows.append(
-            JointRow(
-                joint.name,
-                drive.node_id,
-                "none" if serial is None else str(serial),
-                f"{setting(low)} … {setting(high)} {joint.unit}",
-                f"{setting(joint.velocity)} {joint.unit}/s",
-                f"{setting(joint.acceleration)} {joint.unit}/s²",
-                f"{setting(joint.torque)} {joint.torque_unit}",
-                *reached,
-            )
-        )
-    return tuple(rows)
-
-
-def _peaks(robot: Robot, capture: Capture) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(n,) each: highest speed, torque by the drive gains, following error; all by amount."""
-    samples = capture.samples
-    time = samples.cycle * capture.period
-    speed = np.gradient(samples.position, time, axis=0)
-    torque = robot.joint_torque(samples.control_signal)
-    error = samples.reference - samples.position
-    fastest, strongest, farthest = (np.nanmax(np.abs(x), axis=0) for x in (speed, torque, error))
-    return np.asarray(fastest), np.asarray(strongest), np.asarray(farthest)
 
 
 def _driven_words(states: tuple[StageStatus, ...]) -> str:

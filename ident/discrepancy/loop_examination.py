@@ -16,10 +16,11 @@ from ident.discrepancy.deviations import block_labels
 from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
 from ident.discrepancy.gap import Gap
 from ident.discrepancy.loop import Loop, Standstill
-from ident.discrepancy.loop_evidence import LoopEvidence, loop_evidence
+from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.presliding import standstill_of
 from ident.discrepancy.prior import Prior
+from ident.discrepancy.simulated_loop import loop_evidence
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import Whitening, autoregressive_whitening

@@ -67,6 +67,11 @@ class PreparedRecording:
         return self.settings.decimation
 
     @property
+    def row_time(self) -> float:
+        """s from row to row."""
+        return self.recording.sample_time * self.decimation
+
+    @property
     def decimation_filter(self) -> DecimationFilter:
         """Before the samples between rows are left out."""
         return self.settings.decimation_filter

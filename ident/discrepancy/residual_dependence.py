@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.parameters.base import BaseParameters
 from robots.arrays import BoolArray, FloatArray
 
 _BINS = 24
@@ -38,6 +40,15 @@ class ResidualDependence:
         if share < 0.1:
             return f"joint {self.joint + 1}: rms {self.rms:.3g}, with no single quantity"
         return f"joint {self.joint + 1}: rms {self.rms:.3g}, {100 * share:.0f} % of it goes with {quantity}"
+
+
+def dependences_beside(
+    base: BaseParameters, beta: FloatArray, prepared: Sequence[PreparedRecording]
+) -> tuple[ResidualDependence, ...]:
+    """Per joint, what the residual of a model with parameters β (b,) depends on."""
+    residuals = [piece.thin(torque_residual(base, beta, piece)) for piece in prepared]
+    torques = [piece.thin(base.columns(piece.measured) @ beta) for piece in prepared]
+    return residual_dependences(prepared, residuals, torques)
 
 
 def residual_dependences(

@@ -75,6 +75,10 @@ class SearchSettings:
             return self.misfit_in_loop
         return self.smallest_share if examination.repeats else 0.0
 
+    def misfit_threshold(self, examination: Examination) -> float:
+        """Residual sum of squares beyond noise from which on a model is not clean, per row."""
+        return float(self.unnamed_share + self.misfit_of(examination) - self.smallest_share)
+
 
 DEFAULTS = SearchSettings()
 

@@ -12,11 +12,10 @@ from ident.discrepancy.align import aligned, lag_is_known
 from ident.discrepancy.basis import ranking_of
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
-from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.library import Library, build_library
-from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
+from ident.discrepancy.prepared_recording import prepared_recordings
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.residual_dependence import ResidualDependence, residual_dependences
+from ident.discrepancy.residual_dependence import dependences_beside
 from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
@@ -82,10 +81,6 @@ class Search:
         return self.course.step
 
     @property
-    def first(self) -> Step:
-        return self.course.first
-
-    @property
     def findings(self) -> list[Accepted]:
         return self.course.findings
 
@@ -113,7 +108,7 @@ class Search:
             or len(self.findings) >= self.question.settings.most
         ):
             return False
-        not_repeating = unrepeated(self.step.examination, _row_time(self.prepared[0]))
+        not_repeating = unrepeated(self.step.examination, self.prepared[0].row_time)
         return all(item.kind == "shocks" for item in not_repeating)
 
     def _search_at_reversals(self) -> None:
@@ -218,7 +213,7 @@ class Search:
         return tuple(form for family in families for form in (family, *family.forms))
 
     def _usual(self) -> tuple[object, ...]:
-        return self.first.base.model.effects
+        return self.course.first.base.model.effects
 
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what the data show is not its name.
@@ -239,21 +234,20 @@ class Search:
         return bool(beside) and chosen.gain < self.question.settings.form_share * max(beside)
 
     def _answer(self) -> Diagnosis:
-        validation = Validation(self.validation, self.first.examination.whitening)
+        first = self.course.first
+        validation = Validation(self.validation, first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
-        margin, of_first = self.first.base.model.robot.identification.torque_margin, self.first.examination
+        margin, of_first = first.base.model.robot.identification.torque_margin, first.examination
         usual = of_first.excess <= self._misfit_threshold_per_row() * of_first.torque.shape[0]
         moved_once = self.course.reversing is None and not of_first.repeats
-        nothing = moved_once and lags_of_noise(
-            findings, bool(usual), validation.unexplained(self.first), margin
-        )
+        nothing = moved_once and lags_of_noise(findings, bool(usual), validation.unexplained(first), margin)
         if nothing:
-            self.course = Course.begun(self.prepared, self.first)
-            findings, rejected, last = [], [*rejected, *findings], validation.loop_run(self.first)
+            self.course = Course.begun(self.prepared, first)
+            findings, rejected, last = [], [*rejected, *findings], validation.loop_run(first)
         examination = self.step.examination
-        not_repeating = unrepeated(examination, _row_time(self.prepared[0]))
+        not_repeating = unrepeated(examination, self.prepared[0].row_time)
         left = Left(
-            self._dependences(),
+            dependences_beside(self.step.base, examination.beta, self.prepared),
             not_repeating,
             self.unnamed,
             not nothing and self._more_in_motion(),
@@ -261,7 +255,7 @@ class Search:
             margin,
         )
         verdict = verdict_of(findings, left)
-        loops = validation.loop_gaps(validation.loop_run(self.first) if findings else last, last)
+        loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
         return Diagnosis(
             verdict=verdict,
             findings=tuple(findings),
@@ -271,7 +265,7 @@ class Search:
             description=description(verdict, left),
             dependences=left.dependences,
             unrepeated=not_repeating,
-            torque=validation.gap(self.first, self.step),
+            torque=validation.gap(first, self.step),
             position=loops.position,
             control_signal=loops.control_signal,
             loop_reason=loops.reason,
@@ -279,7 +273,7 @@ class Search:
             base=self.step.base,
             beta=examination.beta,
             covariance=examination.covariance,
-            examinations=(self.first.examination, examination),
+            examinations=(first.examination, examination),
         )
 
     def _more_in_motion(self) -> bool:
@@ -295,20 +289,7 @@ class Search:
         return float(self._misfit_threshold_per_row() * self.step.examination.torque.shape[0])
 
     def _misfit_threshold_per_row(self) -> float:
-        """The same, per row."""
-        settings = self.question.settings
-        misfit = settings.misfit_of(self.step.examination)
-        return float(settings.unnamed_share + misfit - settings.smallest_share)
-
-    def _dependences(self) -> tuple[ResidualDependence, ...]:
-        beta = self.step.examination.beta
-        residuals = [piece.thin(torque_residual(self.step.base, beta, piece)) for piece in self.prepared]
-        torques = [piece.thin(self.step.base.columns(piece.measured) @ beta) for piece in self.prepared]
-        return residual_dependences(self.prepared, residuals, torques)
-
-
-def _row_time(piece: PreparedRecording) -> float:
-    return piece.recording.sample_time * piece.decimation
+        return self.question.settings.misfit_threshold(self.step.examination)
 
 
 def _placed(step: Step) -> list[Placed]:

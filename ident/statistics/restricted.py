@@ -24,6 +24,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import solve_triangular
 
 from ident.statistics.covariance import autocovariance
+from ident.statistics.lagged_products import lagged_products, samples_without_gap
 from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
@@ -31,7 +32,6 @@ from ident.statistics.whitening import (
     is_stable,
     largest_order,
     ljung_box,
-    unbroken,
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -47,8 +47,6 @@ _ORDERS_BEYOND = 4
 _DEPENDENT = 1e-12
 """Eigenvalues of the scaled XᵀΩ⁻¹X below this share of the largest are no information."""
 
-_COLUMNS_AT_ONCE = 16
-"""Columns whose lagged products are summed together: bounds the memory."""
 
 _LAGS_LEFT = 30
 
@@ -69,9 +67,11 @@ def regression_whitening(
     residual = target - regressor @ fit.beta
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
-    products = [_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)]
+    products = [
+        lagged_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)
+    ]
     taken = Taken.of(fit.basis, segment)
-    counts = [_whole(segment, used[:, j], largest) for j in _axes(used)]
+    counts = [samples_without_gap(segment, used[:, j], largest) for j in _axes(used)]
     for _ in range(_ITERATIONS):
         missing = _missing(whitening, taken, omega.sigma, segment, used, largest)
         before, whitening = whitening, _model(products, missing, counts)
@@ -187,57 +187,9 @@ def _missing(
     for joint in _axes(used):
         one = basis[:, joint] * omega[joint]
         other = moved[:, joint] * omega[joint] - 0.5 * one @ between
-        half = _products(one, other, segment, used[:, joint], largest)
+        half = lagged_products(one, other, segment, used[:, joint], largest)
         found.append(half + half.T)
     return found
-
-
-def _products(
-    one: FloatArray, other: FloatArray, segment: IntArray, used: BoolArray, largest: int
-) -> FloatArray:
-    """Σ over columns and samples of a_{t−k}·b_{t−l}, k, l = 0 … largest, where all these are used.
-
-    Args:
-        one, other: (samples,) or (samples, columns).
-    """
-    products = np.zeros((largest + 1, largest + 1))
-    one, other = one.reshape(segment.size, -1), other.reshape(segment.size, -1)
-    for name in np.unique(segment):
-        chosen = segment == name
-        whole = unbroken(used[chosen], largest)
-        if whole.all():
-            products += _products_without_gaps(one[chosen], other[chosen], largest)
-            continue
-        for start in range(0, one.shape[1], _COLUMNS_AT_ONCE):
-            part = slice(start, start + _COLUMNS_AT_ONCE)
-            left = _lags(one[chosen, part], whole, largest)
-            right = left if one is other else _lags(other[chosen, part], whole, largest)
-            products += left.T @ right
-    return products
-
-
-def _products_without_gaps(one: FloatArray, other: FloatArray, largest: int) -> FloatArray:
-    """The same where every sample counts: one row and column of sums, the others by what comes and goes."""
-    last = one.shape[0]
-    products = np.zeros((largest + 1, largest + 1))
-    for lag in range(largest + 1):
-        products[0, lag] = np.vdot(one[largest:], other[largest - lag : last - lag])
-        products[lag, 0] = np.vdot(one[largest - lag : last - lag], other[largest:])
-    before, after = slice(largest - 1, None, -1), slice(last - 1, last - largest - 1, -1)
-    change = one[before][:largest] @ other[before][:largest].T - one[after] @ other[after].T
-    for k in range(largest):
-        products[k + 1, 1:] = products[k, :-1] + change[k]
-    return products
-
-
-def _lags(columns: FloatArray, whole: BoolArray, largest: int) -> FloatArray:
-    """(samples · columns, largest + 1): each sample that counts, and those before it, nearest first."""
-    last = columns.shape[0]
-    return np.stack([columns[largest - k : last - k][whole].ravel() for k in range(largest + 1)], axis=1)
-
-
-def _whole(segment: IntArray, used: BoolArray, largest: int) -> int:
-    return sum(int(unbroken(used[segment == name], largest).sum()) for name in np.unique(segment))
 
 
 def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[int]) -> Whitening:

@@ -78,9 +78,9 @@ class _Led(Search):
         bases = [one.basis for one in self.findings]
         components[number] = _component(self.step.base.model.robot, rival.placed)
         bases[number] = replace(bases[number], score=rival.log_odds)
-        course = Course.begun(self.prepared, self.first)
+        course = Course.begun(self.prepared, self.course.first)
         course.take(components, bases)
-        fitted = Validation(self.prepared, self.first.examination.whitening)
+        fitted = Validation(self.prepared, self.course.first.examination.whitening)
         shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
         if shown is not None and shown.there:

@@ -16,7 +16,8 @@ from daq.check import check as check_module
 from daq.check.check import run_check, run_fleet
 from daq.check.recheck import recheck
 from daq.check.request import CheckRequest, CheckResult, Verdict
-from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
+from daq.diagnosis.diagnose import run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import rerun

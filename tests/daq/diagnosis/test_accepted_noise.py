@@ -9,7 +9,8 @@ import pytest
 
 import robots
 from benchmarks import naming
-from daq.diagnosis.diagnose import DiagnoseRequest, prior_of, run_diagnose
+from daq.diagnosis.diagnose import prior_of, run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.files.model_file import read_model
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.identification.torque_noise import torque_noise

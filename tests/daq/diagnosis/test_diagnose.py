@@ -13,7 +13,8 @@ import pytest
 import robots
 from daq.cli.diagnose import diagnose as command
 from daq.diagnosis import diagnose as module
-from daq.diagnosis.diagnose import DiagnoseRequest, model_without, prior_of, run_diagnose
+from daq.diagnosis.diagnose import model_without, prior_of, run_diagnose
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.diagnosis.diagnosis_words import gate_words, headline, recommendation
 from daq.files.model_file import ModelFileError, read_model
 from daq.text.progress import Silent

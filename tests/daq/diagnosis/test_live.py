@@ -12,7 +12,7 @@ import pytest
 
 import robots
 from daq.diagnosis import live
-from daq.diagnosis.diagnose import DiagnoseRequest
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.diagnosis.live import LiveRequest, MotionRefused, run_live
 from daq.recording.reader import read_capture
 from daq.session.session_error import NotMoved

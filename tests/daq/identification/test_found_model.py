@@ -67,7 +67,8 @@ def model(folder: Path, name: str) -> Path:
 @pytest.fixture(scope="module")
 def chain(captures: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the accepted model and that of the diagnosis are."""
-    from daq.diagnosis.diagnose import DiagnoseRequest, run_diagnose
+    from daq.diagnosis.diagnose import run_diagnose
+    from daq.diagnosis.diagnose_result import DiagnoseRequest
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.text.progress import Silent
 

@@ -1,0 +1,120 @@
+"""The quantities of a log as its column map names them: time, positions and control signals in SI units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from daq.importing.columns import Table, read_table
+from daq.importing.import_map import (
+    ImportMap,
+    Position,
+    Torque,
+)
+from daq.importing.joint_states import is_bag_folder
+from daq.recording.capture import CaptureError
+from robots import Robot
+from robots.arrays import BoolArray, FloatArray
+
+POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
+
+
+TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
+
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+def answered(source: LogFiles, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
+    """Samples × joints: whether each drive answered; all did where the map says nothing of it."""
+    if columns.complete is None:
+        return np.ones((samples, robot.n), dtype=np.bool_)
+    _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
+    return np.asarray(source.pick(columns.complete.file, columns.complete.columns) != 0, dtype=np.bool_)
+
+
+class LogFiles:
+    """A file, or a folder of files, read once each."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._tables: dict[Path, Table] = {}
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What is missing in the files that were read, one sentence each."""
+        return tuple(words for table in self._tables.values() for words in table.words)
+
+    def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
+        path = self.path
+        if path.is_dir() and not is_bag_folder(path):
+            if file is None:
+                raise CaptureError(f"{path}: is a folder, but the column map names no file in it")
+            path = path / file
+        if path not in self._tables:
+            self._tables[path] = read_table(path)
+        values = self._tables[path].pick(names)
+        bad = np.argwhere(~np.isfinite(values))
+        if bad.size:
+            row, column = bad[0]
+            raise CaptureError(
+                f"{path}: {names[column]!r} is not a number at sample {row} ({len(bad)} in all)"
+            )
+        return values
+
+
+def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
+    if count != robot.n:
+        raise CaptureError(f"{path}: the column map gives {count} {what}; {robot.name} has {robot.n} joints")
+
+
+def position_of_joints(source: LogFiles, columns: Position, robot: Robot) -> FloatArray:
+    """Joint positions in rad or m: unit, then motor → drive output, then drive output → joint."""
+    _check_count("position columns", len(columns.columns), robot, source.path)
+    values: FloatArray = source.pick(columns.file, columns.columns) * POSITION_UNITS[columns.unit]
+    if columns.side == "motor":
+        values = np.asarray(values / _factors("ratios", columns.ratio, robot, source.path))
+    if columns.side != "joint":
+        values = np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T, dtype=np.float64)
+    if columns.offset is not None:
+        _check_count("offsets", len(columns.offset), robot, source.path)
+        values = values + np.array(columns.offset)
+    return values
+
+
+def _factors(what: str, given: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
+    values = np.array(given or (), dtype=np.float64)
+    _check_count(what, len(values), robot, path)
+    return values
+
+
+def control_signal_of_drives(source: LogFiles, columns: ImportMap, robot: Robot) -> FloatArray:
+    if columns.control_signal is not None:
+        signal = columns.control_signal
+        _check_count("control-signal columns", len(signal.columns), robot, source.path)
+        return source.pick(signal.file, signal.columns) * signal.scale
+    assert columns.torque is not None  # the map has one of both
+    return _signal_of_torque(source, columns.torque, robot)
+
+
+def _signal_of_torque(source: LogFiles, columns: Torque, robot: Robot) -> FloatArray:
+    """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
+    _check_count("torque columns", len(columns.columns), robot, source.path)
+    torque = source.pick(columns.file, columns.columns)
+    torque = torque * (1.0 if columns.unit is None else TORQUE_UNITS[columns.unit])
+    if columns.side in ("joint", "sensor"):
+        return robot.control_signal(torque)
+    if columns.side == "motor":
+        torque = torque * _factors("ratios", columns.ratio, robot, source.path)
+    if columns.side == "current":
+        torque = torque * _factors("gains", columns.gain, robot, source.path)
+    return np.asarray(torque / robot.gains)
+
+
+def time_of_samples(source: LogFiles, columns: ImportMap, samples: int) -> FloatArray:
+    time = columns.time
+    if time.column is None:
+        assert time.sample_rate_hz is not None  # the map has one of both
+        return np.arange(samples) / time.sample_rate_hz
+    return source.pick(time.file, (time.column,))[:, 0] * TIME_UNITS[time.unit]
