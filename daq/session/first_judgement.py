@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
+from daq.session.first_friction import told_rows, turned_by, ways_of
 from daq.session.first_motion import HALF_DEGREE, FirstMotion, Turn
 from drivers.frames.samples import Samples
 from robots import Robot, rigid_body_model
@@ -25,8 +26,6 @@ OFFSET_SHARE = 0.03
 """Share of a joint's torque limit that a torque may be off by: offsets of the current measurement."""
 STICTION = 1.5
 """At rest, friction may hold up to so many times the described Coulomb friction against or with gravity."""
-FRICTION_RATIO = (0.35, 2.8)
-"""Of the measured friction to the described one."""
 TOUCH_RATIO = (0.8, 1.25)
 MOVE_RATIO = (0.7, 1.4)
 """Of the control signal to what the described loop answers the following error with."""
@@ -36,12 +35,6 @@ STRAY = 0.3
 """Share of a joint's way that any other joint may move meanwhile, besides what friction makes it lag."""
 SETTLED = 0.25
 """Share of that lag which may be left when a joint has been held."""
-MOVING = 0.5
-"""What goes at this share of its reference's highest speed counts as moving."""
-SPEED_SECONDS = 0.1
-"""Over which a drive's speed is taken: a tenth of its way at half a degree, ten counts of a coarse encoder."""
-LEAST_MOVING = 0.1
-"""Share of the rows in which a drive was to move, in which it has to: else its friction is known from below."""
 
 
 @dataclass(frozen=True)
@@ -132,8 +125,7 @@ def judge_loop(
     answer = described_answer(robot, samples)
     findings = []
     for turn in motion.turns:
-        drives = np.flatnonzero(np.abs(robot.transmission_matrix[:, turn.joint]) > 1e-9)
-        for drive in drives:
+        for drive in turned_by(robot, turn.joint):
             ratio, share = _ratio(samples.control_signal[turn.rows, drive], answer[turn.rows, drive])
             if not bounds[0] <= ratio <= bounds[1] or share < 0.5:
                 findings.append(Finding(robot.joint[turn.joint].name, _loop_words(int(drive), ratio, share)))
@@ -266,65 +258,21 @@ def _torque_words(
 ) -> list[str]:
     """Gravity and friction from the torques in both directions; friction is symmetric, gravity is not."""
     k, coupling = turn.joint, robot.transmission_matrix
-    drives = np.flatnonzero(np.abs(coupling[:, k]) > 1e-9)
-    moving = {drive: _moving_rows(robot, samples, turn, int(drive)) for drive in drives}
-    up, down, _ = (np.logical_and.reduce(rows) for rows in zip(*moving.values(), strict=True))
+    ways = {int(drive): ways_of(robot, samples, turn, drive) for drive in turned_by(robot, k)}
+    up = np.logical_and.reduce([way.up for way in ways.values()])
+    down = np.logical_and.reduce([way.down for way in ways.values()])
     if not (up.any() and down.any()):
-        up, down = _told_rows(robot, samples, turn)
+        up, down = told_rows(robot, samples, turn)
     forward, backward = (float(np.mean(torque[turn.rows, k][rows])) for rows in (up, down))
     mean = (forward + backward) / 2
-    dynamics = [drive.dynamics for drive in robot.drive]
-    speed = np.gradient(samples.reference[turn.rows, k], robot.bus.cycle_time)
-    wanted = np.array([one.coulomb for one in dynamics])
-    wanted = wanted + np.array([one.viscous for one in dynamics]) * np.abs(coupling[:, k] * speed[up].mean())
-    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[:, k]) @ wanted))
+    described = np.array([way.described for way in ways.values()])
+    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[list(ways), k]) @ described))
     room += OFFSET_SHARE * robot.torque_limits[k]
     words = []
     if abs(mean - gravity[k]) > room:
         words.append(_gravity_words("in motion", mean, float(gravity[k]), room))
     # Drive by drive: in the sum of a coupled joint the others hide the one that is wrong.
-    for drive, (up, down, slipped) in moving.items():
-        signal = samples.control_signal[turn.rows, drive] * np.sign(coupling[drive, k])
-        friction = robot.gains[drive] * float(np.mean(signal[up]) - np.mean(signal[down])) / 2
-        ratio = friction / wanted[drive] if wanted[drive] > 0.0 else 1.0
-        least = FRICTION_RATIO[0] if slipped.any() else 0.0
-        if not least <= ratio <= FRICTION_RATIO[1]:
-            likely = (
-                "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id or dynamics.coulomb"
-            )
-            words.append(
-                f"drive[{drive + 1}] takes {friction:.3g} N·m (or N) against friction, described"
-                f" {wanted[drive]:.3g}: {likely}"
-            )
-    return words
-
-
-def _told_rows(robot: Robot, samples: Samples, turn: Turn) -> tuple[BoolArray, BoolArray]:
-    """Rows of a turn in which its joint was to move up and down."""
-    speed = np.gradient(samples.reference[turn.rows, turn.joint], robot.bus.cycle_time)
-    up, down = (side * speed > MOVING * np.abs(speed).max() for side in (1.0, -1.0))
-    return up, down
-
-
-def _moving_rows(
-    robot: Robot, samples: Samples, turn: Turn, drive: int
-) -> tuple[BoolArray, BoolArray, BoolArray]:
-    """Rows of a turn in which one of its drives went up and down with the joint; and whether it did, in each.
-
-    While friction still winds a gear up, torque is on its way from one direction's to the other's: a drive
-    takes its friction only where it slips. Where it never does, it bears at least what it was asked for.
-    """
-    told = _told_rows(robot, samples, turn)
-    row = robot.transmission_matrix[drive] * np.sign(robot.transmission_matrix[drive, turn.joint])
-    reference = np.gradient(samples.reference[turn.rows] @ row, robot.bus.cycle_time)
-    width = max(3, round(SPEED_SECONDS / robot.bus.cycle_time) | 1)
-    padded = np.pad(samples.position[turn.rows] @ row, width // 2, mode="edge")
-    speed = (padded[width - 1 :] - padded[: 1 - width]) / ((width - 1) * robot.bus.cycle_time)
-    up, down = (side * speed > MOVING * np.abs(reference).max() for side in (1.0, -1.0))
-    slips = all(
-        rows.sum() >= LEAST_MOVING * wanted.sum() for rows, wanted in zip((up, down), told, strict=True)
-    )
-    return (up, down, np.full(len(up), True)) if slips else (*told, np.full(len(up), False))
+    return words + [text for drive, way in ways.items() if (text := way.words(drive)) is not None]
 
 
 def summary(findings: Sequence[Finding]) -> str:
