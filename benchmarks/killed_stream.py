@@ -19,7 +19,7 @@ from benchmarks.killed_wire import SECONDS, Wire, lost_seconds, path
 from daq.recording.listener import listening
 from daq.recording.recorder import Recorder
 from daq.recording.run_facts import outcome_facts
-from drivers import ArmSession, Channel, DriveError, open_bus
+from drivers import ArmSession, BusError, Channel, DriveError, open_bus
 from drivers.bus import lockout, state_folder
 from drivers.frames.layout import tpdo_cob_id
 from drivers.simulated import SimulatedArm
@@ -272,12 +272,15 @@ def _await_rest(channel: Channel, seconds: float = 10.0) -> None:
 
 
 def patiently_opened(channel: Channel, source: Path, tries: int = 5) -> ArmSession:
-    """A session; on a busy machine simulated drives may take longer to answer than real ones would."""
+    """A session; on a busy machine simulated drives may take longer to answer than real ones would.
+
+    And what was killed may still be on its way to its end: then the bus is occupied, and nothing moves.
+    """
     for left in reversed(range(tries)):
         session = ArmSession(robots.load(source), channel)
         try:
             session.open()
-        except DriveError:
+        except (DriveError, BusError):
             if not left:
                 raise
         else:

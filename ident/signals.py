@@ -7,13 +7,13 @@ MATLAB's ``filtfilt`` and ``decimate`` for padding and phase, so that published 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
-from scipy.ndimage import convolve1d
 from scipy.signal import butter, cheby1, filtfilt, firwin
+from scipy.sparse import csr_array
 
 from ident.errors import IdentificationError
 from ident.recording import Recording
@@ -207,12 +207,23 @@ def decimate(
     if kind == "fir":
         if factor == 1:
             return values
-        taps = firwin(2 * decimation_reach(factor, kind) + 1, 0.8 / factor, window=("kaiser", _FIR_BETA))
-        smooth = convolve1d(values, taps, axis=axis, mode="nearest")
-        return np.asarray(np.take(smooth, decimate_index(values.shape[axis], factor), axis=axis))
+        series = np.moveaxis(values, axis, 0)
+        rows = _fir_rows(series.shape[0], factor) @ series.reshape(series.shape[0], -1)
+        return np.moveaxis(rows.reshape(-1, *series.shape[1:]), 0, axis)
     for stage in decimation_stages(factor):
         values = _decimate_once(values, stage, axis)
     return values
+
+
+@lru_cache(maxsize=4)
+def _fir_rows(samples: int, factor: int) -> csr_array:
+    """The finite filter at the samples that are kept alone, rows × samples; ends are held."""
+    reach = decimation_reach(factor, "fir")
+    taps = firwin(2 * reach + 1, 0.8 / factor, window=("kaiser", _FIR_BETA))
+    kept = decimate_index(samples, factor)
+    seen = np.clip(kept[:, np.newaxis] + np.arange(-reach, reach + 1), 0, samples - 1)
+    rows = np.repeat(np.arange(kept.size), taps.size)
+    return csr_array((np.tile(taps, kept.size), (rows, seen.ravel())), shape=(kept.size, samples))
 
 
 def decimation_reach(factor: int, kind: DecimationFilter) -> int:

@@ -1,6 +1,6 @@
 """The motion that makes parameters visible: exciting trajectories and plain moves."""
 
-from trajectories.approach import approach
+from trajectories.approach import approach, as_far_as_clear
 from trajectories.constraints.collision import CollisionCheck, Nearest
 from trajectories.constraints.surroundings import Obstacle, Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
@@ -51,6 +51,7 @@ __all__ = [
     "TrajectoryError",
     "Use",
     "approach",
+    "as_far_as_clear",
     "discriminate",
     "objective_for",
     "plan",

@@ -28,6 +28,9 @@ APPROACH_SPEED = 0.3
 DETOURS = 60
 """Postures that are tried on the way where the straight way is blocked."""
 
+HALVINGS = 9
+"""Of the way to a limit until it is known what part of it is clear: to 0.2 % of it."""
+
 
 def approach(
     robot: Robot,
@@ -59,10 +62,7 @@ def approach(
             constraint, joint and time.
     """
     start, goal = np.asarray(start, dtype=np.float64), np.asarray(goal, dtype=np.float64)
-    absolute = Limits.of(robot, Margins(position=0.0))
-    require_posture(start, absolute, "start")
-    require_posture(goal, absolute, "goal")
-    limits = Limits.of(robot, Margins(speed_factor=speed_factor)).widened(start).widened(goal)
+    limits = _limits(robot, start, goal, speed_factor)
     judge = Judge(robot, limits, surroundings, tool, tool_speed)
     for name, posture in (("start", start), ("goal", goal)):
         judge.collision.require_clear_posture(posture, name)
@@ -75,9 +75,69 @@ def approach(
             if error.constraint != "collision":
                 break
             continue
-        detail = Detail(uses=judgement.uses, nearest=judgement.nearest, tool=judgement.tool)
-        return Trajectory.sampled(motion, cycle_time, family="move", detail=detail)
+        return _sampled(motion, judgement, cycle_time)
     raise refusal or TrajectoryError("there is no way to the goal", constraint="collision")
+
+
+def as_far_as_clear(
+    robot: Robot,
+    start: ArrayLike,
+    goal: ArrayLike,
+    cycle_time: float,
+    speed_factor: float,
+    conditions: Conditions,
+) -> Trajectory:
+    """The straight way from rest at ``start`` towards ``goal``, to its end or to what is in the way.
+
+    Args:
+        robot: the arm.
+        start, goal: postures (n,), rad (or m).
+        cycle_time: of the samples, s.
+        speed_factor: as in :func:`approach`.
+        conditions: what the arm may not touch, and how fast the tool may be.
+
+    Raises:
+        TrajectoryError: an end is outside the position limits, or no part of the way is clear.
+    """
+    start, goal = np.asarray(start, dtype=np.float64), np.asarray(goal, dtype=np.float64)
+    limits = _limits(robot, start, goal, speed_factor)
+    judge = Judge(robot, limits, conditions.surroundings, conditions.tool, conditions.tool_speed)
+
+    def reach(share: float) -> Trajectory:
+        motion, judgement = _slow_enough(judge, (start, start + share * (goal - start)), speed_factor)
+        return _sampled(motion, judgement, cycle_time)
+
+    try:
+        return reach(1.0)
+    except TrajectoryError as error:
+        refusal = error
+    clear, share, blocked = None, 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (share + blocked) / 2.0
+        try:
+            clear, share = reach(middle), middle
+        except TrajectoryError:
+            blocked = middle
+    if clear is None:
+        raise refusal
+    return clear
+
+
+def _limits(robot: Robot, start: FloatArray, goal: FloatArray, speed_factor: float) -> Limits:
+    """Of a move between two postures, which are within the arm's own limits.
+
+    Raises:
+        TrajectoryError: one of them is not.
+    """
+    absolute = Limits.of(robot, Margins(position=0.0))
+    require_posture(start, absolute, "start")
+    require_posture(goal, absolute, "goal")
+    return Limits.of(robot, Margins(speed_factor=speed_factor)).widened(start).widened(goal)
+
+
+def _sampled(motion: PiecewiseJerk, judgement: Judgement, cycle_time: float) -> Trajectory:
+    detail = Detail(uses=judgement.uses, nearest=judgement.nearest, tool=judgement.tool)
+    return Trajectory.sampled(motion, cycle_time, family="move", detail=detail)
 
 
 def straight_move(start: FloatArray, goal: FloatArray, limits: Limits) -> PiecewiseJerk:

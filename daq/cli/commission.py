@@ -28,6 +28,7 @@ from daq.cli.common import (
     catalogue_of,
     console_of,
     file_of,
+    looked_by,
     print_json,
     steps_of,
     watcher_of,
@@ -77,6 +78,12 @@ def commission(
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-commission-<robot>")
     ] = None,
     yes: Yes = False,
+    looked: Annotated[
+        bool,
+        typer.Option(
+            "--looked", help="Somebody watches which way each joint goes, and has measured the gains."
+        ),
+    ] = False,
     quiet: Quiet = False,
     no_catalogue: NoCatalogue = False,
     as_json: Json = False,
@@ -123,6 +130,7 @@ def commission(
         catalogue=catalogue_of(no_catalogue),
         cell=cell_of(cell),
         confirm=asking(yes, simulated, as_json),
+        looked=looked_by(looked, simulated, as_json),
     )
     steps = steps_of(console, quiet)
     planned = plan_commission(request, steps)

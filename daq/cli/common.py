@@ -196,6 +196,20 @@ def asking(yes: bool, simulated: bool, as_json: bool) -> Any:
     return lambda question: answered(question, nobody, err=as_json)
 
 
+def looked_by(looked: bool, simulated: bool, as_json: bool) -> Any:
+    """Who is asked what only somebody in front of the arm knows: ``--yes`` has no eyes.
+
+    Raises:
+        NotMoved: when asked where nobody can answer.
+    """
+    from daq.session.questions import answered
+
+    nobody = "asks what only somebody in front of the arm knows; give --looked where nobody can answer"
+    if looked or simulated:
+        return lambda question: True
+    return lambda question: answered(question, nobody, err=as_json)
+
+
 def arm_order_of(
     robot: str,
     interface: str | None,

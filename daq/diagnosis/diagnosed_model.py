@@ -114,11 +114,6 @@ def _relative_error(diagnosis: Diagnosis) -> float:
     """100·‖ε‖/‖y‖ on the fitted rows."""
     examination = diagnosis.examinations[-1]
     torque = np.concatenate([piece.torque for piece in examination.prepared])
-    left = np.concatenate(
-        [
-            piece.torque - piece.thin(diagnosis.base.columns(piece.measured) @ diagnosis.beta)
-            for piece in examination.prepared
-        ]
-    )
+    left = np.concatenate([piece.residual(diagnosis.base, diagnosis.beta) for piece in examination.prepared])
     used = examination.used
     return float(100.0 * np.linalg.norm(left[used]) / np.linalg.norm(torque[used]))

@@ -13,7 +13,7 @@ from daq.session.admission import SPEED
 from daq.session.attestation import attested_words
 from daq.session.bench import OpenArm, opened
 from daq.session.dry_run import CommissionRequest, Planned
-from daq.session.first_stage import first_legs, first_move
+from daq.session.first_stage import first_legs, first_move, refuse_doubtful_gains
 from daq.session.motion_words import legs_of, motion_question, speed_share
 from daq.session.motions import move_to, slowed
 from daq.session.recorded_runs import Conducting, Recording, require_completed
@@ -103,6 +103,7 @@ class Walk:
 
     def _first_move(self) -> str:
         request, robot = self.request, self.request.arm.robot
+        refuse_doubtful_gains(self.arm, request.looked)
         legs = first_legs(robot, np.asarray(self.arm.session.actual_position()), request.cell)
         if not request.confirm(motion_question(robot, legs, "Stage first move: ")):
             raise NotMoved("stage first move was not confirmed; what passed before it is kept")
@@ -114,7 +115,7 @@ class Walk:
             recording,
             lambda name: _free(request.folder, f"first-move-{name.replace(' ', '-')}"),
             self._fingerprint,
-            request.confirm,
+            request.looked,
         )
 
     def _go_to_start(self) -> None:

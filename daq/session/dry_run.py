@@ -40,6 +40,7 @@ class CommissionRequest:
         catalogue: where passes are kept; without one everything is gone through each time.
         cell: what every motion has to keep clear of.
         confirm: asked before each stage that moves; False ends it there.
+        looked: asked what only somebody in front of the arm knows; False ends the stage.
     """
 
     arm: ArmOrder
@@ -57,6 +58,7 @@ class CommissionRequest:
     catalogue: Catalogue | None = None
     cell: Cell = field(default_factory=Cell)
     confirm: Callable[[str], bool] = lambda question: True
+    looked: Callable[[str], bool] = lambda question: True
 
 
 @dataclass(frozen=True)

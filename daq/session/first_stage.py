@@ -29,6 +29,7 @@ from daq.session.motion_words import Leg
 from daq.session.recorded_runs import Recording, require_completed
 from daq.session.session_error import SessionError
 from drivers.frames.samples import Samples
+from drivers.setup.rated_torque import doubtful_gain
 from robots import Robot
 from robots.arrays import FloatArray
 
@@ -54,12 +55,32 @@ def first_legs(robot: Robot, posture: FloatArray, cell: Cell) -> tuple[Leg, ...]
     )
 
 
+def refuse_doubtful_gains(arm: OpenArm, looked: Callable[[str], bool]) -> None:
+    """Is a torque what the drives say it is? Where friction hides gravity, no small motion tells.
+
+    Args:
+        arm: whose drives have told their rated torques.
+        looked: asked where a drive contradicts the description; True where the description is right.
+
+    Raises:
+        SessionError: it is not.
+    """
+    robot = arm.session.robot
+    for k, report in enumerate(arm.session.drives):
+        doubt = doubtful_gain(robot, k, report.settings)
+        if doubt is None:
+            continue
+        where = f"drive[{k + 1}] ({report.joint}): {doubt}"
+        if not looked(f"{where}\nHas the described gain been measured on this arm?"):
+            raise SessionError(f"stage first move: {where}; correct the one that is wrong")
+
+
 def first_move(
     arm: OpenArm,
     recording: Recording,
     path: Callable[[str], Path],
     facts: Facts,
-    confirm: Callable[[str], bool],
+    looked: Callable[[str], bool],
 ) -> str:
     """Drive and judge the first motions; what can be said of them afterwards.
 
@@ -68,7 +89,7 @@ def first_move(
         recording: streams and keeps.
         path: a new capture's file for a name.
         facts: what the runs count for.
-        confirm: asked after each half degree whether the joint went the way that it should.
+        looked: asked after each half degree whether the joint went the way that it should.
 
     Raises:
         SessionError: a joint does not answer as described; says which, how, and where to look.
@@ -102,7 +123,7 @@ def first_move(
         joint = robot.joint[k]
         motion = half_degree(robot, _posture(arm), [k])
         drive(f"{joint.name} 0.5 deg", motion, judge_move)
-        if not confirm(direction_question(robot, motion)):
+        if not looked(direction_question(robot, motion)):
             raise SessionError(
                 f"stage first move: {joint.name} did not go the way that it should: sign of its drive, or the"
                 " axis of the joint in the URDF; nothing moves until they are as the arm is"

@@ -30,15 +30,13 @@ _STILL = 1e-9
 
 
 @dataclass(frozen=True)
-class JogRequest:
-    """What to move.
+class HandRequest:
+    """What every way to move an arm by hand takes.
 
     Attributes:
         arm: which arm, where.
-        joint: number (from 1) or name.
-        by: how far, signed; see :func:`daq.session.joints.distance_of`.
-        folder: where the recording goes; exists and is writable.
-        speed: share of the joint's speed, at most a tenth.
+        folder: where recordings go; exists and is writable.
+        speed: share of a joint's speed, at most a tenth.
         cell: what the motion has to keep clear of.
         note: the operator's.
         catalogue: where it is kept; nowhere where None.
@@ -46,14 +44,25 @@ class JogRequest:
     """
 
     arm: ArmOrder
-    joint: str
-    by: str
     folder: Path
     speed: float = JOG_SHARE
     cell: Cell = field(default_factory=Cell)
     note: str = ""
     catalogue: Catalogue | None = None
     confirm: Callable[[str], bool] = lambda question: True
+
+    def __post_init__(self) -> None:
+        """Raises SessionError where the speed is none to jog at."""
+        if not 0.0 < self.speed <= JOG_SHARE:
+            raise SessionError(f"--speed {self.speed:g}; allowed: above 0, up to {JOG_SHARE:g}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class JogRequest(HandRequest):
+    """A joint, number (from 1) or name, and how far, signed; see :func:`daq.session.joints.distance_of`."""
+
+    joint: str
+    by: str
 
 
 @dataclass(frozen=True)
@@ -72,7 +81,7 @@ def jog(request: JogRequest, steps: Steps, watcher: Watcher, conducting: Conduct
     """Plan the way of one joint, judge it, ask, stream, record.
 
     Raises:
-        SessionError: there is no such joint, way or speed, or no room on the disk.
+        SessionError: there is no such joint or way, or no room on the disk.
         TrajectoryError: the way leaves a limit, or something is in it.
         BusError, DriveError, ArmMismatch, LeaseHeld: the arm cannot be had.
         CaptureError: the recording cannot be written.
@@ -81,8 +90,6 @@ def jog(request: JogRequest, steps: Steps, watcher: Watcher, conducting: Conduct
     robot = request.arm.robot
     axis = joint_index(robot, request.joint)
     distance = distance_of(robot, axis, request.by)
-    if not 0.0 < request.speed <= JOG_SHARE:
-        raise SessionError(f"--speed {request.speed:g}; allowed: above 0, up to {JOG_SHARE:g}")
     name = robot.joint[axis].name
     with opened(request.arm, request.catalogue, steps, "drive", request.cell) as arm:
         start = arm.session.actual_position()

@@ -8,6 +8,7 @@ import numpy as np
 
 from drivers.frames.job import following_error_window
 from drivers.setup.findings import Finding
+from drivers.setup.rated_torque import WIDE, compare_torque
 from drivers.setup.told_units import Settings
 from drivers.setup.units_check import compare_units, velocity_scale
 from robots.description import Robot
@@ -15,8 +16,6 @@ from robots.windows import demanded_following_error
 
 NEAR = 0.01
 """Relative difference below which two limits are the same."""
-WIDE = 2.0
-"""A drive that allows so many times what the description does protects nothing."""
 UNLIMITED = 0xFFFF_FFFF
 LONGEST_FOLLOWING_TIME = 100
 """ms of following error that a drive may watch before it reacts (6066)."""
@@ -54,7 +53,7 @@ def compare_limits(robot: Robot, axis: int, settings: Settings) -> list[Finding]
         *_position(robot, axis, settings),
         *_following(robot, axis, settings),
         *_speed(robot, axis, settings),
-        *_torque(robot, axis, settings),
+        *compare_torque(robot, axis, settings),
         *_stops(settings),
     ]
 
@@ -155,19 +154,6 @@ def _speed(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
             text = f"allows {value} {unit}, {value / needed:.1f} times the joint's limit"
             found.append(Finding("info", subject, text))
     return found
-
-
-def _torque(robot: Robot, axis: int, settings: Settings) -> list[Finding]:
-    share, rated = settings.get("6072"), settings.get("6076")
-    if share is None or not rated:
-        return [Finding("info", "6072", "maximum or rated torque unknown: not compared")]
-    # 6072 is in per mille of 6076, which is in mN·m at the motor.
-    torque = share * rated * 1e-6 * robot.drive[axis].gear
-    allowed = float((np.abs(np.linalg.inv(robot.transmission_matrix).T) @ robot.torque_limits)[axis])
-    if torque > WIDE * allowed:
-        text = f"the drive may give {torque:.4g} at the output, the torque limits ask for {allowed:.4g}"
-        return [Finding("warning", "6072", text)]
-    return []
 
 
 def _stops(settings: Settings) -> list[Finding]:

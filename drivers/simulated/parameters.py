@@ -51,9 +51,11 @@ def set_parameters(
     dictionary.set(0x6099, 2, _uint32(_HOMING_SHARE * speed * velocity))
     dictionary.set(0x609A, 0, _uint32(_HOMING_SHARE * acceleration * velocity))
     dictionary.set(0x6065, 0, _uint32(following_window(robot, axis) * size))
-    rated = drive.gain * robot.controller.saturation[axis] / drive.gear
-    dictionary.set(0x6076, 0, _uint32(rated * 1000))
     signal = drive.control_signal
+    # 1000 counts of the control signal are the rated torque (mN·m at the motor), wherever torque is relative.
+    rated = 1000 * drive.gain * signal.per_count / (drive.gear * (1.0 if revolute else 2 * np.pi))
+    dictionary.set(0x6076, 0, max(1, _uint32(rated * 1000)))
+    dictionary.set(0x6072, 0, min(0xFFFF, _uint32(robot.controller.saturation[axis] / signal.per_count)))
     word = signal.index << 16 | signal.subindex << 8
     second = []
     if control_signal_bits(robot, axis) == _FITTING_BITS:

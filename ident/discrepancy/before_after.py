@@ -17,7 +17,6 @@ import numpy as np
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
 from ident.discrepancy.examination import Examination, examine, shown_values
-from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import (
     PreparedRecording,
     edges_trimmed,
@@ -127,8 +126,7 @@ def _binned_residuals(
     before: Stage, after: Stage, prepared: Sequence[PreparedRecording]
 ) -> tuple[BinnedResidual, ...]:
     first, last = (
-        [piece.thin(torque_residual(stage.base, stage.beta, piece)) for piece in prepared]
-        for stage in (before, after)
+        [piece.residual(stage.base, stage.beta) for piece in prepared] for stage in (before, after)
     )
     torques = [piece.torque - residual for piece, residual in zip(prepared, first, strict=True)]
     return binned_residuals(prepared, first, last, torques)
@@ -169,7 +167,7 @@ def _rows(prepared: Sequence[PreparedRecording], base: BaseParameters) -> Rows:
         np.concatenate([piece.time for piece in prepared]),
         np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared]),
         np.concatenate([piece.torque for piece in prepared]),
-        np.concatenate([piece.thin(base.columns(piece.measured)) for piece in prepared]),
+        np.concatenate([piece.columns(base) for piece in prepared]),
         np.concatenate([piece.moving for piece in prepared]),
     )
 
@@ -213,7 +211,7 @@ def _gate(stage: Stage, prepared: Sequence[PreparedRecording]) -> tuple[Gate | N
     simulated_pieces = [
         _simulated_piece(robot, piece, run) for piece, run in zip(prepared, runs, strict=True)
     ]
-    simulated = np.concatenate([one.thin(base.columns(one.measured)) for one in simulated_pieces])
+    simulated = np.concatenate([one.columns(base) for one in simulated_pieces])
     tested = TestedRows(
         rows.torque, rows.regressor[:, :, kept], simulated[:, :, kept], rows.segment, rows.used
     )

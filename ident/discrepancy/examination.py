@@ -9,14 +9,16 @@ mistaken for a delay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
+from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.statistics.whitening import (
@@ -68,6 +70,10 @@ class Examination:
     """Where rows are drive torques beside those of the simulated loop, not torques of measured motions."""
     about: FloatArray | None = None
     """In closed loop: the regressor (N, b) as effects are screened, not simulated."""
+    placed: dict[object, tuple[object, PlacedEffect, FloatArray | None]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+    """Effects that were asked for last, with their columns (N, p) beyond the model: those of ``solve``."""
 
     @property
     def residual(self) -> FloatArray:
@@ -81,7 +87,9 @@ class Examination:
         if self.about is None:
             return self
         torque = self.residual + self.about @ self.beta
-        return replace(self, torque=torque, regressor=self.about, instruments=self.about, about=None)
+        return replace(
+            self, torque=torque, regressor=self.about, instruments=self.about, about=None, placed={}
+        )
 
     @property
     def data_rows(self) -> int:
@@ -171,10 +179,9 @@ def examine(
     used = np.concatenate([piece.moving for piece in prepared] if only is None else only)
     segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
     torque = np.concatenate([piece.torque for piece in prepared])
-    full = [base.columns(piece.measured) for piece in prepared]
-    regressor = np.concatenate([piece.thin(columns) for piece, columns in zip(prepared, full, strict=True)])
+    regressor = np.concatenate([piece.columns(base) for piece in prepared])
     beta = _first_fit(torque, regressor, used, segment, prior)
-    noise, repeats = _noise(prepared, full, beta)
+    noise, repeats = _noise(prepared, base, beta)
     if whitening is None:
         if repeats:
             whitening = autoregressive_whitening(noise, segment, used, 0)
@@ -182,7 +189,7 @@ def examine(
             whitening = cautious_whitening(noise, used, base.independent.size)
     instruments = regressor
     if any(piece.period is not None for piece in prepared):
-        instruments = np.concatenate([piece.thin(base.columns(piece.instruments)) for piece in prepared])
+        instruments = np.concatenate([piece.columns(base, instruments=True) for piece in prepared])
     white = [
         whitening.apply(values, segment, used)
         for values in (torque[:, :, np.newaxis], regressor, instruments)
@@ -238,15 +245,13 @@ def with_prior(
 
 
 def _noise(
-    prepared: Sequence[PreparedRecording], full: Sequence[FloatArray], beta: FloatArray
+    prepared: Sequence[PreparedRecording], base: BaseParameters, beta: FloatArray
 ) -> tuple[FloatArray, bool]:
     """Rows × joints of torque noise, N·m, and whether it was told from repeats of the trajectory."""
     repeats = all(piece.period is not None for piece in prepared)
-    parts = []
-    for piece, columns in zip(prepared, full, strict=True):
-        residual = piece.full_torque - columns @ beta
-        parts.append(piece.noise_of(residual) if repeats else piece.thin(residual))
-    return np.concatenate(parts), repeats
+    if not repeats:
+        return np.concatenate([piece.residual(base, beta) for piece in prepared]), False
+    return np.concatenate([piece.noise_of(torque_residual(base, beta, piece)) for piece in prepared]), True
 
 
 def shown_values(examination: Examination) -> FloatArray:

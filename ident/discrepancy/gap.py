@@ -42,14 +42,14 @@ class Gap:
 
 def torque_residual(base: BaseParameters, beta: FloatArray, piece: PreparedRecording) -> FloatArray:
     """Measured less predicted joint torque at the full rate, samples × joints, N·m (or N)."""
-    return np.asarray(piece.full_torque - base.columns(piece.measured) @ beta)
+    return np.asarray(piece.full_torque - base.torque(piece.measured, beta))
 
 
 def torque_gap(base: BaseParameters, beta: FloatArray, prepared: Sequence[PreparedRecording]) -> FloatArray:
     """rms torque residual per joint over the rows where it moves, (n,)."""
     squares, counts = np.zeros(base.model.robot.n), np.zeros(base.model.robot.n)
     for piece in prepared:
-        residual = piece.thin(torque_residual(base, beta, piece))
+        residual = piece.residual(base, beta)
         squares += np.where(piece.moving, residual**2, 0.0).sum(axis=0)
         counts += piece.moving.sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))

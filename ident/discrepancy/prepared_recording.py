@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
-from ident.effects import State
+from ident.effects import Effect, State
+from ident.parameters.base import BaseParameters
+from ident.parameters.identity_cache import IdentityCache
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import (
@@ -29,6 +32,9 @@ _EDGE = 5.0
 
 _CHANNELS_AT_ONCE = 96
 """Channels filtered together: bounds the memory of the decimation."""
+
+_EFFECTS = 16
+"""Of a model and of what was found last, whose columns are kept."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,9 @@ class PreparedRecording:
     time: FloatArray
     period: int | None
     settings: Identification
+    _of_effects: tuple[IdentityCache[FloatArray], IdentityCache[FloatArray]] = field(
+        default_factory=lambda: (IdentityCache(_EFFECTS), IdentityCache(_EFFECTS)), repr=False, compare=False
+    )
 
     @property
     def decimation(self) -> int:
@@ -83,6 +92,26 @@ class PreparedRecording:
     def thin(self, columns: FloatArray) -> FloatArray:
         """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
         return thinned(columns, self.decimation, self.decimation_filter)
+
+    def columns(self, base: BaseParameters, instruments: bool = False) -> FloatArray:
+        """The decimated base regressor at the measured motion (or the instruments'), rows × joints × b.
+
+        Columns of effects are kept: models that follow each other differ by what was found alone.
+        """
+        state, kept = (self.measured, self.instruments)[instruments], self._of_effects[instruments]
+        rows, joints = self.torque.shape
+        columns = np.empty((rows, joints, base.independent.size))
+        for effect, places, own in base.columns_of_effects:
+            whole = kept.of(effect, partial(self._decimated, effect, state))
+            columns[:, :, places] = whole[:, :, own]
+        return columns
+
+    def _decimated(self, effect: Effect, state: State) -> FloatArray:
+        return self.thin(effect.columns(state))
+
+    def residual(self, base: BaseParameters, beta: FloatArray) -> FloatArray:
+        """Decimated torque less that of base parameters (b,), rows × joints, N·m (or N)."""
+        return np.asarray(self.torque - self.columns(base) @ beta)
 
     def noise_of(self, residual: FloatArray) -> FloatArray:
         """What of a full-rate residual (samples × joints) does not repeat, decimated; rows × joints.

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.parameters.base import BaseParameters
 from robots.arrays import BoolArray, FloatArray
@@ -46,8 +45,8 @@ def dependences_beside(
     base: BaseParameters, beta: FloatArray, prepared: Sequence[PreparedRecording]
 ) -> tuple[ResidualDependence, ...]:
     """Per joint, what the residual of a model with parameters β (b,) depends on."""
-    residuals = [piece.thin(torque_residual(base, beta, piece)) for piece in prepared]
-    torques = [piece.thin(base.columns(piece.measured) @ beta) for piece in prepared]
+    residuals = [piece.residual(base, beta) for piece in prepared]
+    torques = [piece.columns(base) @ beta for piece in prepared]
     return residual_dependences(prepared, residuals, torques)
 
 

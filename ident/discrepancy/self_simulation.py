@@ -50,7 +50,7 @@ def with_self_simulation(
         prior = Prior(examination.beta[:b], prior.covariance[:b, :b], prior.source)
     only = tuple(examination.used[examination.segment == k] for k in range(len(prepared)))
     copy = examine(plain, prepared, prior, examination.whitening, only)
-    return replace(examination, self_simulated=copy.residual)
+    return replace(examination, self_simulated=copy.residual, placed={})
 
 
 def _as_prepared(examination: Examination, piece: PreparedRecording, run: SimulatedRun) -> PreparedRecording:

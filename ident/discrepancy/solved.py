@@ -11,8 +11,12 @@ from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import FINE, with_standstill_of
+from ident.effects.family import PlacedEffect
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
+
+_KEPT = 12
+"""Effects whose columns are kept."""
 
 
 def solve(
@@ -23,8 +27,8 @@ def solve(
     exact: bool = True,
 ) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
     """Linear parameters, gain, partialled columns and how many belong to each effect."""
-    effects = [component.effect(examination, present) for component in components]
-    blocks = [partialled(examination, effect, exact) for effect in effects]
+    placed = [_placed(examination, component, present, exact) for component in components]
+    effects, blocks = [effect for effect, _ in placed], [block for _, block in placed]
     if any(block is None for block in blocks):
         return None
     columns = np.concatenate([block for block in blocks if block is not None], axis=1)
@@ -35,6 +39,21 @@ def solve(
         fixed = within_bounds(columns, residual, bounds)
     explained = columns @ fixed
     return np.asarray(fixed), float(2 * explained @ residual - explained @ explained), columns, counts
+
+
+def _placed(
+    examination: Examination, component: Component, present: Present, exact: bool
+) -> tuple[PlacedEffect, FloatArray | None]:
+    """An effect with its partialled columns; a search over the shapes of one asks for the others often."""
+    kept, key = examination.placed, (component, id(present), exact)
+    found = kept.pop(key, None)
+    if found is None:
+        effect = component.effect(examination, present)
+        found = (present, effect, partialled(examination, effect, exact))
+    kept[key] = found  # the one that was asked for last stands last
+    if len(kept) > _KEPT:
+        del kept[next(iter(kept))]
+    return found[1], found[2]
 
 
 def simulated_gain(examination: Examination, components: Sequence[Component], present: Present) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,11 +25,15 @@ from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
+from ident.parameters.identity_cache import IdentityCache
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
+
+_STEPS = 8
+"""Models whose simulation is kept."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +57,17 @@ class Validation:
 
     prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
+    _runs: IdentityCache[LoopRun] = field(
+        default_factory=lambda: IdentityCache(_STEPS), repr=False, compare=False
+    )
 
     def gap(self, before: Step, after: Step) -> Gap:
         """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
         return self._compared(before, after)[0]
 
     def loop_run(self, step: Step) -> LoopRun:
-        """The model of a step in closed loop."""
-        return closed_loop_gap(step.base, step.standard_shown, self.prepared)
+        """The model of a step in closed loop; each is compared with several others."""
+        return self._runs.of(step, lambda: closed_loop_gap(step.base, step.standard_shown, self.prepared))
 
     def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
         """Of two models."""
@@ -131,7 +138,7 @@ class Validation:
 
     def _residuals(self, step: Step) -> list[FloatArray]:
         """Per piece, rows × joints."""
-        return [piece.thin(torque_residual(step.base, step.shown, piece)) for piece in self.prepared]
+        return [piece.residual(step.base, step.shown) for piece in self.prepared]
 
     def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
         """Of what the one model changes of the other's simulated positions, the share that is there."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from ident.drift.change_point import Warmth, change_shape, find_change
+from ident.drift.change_point import Onset, Warmth, change_shape, find_change
 from ident.drift.doubt import course_of, is_doubtful, is_own_warmth, usual_of, with_kelvin
 from ident.drift.geometry import Geometry
 from ident.drift.history import Expected, Series, expected_of, label_of
@@ -212,14 +212,16 @@ def _one_run(baseline: Night, tonight: Night) -> DriftTest:
 def _since(watched: Watch, series: Series, alarms: Sequence[Alarm], settings: DriftSettings) -> ChangePoint:
     alarm = strongest(alarms)
     words = [chart.words for chart in watched.charts]
-    if alarm.chart not in words:
-        last = len(series.nights) - 1
-        return ChangePoint(last, float(series.day[last]), "step", label_of(series.nights[last]))
-    chart = words.index(alarm.chart)
-    weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
-    warmth = Warmth(watched.celsius[:, chart], watched.prior.slope[chart], weight)
-    index, shape = find_change(watched.series[:, chart], series.day, warmth, 1)
-    return ChangePoint(index, float(series.day[index]), shape, label_of(series.nights[index]))
+    last = len(series.nights) - 1
+    onset = Onset(last, "step", last, last, 0.0)
+    if alarm.chart in words:
+        chart = words.index(alarm.chart)
+        weight = PRIOR_NIGHTS * settings.thermometer_sigma**2
+        warmth = Warmth(watched.celsius[:, chart], watched.prior.slope[chart], weight)
+        onset = find_change(watched.series[:, chart], series.day, warmth, 1)
+    label, earliest, latest = (label_of(series.nights[k]) for k in (onset.start, onset.first, onset.last))
+    day = float(series.day[onset.start])
+    return ChangePoint(onset.start, day, onset.shape, label, earliest, latest, onset.wear)
 
 
 def _warmth_beside(pattern: Pattern | None, series: Series, watched: Watch) -> FloatArray | None:

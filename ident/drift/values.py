@@ -143,12 +143,22 @@ class NamedChange:
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """Since when, and how: a step or a ramp that begins at ``day``; ``index`` is the first night of it."""
+    """Since when, and how: a step or a ramp.
+
+    Attributes:
+        index, day, label: of its likeliest first night.
+        shape: of the change.
+        earliest, latest: labels of the nights between which it began with 95 %.
+        wear: probability that it grows, and is no step.
+    """
 
     index: int
     day: float
     shape: Shape
     label: str
+    earliest: str
+    latest: str
+    wear: float
 
 
 @dataclass(frozen=True)

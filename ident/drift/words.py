@@ -51,7 +51,9 @@ def _words(found: Comparison, learned: int, settings: DriftSettings) -> str:
     since = ""
     if found.since is not None:
         how = "growing since" if found.since.shape == "ramp" else "since"
-        since = f", {how} {found.since.label}"
+        between = f", with 95 % between {found.since.earliest} and {found.since.latest}"
+        sure = found.since.earliest == found.since.latest == found.since.label
+        since = f", {how} {found.since.label}{'' if sure else between}"
     what = "; ".join(change_words(change) + _warmth_words(change, found) for change in found.changes)
     if not what and found.alarms and found.alarms[0].detector != "anything else":
         what = f"{strongest(found.alarms).chart} has moved, too little so far to say by how much"

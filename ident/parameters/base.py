@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from ident.effects import Effect, State
+from ident.effects import Effect, RigidBody, State
 from ident.effects.family import StandardParameter
 from ident.effects.found import Found
+from ident.parameters.chain import along_chain, chain_frames
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
@@ -79,7 +81,39 @@ class BaseParameters:
 
     def columns(self, state: State) -> FloatArray:
         """The base regressor IDM(q, q̇, q̈) of eq. 2: samples × joints × b."""
-        return np.take(self.model.columns(state), self.independent, axis=2)
+        columns = np.empty((*state.position.shape, self.independent.size))
+        for effect, places, own in self.columns_of_effects:
+            columns[:, :, places] = effect.columns(state)[:, :, own]
+        return columns
+
+    @cached_property
+    def columns_of_effects(self) -> tuple[tuple[Effect, IntArray, IntArray], ...]:
+        """Each effect that is in the base regressor, which of its columns are its own, and which it is of."""
+        found = []
+        for effect, part in self.model.columns_of_effects:
+            places = np.flatnonzero((self.independent >= part.start) & (self.independent < part.stop))
+            if places.size:
+                found.append((effect, places, self.independent[places] - part.start))
+        return tuple(found)
+
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque of base parameters (b,), samples × joints, N·m (or N): no regressor of the links."""
+        standard = np.zeros(len(self.model.names))
+        standard[self.independent] = values
+        torque = np.zeros_like(state.position)
+        for effect, own in self.model.columns_of_effects:
+            if not standard[own].any():
+                continue
+            chain = chain_frames(effect.model) if isinstance(effect, RigidBody) else None
+            if chain is None or not isinstance(effect, RigidBody):
+                torque += effect.columns(state) @ standard[own]
+            else:
+                gravity = np.array(effect.model.gravity.linear, dtype=np.float64)
+                links = standard[own].reshape(-1, 10)
+                torque += along_chain(
+                    chain, links, gravity, state.position, state.velocity, state.acceleration
+                )[0]
+        return torque
 
     def with_effects(self, effects: Sequence[Effect], kept: BoolArray) -> BaseParameters:
         """The same of the model with effects added, whose parameters are base parameters of their own.

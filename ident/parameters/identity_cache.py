@@ -11,7 +11,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class IdentityCache(Generic[Value]):
-    """The last few answers, by the very object that was asked about.
+    """The answers that were asked for last, by the very object that was asked about.
 
     Attributes:
         most: answers that are kept.
@@ -22,9 +22,8 @@ class IdentityCache(Generic[Value]):
 
     def of(self, asked: object, make: Callable[[], Value]) -> Value:
         """The answer to ``asked``, made where it is not kept."""
-        for about, answer in self._answers:
-            if about is asked:
-                return answer
-        answer = make()
-        self._answers[:] = [*self._answers, (asked, answer)][-self.most :]
+        kept = [one for one in self._answers if one[0] is not asked]
+        same = [one for one in self._answers if one[0] is asked]
+        answer = same[0][1] if same else make()
+        self._answers[:] = [*kept, (asked, answer)][-self.most :]
         return answer

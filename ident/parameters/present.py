@@ -13,7 +13,7 @@ from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import chain_frames
+from ident.parameters.chain import along_chain, chain_frames
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
@@ -169,23 +169,7 @@ class Present:
     def _along(
         self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        # Imported here: the compiler takes a second to load.
-        from ident.parameters.link_torque import along_motion
-
-        samples, n = position.shape
-        torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
-        along_motion(
-            tuple(range(n)),
-            frames,
-            self._link_parameters(),
-            self._gravity,
-            np.ascontiguousarray(position),
-            np.ascontiguousarray(velocity),
-            np.ascontiguousarray(acceleration),
-            torque,
-            masses,
-        )
-        return torque, masses
+        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
 
     def _link_parameters(self) -> FloatArray:
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)

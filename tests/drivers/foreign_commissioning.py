@@ -125,7 +125,7 @@ def main(device: str, program: str, folder: Path) -> None:
     nodes = range(1, robot.n + 1)
     bus = ["--interface", "socketcan", "--channel", device]
     stands = ["--stands-at", ",".join(map(str, robot.home))]
-    commission = ["commission", str(arm), *bus, "--move", "--yes", "--json"]
+    commission = ["commission", str(arm), *bus, "--move", "--yes", "--looked", "--json"]
     commission += ["--duration", "3", "--periods", "1", "--evaluations", "100", "--out"]
     answer = dict[str, Any]()
 

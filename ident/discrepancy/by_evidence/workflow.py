@@ -24,7 +24,7 @@ from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
-from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
+from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
@@ -186,11 +186,9 @@ def above_accepted(problem: Problem, found: Found) -> FloatArray:
     rough = _not_smooth(problem, found)
     for joint in range(problem.rows.n):
         grid = problem.misfit.grid(joint)
-        scores = np.empty(grid.size)
-        for step, value in enumerate(grid):
-            level = found.level.changed(joint, kappa=float(value))
-            score = gram.posterior(level, range(len(found.members))).log_evidence
-            scores[step] = TEMPERATURE * score + problem.misfit.log_prior(level)
+        excess = np.full(grid.size, found.level.excess[joint])
+        evidence = OneJoint(gram, found.level, joint).log_evidences(grid, excess)
+        scores = TEMPERATURE * evidence + problem.misfit.log_prior_at(joint, grid, excess)
         weights = np.exp(scores - scores.max())
         above = float(weights[grid > limit[joint]].sum() / weights.sum())
         shares[joint] = 1.0 if rough[joint] > limit[joint] else above

@@ -54,7 +54,9 @@ ASK = asking(yes=False, simulated=False, as_json=False)
 
 
 def jog_asks(emps: Robot, folder: Path, arm: Any) -> Callable[[], object]:
-    request = jog.JogRequest(order(emps, Channel("virtual", "asked")), "1", "5mm", folder, confirm=ASK)
+    request = jog.JogRequest(
+        order(emps, Channel("virtual", "asked")), folder, joint="1", by="5mm", confirm=ASK
+    )
     return lambda: jog.jog(request, Silent(), Nobody(), unconducted)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -28,9 +28,12 @@ from daq.session.admission import NOT_COMMISSIONED_SPEED
 from daq.session.attestation import keep_attestation
 from daq.session.bench import ArmOrder, opened
 from daq.session.cell import Cell
+from daq.session.held_keys import HeldKeys
+from daq.session.hold_to_run import hold_to_run
+from daq.session.jog import HandRequest
 from daq.session.motion_words import speed_share
 from daq.session.recorded_runs import Recording, unconducted
-from daq.session.session_error import SessionError
+from daq.session.session_error import RunInterrupted, SessionError
 from daq.session.watching import Nobody
 from daq.text.progress import Silent
 from drivers import ArmSession, BusError, Channel, StreamResult
@@ -38,9 +41,11 @@ from drivers.bus import last_rest, lockout, state_folder
 from drivers.bus.lockout import Lockout
 from drivers.session import arm_session
 from robots import Robot
+from robots.errors import UserError
 from tests.daq.calls import Call
 from tests.daq.session.commissioned import commissioned, real_identity
 from tests.daq.session.motions import order, there_and_back, written
+from tests.daq.session.test_hold_to_run import Fingers, view_of
 from tests.drivers.setup.test_setup import drives
 from trajectories import approach
 
@@ -228,6 +233,23 @@ def test_none_moves_unmeant(bench: Bench, armhil: Call, tmp_path: Path, way: str
         return
     assert bench.moved == [], line
     assert code == 2 and line.startswith("armhil: ") and otherwise in line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("against", [*AGAINST, ""])
+def test_nor_does_a_key_that_is_held(bench: Bench, tmp_path: Path, against: str) -> None:
+    comes_about, told = AGAINST.get(against, (as_it_should_be, "this test looks no further"))
+    comes_about(bench)
+    view = view_of(bench.robot)
+    keys = cast(HeldKeys, Fingers(view, hold="+", way=1.0))
+    as_it_is_now = robots.load(bench.robot.folder / "robot.toml")
+    its = order(as_it_is_now, bench.channel, str(bench.robot.folder))
+    with Catalogue() as catalogue:
+        request = HandRequest(its, tmp_path, catalogue=catalogue)
+        with pytest.raises((UserError, RunInterrupted)) as error:
+            hold_to_run(request, Silent(), keys, view)
+    assert bench.moved == ([] if against else ["stream"])
+    assert told in str(error.value)
 
 
 @pytest.mark.slow

@@ -226,6 +226,31 @@ def test_a_joint_that_somebody_saw_go_the_other_way_ends_the_stage(
     assert f"Did {name} go first" in asked[-1] and len(asked) == 1 + in_order(TX40).index(wrong)
 
 
+@pytest.mark.parametrize(("factor", "measured"), [(1.0, False), (2.5, False), (2.5, True)])
+def test_a_gain_that_the_drive_contradicts_ends_the_stage_before_torque(
+    factor: float, measured: bool
+) -> None:
+    arm = right_arm(TX40, 4)
+    wrong = drive(2, "gain", factor)(arm).wrong
+    reports = [
+        SimpleNamespace(joint=joint.name, settings={"6076": int(rated)})
+        for joint, rated in zip(TX40.joint, arm.rated, strict=True)
+    ]
+    asked: list[str] = []
+
+    def looked(question: str) -> bool:
+        asked.append(question)
+        return measured
+
+    open_arm: Any = SimpleNamespace(session=SimpleNamespace(robot=wrong, drives=reports))
+    if factor == 1.0 or measured:
+        first_stage.refuse_doubtful_gains(open_arm, looked)
+    else:
+        with pytest.raises(SessionError, match=r"stage first move: drive\[3\] \(joint_3\): .*\(6076\)"):
+            first_stage.refuse_doubtful_gains(open_arm, looked)
+    assert [question.split(":")[0] for question in asked] == ["drive[3] (joint_3)"] * (factor != 1.0)
+
+
 def test_half_a_degree_that_has_no_room_is_refused(tmp_path: object) -> None:
     from daq.session.cell import cell_of
 

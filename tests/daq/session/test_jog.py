@@ -92,9 +92,8 @@ def test_joints_by_number_and_by_name() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, -0.1, 0.11, 1.0, float("nan")])
 def test_a_jog_is_slow(emps: Robot, channel: Channel, tmp_path: Path, speed: float) -> None:
-    request = JogRequest(order(emps, channel), "1", "0.01", tmp_path, speed)
     with pytest.raises(SessionError, match=r"--speed \S+; allowed: above 0, up to 0.1"):
-        jog(request, Silent(), Nobody(), unconducted)
+        JogRequest(order(emps, channel), tmp_path, speed, joint="1", by="0.01")
 
 
 @pytest.mark.slow
@@ -106,10 +105,10 @@ def test_asked_for_refused_driven_and_stopped(
     with Catalogue() as catalogue:
         request = JogRequest(
             order(emps, bench),
-            "1",
-            "-8mm",
             tmp_path,
             0.1,
+            joint="1",
+            by="-8mm",
             catalogue=catalogue,
             confirm=refusing(asked),
             note="a look",

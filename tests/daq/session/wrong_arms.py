@@ -33,6 +33,7 @@ class WrongArm:
         posture: (n,) where it really stands, rad or m.
         order: (n,) which of the real drives answers as the k-th of the description.
         zero: (n,) counts that its encoders are off by.
+        rated: (n,) what the real drives say of their motors' rated torques, mN·m (6076).
     """
 
     true: Robot
@@ -41,6 +42,7 @@ class WrongArm:
     posture: FloatArray
     order: tuple[int, ...]
     zero: FloatArray
+    rated: FloatArray
     farthest: float = 0.0
     """rad or m that any joint really moved."""
     went: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))

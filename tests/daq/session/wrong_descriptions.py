@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from drivers.setup.limits import compare_limits
+from drivers.setup.rated_torque import doubtful_gain
 from drivers.simulated.truth import draw_truth
 from robots import Robot
 from robots.errors import ValueNotAllowed
@@ -18,6 +19,8 @@ from tests.daq.session.wrong_arms import WrongArm
 Slip = tuple[str, Callable[[WrongArm], WrongArm]]
 ATTESTED = 0.02
 """rad or m; a posture that somebody reads off the arm must be within it (drivers.setup.attestation)."""
+GEARS, MOTORS = (0.6, 0.95), (0.9, 1.1)
+"""Share of its motor's torque that a gear passes on, and of its name plate that a motor gives."""
 
 
 def right_arm(robot: Robot, seed: int) -> WrongArm:
@@ -27,7 +30,10 @@ def right_arm(robot: Robot, seed: int) -> WrongArm:
     home = np.array(robot.home)
     posture = home + 0.4 * generator.uniform(-1.0, 1.0, robot.n) * np.minimum(1.0, robot.upper - middle)
     n = robot.n
-    return WrongArm(robot, robot, draw_truth(robot, seed), posture, tuple(range(n)), np.zeros(n))
+    torque = np.array([1e6 * one.gain * one.control_signal.per_count / one.gear for one in robot.drive])
+    passed_on = generator.uniform(*GEARS, n) * generator.uniform(*MOTORS, n)
+    rated = np.rint(torque / passed_on)
+    return WrongArm(robot, robot, draw_truth(robot, seed), posture, tuple(range(n)), np.zeros(n), rated)
 
 
 def drive(k: int, key: str, factor: float) -> Callable[[WrongArm], WrongArm]:
@@ -136,9 +142,15 @@ def before_torque(arm: WrongArm) -> str:
     except ValueNotAllowed:
         return "by its own figures"
     for k, real in enumerate(arm.order):
-        settings = {"608F:01": arm.true.drive[real].encoder_counts, "608F:02": 1}
+        settings = {
+            "608F:01": arm.true.drive[real].encoder_counts,
+            "608F:02": 1,
+            "6076": int(arm.rated[real]),
+        }
         if any(found.severity == "refusal" for found in compare_limits(arm.wrong, k, settings)):
             return "by the drive's encoder (608F)"
+        if doubtful_gain(arm.wrong, k, settings) is not None:
+            return "by the drive's rated torque (6076)"
     if (np.abs(arm.reading() - arm.posture) > ATTESTED).any():
         return "by attestation"
     return ""

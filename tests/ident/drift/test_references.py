@@ -12,7 +12,7 @@ from statsmodels.stats.multitest import multipletests
 import robots
 from ident import IdentificationError, RegressorModel, base_parameters
 from ident.drift import Relation, common_base, cusum, holm, run_length, trend_threshold, wald_test
-from ident.drift.change_point import Warmth, find_change
+from ident.drift.change_point import Warmth, change_shape, find_change
 from ident.drift.charts import normal_scores, one_night_threshold
 from ident.drift.run_to_run import recursive_residuals, run_to_run_covariance
 from robots.arrays import FloatArray
@@ -145,9 +145,34 @@ def test_change_point_and_shape(shape: str, start: int) -> None:
     celsius = rng.normal(20, 3, 40)
     course = (day >= start) * 3.0 if shape == "step" else np.maximum(day - start + 1, 0) * 0.4
     warmth = Warmth(celsius, np.array(0.4), 10.0)
-    found, how = find_change(course + 0.5 * celsius + 0.3 * rng.normal(size=40), day, warmth, 5)
-    assert how == shape
-    assert abs(found - start) <= (0 if shape == "step" else 3)
+    found = find_change(course + 0.5 * celsius + 0.3 * rng.normal(size=40), day, warmth, 5)
+    assert found.shape == shape
+    assert abs(found.start - start) <= (0 if shape == "step" else 3)
+    assert found.first <= start <= found.last
+    assert found.wear < 0.01 if shape == "step" else found.wear > 0.99
+
+
+def test_onsets_and_wear_are_as_sure_as_they_say() -> None:
+    """600 changes of 1 to 5 deviations, half of them wear: 95 % lie between the nights that are told."""
+    rng = np.random.default_rng(11)
+    held, off, wear, grew = [], [], [], []
+    for k in range(600):
+        day = np.arange(float(rng.integers(35, 61)))
+        grows = bool(k % 2)
+        start = int(rng.integers(5, day.size - (8 if grows else 4)))
+        course = change_shape(day, start, "ramp" if grows else "step") * rng.uniform(1.0, 5.0)
+        found = find_change(course + rng.normal(size=day.size), day, None, 1)
+        held.append(found.first <= start <= found.last)
+        off.append(abs(found.start - start))
+        wear.append(found.wear)
+        grew.append(grows)
+    assert 0.93 <= np.mean(held) <= 1.0
+    assert np.median(off) <= 2
+    said, grown = np.array(wear), np.array(grew)
+    for low, high in ((0.0, 0.2), (0.2, 0.8), (0.8, 1.0)):
+        some = (said >= low) & (said <= high)
+        sigma = np.sqrt(0.25 / some.sum())
+        assert grown[some].mean() == pytest.approx(said[some].mean(), abs=3.0 * sigma)
 
 
 def test_run_to_run_covariance_finds_what_moves_together() -> None:

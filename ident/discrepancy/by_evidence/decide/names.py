@@ -109,7 +109,8 @@ def simplified(search: Search, searched: Searched) -> Searched:
         without = search.without(searched.found, number)
         names = slot(search, searched, number, without)
         own, kept = member.candidate.key, {one.key for one in names.held}
-        if next(one.probability for one in names.names if one.key == own) >= SURE:
+        # Where the likeliest name is a limit of its own, that stands for it, and it is not in the list.
+        if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:
             continue
         for one in screen(search.problem, without, searched.entries):
             name, joints = one.candidate.key

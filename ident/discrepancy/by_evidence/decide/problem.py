@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, Posterior
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit, fitted
 from ident.discrepancy.by_evidence.evidence.known import Beta, known_columns
 from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
@@ -14,6 +14,7 @@ from ident.discrepancy.by_evidence.evidence.noise import Noise
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared, joined
 from ident.discrepancy.by_evidence.evidence.residual import first_noise, noise_beside
 from ident.discrepancy.by_evidence.evidence.rows import Rows
+from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.prior import Prior
 from ident.effects.usual import friction_sign
 from ident.parameters.base import BaseParameters
@@ -83,7 +84,7 @@ def pose(
     for _ in range(_ROUNDS):
         rows = Rows(prepared, known, basis, noise)
         misfit = Misfit(usual_misfit(noise) if accepted is None else accepted, size)
-        score, level, posterior = fitted(Gram(rows, ()), (), level, range(rows.n), misfit)
+        score, level, posterior = fitted(Gram(rows, ()), level, range(rows.n), misfit)
         noise = noise_beside(rows, level, posterior)
     return Problem(base, prior, values, present, rows, beta, misfit, level, score, posterior)
 

@@ -11,8 +11,10 @@ from scipy.special import logsumexp
 
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
-from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, bounds_factor
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.library_products import LibraryProducts
 from ident.discrepancy.by_evidence.evidence.rows import Rows
+from ident.discrepancy.by_evidence.evidence.solved import bounds_factor
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from robots.arrays import FloatArray
 
@@ -59,13 +61,12 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
 
 def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArray:
     """(entries,) log evidence of the set with each of them, less that of the set."""
-    own, score = information_beside(problem.rows, found.level, found.members, entries)
-    gains, start = np.empty(len(entries)), 0
-    for number, entry in enumerate(entries):
-        part = slice(start, start + entry.white.count)
-        gains[number] = _gain(own[part, part], score[part], entry)
-        start = part.stop
-    return gains
+    rows, members = problem.rows, tuple(member.entry.white for member in found.members)
+    products: LibraryProducts = rows.kept.of(
+        entries, lambda: LibraryProducts.of(rows, tuple(entry.white for entry in entries))
+    )
+    blocks = products.beside(Gram(rows, members), found.level)
+    return np.array([_gain(own, score, entry) for (own, score), entry in zip(blocks, entries, strict=True)])
 
 
 def information_beside(
@@ -109,4 +110,4 @@ def _gain(own: FloatArray, score: FloatArray, entry: Entry) -> float:
     gain = 0.5 * float(left @ mean) - 0.5 * float(np.linalg.slogdet(system)[1])
     gain += float(score @ centre) - 0.5 * float(centre @ own @ centre)
     deviation = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
-    return gain + bounds_factor(mean + centre, deviation, [entry.white]) - entry.white.unsaid
+    return gain + float(bounds_factor(mean + centre, deviation, [entry.white])) - entry.white.unsaid

@@ -58,7 +58,7 @@ class _Search:
         """Log evidence of the set with the effect like this; without it where the data show nothing of it."""
         effects = (*self.others, entry.white) if entry.white.there else tuple(self.others)
         gram = Gram(self.problem.rows, effects)
-        value = gram.posterior(self.level, range(len(effects))).log_evidence
+        value = gram.posterior(self.level).log_evidence
         if not entry.white.there:
             return value
         if value > self.best_value:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, Posterior
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import fitted
+from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from robots.arrays import FloatArray
 
@@ -82,5 +83,5 @@ class Found:
 def found_set(problem: Problem, members: Sequence[Member], level: Level, joints: Sequence[int]) -> Found:
     """Fit a set, the misfit of some joints anew."""
     gram = Gram(problem.rows, tuple(member.entry.white for member in members))
-    score, level, posterior = fitted(gram, range(len(members)), level, joints, problem.misfit)
+    score, level, posterior = fitted(gram, level, joints, problem.misfit)
     return Found(tuple(members), level, score, posterior)

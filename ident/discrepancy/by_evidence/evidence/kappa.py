@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, Posterior
-from robots.arrays import FloatArray
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.solved import Posterior, log_evidences
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 _STEPS = 18
 """Values of κ that are tried, evenly in log κ."""
@@ -24,6 +24,9 @@ _LARGEST_EXCESS = 1e4
 
 _FINE = 0.005
 """Of ln s: finer is not looked for."""
+
+_EXCESSES = 13
+"""Values of ln s that are tried at once."""
 
 _STILL = 0.05
 """Nats; less is no news."""
@@ -51,70 +54,88 @@ class Misfit:
 
     def log_prior(self, level: Level) -> float:
         """Cauchy in ln κ and ln s: an arm that has changed may have any misfit, but most are as they were."""
-        away = np.log(level.kappa / self.accepted) / SPREAD
-        more = np.log(level.excess) / SPREAD
-        return float(-np.log1p(away**2).sum() - np.log1p(more**2).sum())
+        joints = np.arange(self.accepted.size)
+        return float(np.sum(self.log_prior_at(joints, level.kappa, level.excess)))
+
+    def log_prior_at(
+        self, joint: int | IntArray | BoolArray, kappa: FloatArray, excess: FloatArray
+    ) -> FloatArray:
+        """The same of one joint at K levels, or of each joint at its own."""
+        away = np.log(kappa / self.accepted[joint]) / SPREAD
+        more = np.log(excess) / SPREAD
+        return np.asarray(-np.log1p(away**2) - np.log1p(more**2))
 
 
-def fitted(
-    gram: Gram, chosen: Sequence[int], level: Level, joints: Iterable[int], misfit: Misfit
-) -> tuple[float, Level, Posterior]:
+def fitted(gram: Gram, level: Level, joints: Iterable[int], misfit: Misfit) -> tuple[float, Level, Posterior]:
     """Log of evidence times prior of κ and s at its largest, the level there, and the posterior.
 
     Args:
-        gram: of the library.
-        chosen: effects of the set.
+        gram: of the set.
         level: to begin with.
         joints: whose misfit may change, one after the other.
         misfit: prior and grids.
     """
     order = list(joints)
-    best = gram.posterior(level, chosen).log_evidence + misfit.log_prior(level)
+    best = gram.posterior(level).log_evidence + misfit.log_prior(level)
     for _ in range(_SWEEPS):
         before = best
         for joint in order:
-            best, level = _OneJoint(gram, chosen, level, joint, misfit).best(best)
+            best, level = OneJoint(gram, level, joint).best(best, misfit)
         if best - before < _STILL:
             break
-    return best, level, gram.posterior(level, chosen)
+    return best, level, gram.posterior(level)
 
 
-class _OneJoint:
+class OneJoint:
     """The misfit of one joint, that of the others held."""
 
-    def __init__(self, gram: Gram, chosen: Sequence[int], level: Level, joint: int, misfit: Misfit) -> None:
-        self.gram, self.chosen, self.level, self.joint, self.misfit = gram, chosen, level, joint, misfit
-        self.columns = gram.columns_of(chosen)
-        others = [j for j in range(gram.rows.n) if j != joint]
-        self.others, self.volume = gram.reduced(level, self.columns, others)
+    def __init__(self, gram: Gram, level: Level, joint: int) -> None:
+        self.gram, self.level, self.joint = gram, level, joint
+        self.others = gram.reduced(level, [j for j in range(gram.rows.n) if j != joint])
 
-    def score(self, level: Level) -> float:
-        """Log of evidence times prior."""
-        own, volume = self.gram.reduced(level, self.columns, (self.joint,))
-        solved = self.gram.solved(self.others + own, self.volume + volume, self.chosen)
-        return solved.log_evidence + self.misfit.log_prior(level)
+    def log_evidences(self, kappa: FloatArray, excess: FloatArray) -> FloatArray:
+        """(K,) at K levels of this joint."""
+        part, volume = self.gram.joints[self.joint].without_misfit(kappa, excess)
+        whole = np.repeat(self.others[0][np.newaxis], kappa.size, axis=0)
+        whole[:, *self.gram.joints[self.joint].place] += part
+        evidence = log_evidences(whole, self.gram.rows.precision, self.gram.effects)
+        return np.asarray(evidence + volume + self.others[1])
 
-    def best(self, score: float) -> tuple[float, Level]:
-        """The best κ of the grid at the present s, then s, then κ again."""
-        level = self.level
+    def best(self, score: float, misfit: Misfit) -> tuple[float, Level]:
+        """The best κ of the grid at the present s, then s, then κ again.
+
+        Args:
+            score: log of evidence times prior at the present level.
+            misfit: prior and grid.
+        """
+        level, joint = self.level, self.joint
+        others = np.arange(level.kappa.size) != joint
+        of_others = float(misfit.log_prior_at(others, level.kappa[others], level.excess[others]).sum())
+
+        def scores(kappa: FloatArray, excess: FloatArray) -> FloatArray:
+            own = misfit.log_prior_at(joint, kappa, excess)
+            return np.asarray(self.log_evidences(kappa, excess) + own + of_others)
+
         for _ in range(2):
-            for value in self.misfit.grid(self.joint):
-                tried = level.changed(self.joint, kappa=float(value))
-                found = self.score(tried)
-                if found > score:
-                    score, level = found, tried
-            kappa = float(level.kappa[self.joint])
-            log_excess = minimize_scalar(
-                lambda x, kappa=kappa: (
-                    -self.score(self.level.changed(self.joint, kappa=kappa, excess=float(np.exp(x))))
-                ),
-                bounds=(0.0, np.log(_LARGEST_EXCESS)),
-                method="bounded",
-                options={"xatol": _FINE},
-            ).x
-            tried = level.changed(self.joint, excess=float(np.exp(log_excess)))
-            found = self.score(tried)
-            if found <= score + _STILL:
+            grid = misfit.grid(joint)
+            found = scores(grid, np.full(grid.size, level.excess[joint]))
+            number = int(np.argmax(found))
+            if found[number] > score:
+                score, level = float(found[number]), level.changed(joint, kappa=float(grid[number]))
+            excess, value = _best_excess(scores, float(level.kappa[joint]))
+            if value <= score + _STILL:
                 break
-            score, level = found, tried
+            score, level = value, level.changed(joint, excess=excess)
         return score, level
+
+
+def _best_excess(scores: Callable[[FloatArray, FloatArray], FloatArray], kappa: float) -> tuple[float, float]:
+    """s of the largest score and that score: on a grid that gets finer about it."""
+    low, high = 0.0, float(np.log(_LARGEST_EXCESS))
+    while True:
+        grid = np.linspace(low, high, _EXCESSES)
+        found = scores(np.full(grid.size, kappa), np.exp(grid))
+        number = int(np.argmax(found))
+        if grid[1] - grid[0] <= _FINE:
+            return float(np.exp(grid[number])), float(found[number])
+        low, high = float(grid[max(number - 1, 0)]), float(grid[min(number + 1, grid.size - 1)])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from ident.discrepancy.by_evidence.evidence.expected_motion import expected_motion
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
 from ident.effects.family import PresentModel
@@ -172,9 +173,12 @@ def _part(robot: Robot, recording: Recording, started: float) -> Part:
     own = _every(State(whole.position, whole.velocity, whole.acceleration, time, torque), keep, 1)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
+    other = _of_other_periods(own, period)
+    if period is not None:
+        other = expected_motion(own, other, used, settings.cutoff_hz, step, period)
     return Part(
         own=_every(own, slice(None), stride),
-        other=_every(_of_other_periods(own, period), slice(None), stride // finer),
+        other=_every(other, slice(None), stride // finer),
         torque=torque[keep][::stride],
         used=used[::stride],
         period=None if period is None else period // stride,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
+from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from robots.arrays import FloatArray
 
 _RIDGE = 1e-3

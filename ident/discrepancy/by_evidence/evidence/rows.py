@@ -7,14 +7,17 @@ rows of that joint alone, so κ of one joint is no matter of the others.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.effects.family import PlacedEffect
+from ident.parameters.identity_cache import IdentityCache
 from robots.arrays import FloatArray
 
 _FLAT = 1e-9
@@ -56,6 +59,20 @@ class WhiteEffects:
     bounds: FloatArray
     scale: FloatArray
     unsaid: float = 0.0
+    _products: IdentityCache[tuple[tuple[FloatArray, FloatArray], ...]] = field(
+        default_factory=lambda: IdentityCache(1), repr=False
+    )
+
+    def columns(self, joint: int) -> FloatArray:
+        """(N, p) of a joint; no column where it has none."""
+        part = self.joints[joint]
+        return np.zeros((0, 0)) if part is None else part
+
+    def products(
+        self, rows: Rows, make: Callable[[], tuple[tuple[FloatArray, FloatArray], ...]]
+    ) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Those of :meth:`Rows.products_with`: every set that the effect is in asks for them."""
+        return self._products.of(rows, make)
 
     @property
     def there(self) -> bool:
@@ -83,6 +100,8 @@ class Rows:
     known: Known
     misfit: tuple[FloatArray, ...]
     noise: tuple[Noise, ...]
+    kept: IdentityCache[Any] = field(default_factory=lambda: IdentityCache(1), repr=False)
+    """What is made of these rows and one library: its products."""
 
     @property
     def n(self) -> int:
@@ -117,6 +136,29 @@ class Rows:
             inside = slice(k, k + misfit.shape[1])
             values, vectors = np.linalg.eigh(product[inside, inside])
             found.append((np.maximum(values, 0.0), vectors))
+        return tuple(found)
+
+    @cached_property
+    def plain(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Per joint, Gram matrix of [known, y] and the diagonalised misfit's products with these."""
+        k, found = self.known.precision.size, []
+        for product, (values, vectors) in zip(self.products, self.diagonal, strict=True):
+            own = np.append(np.arange(k), k + values.size)
+            found.append((product[np.ix_(own, own)], vectors.T @ product[k : k + values.size][:, own]))
+        return tuple(found)
+
+    def products_with(self, effect: WhiteEffects) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Per joint, products of [known, y] (k + 1, p) and of the diagonalised misfit (m, p) with columns."""
+        return effect.products(self, lambda: self._products_with(effect))
+
+    def _products_with(self, effect: WhiteEffects) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        k, none, found = self.known.precision.size, np.zeros((0, 0)), []
+        for white, part, (_, vectors) in zip(self.white, effect.joints, self.diagonal, strict=True):
+            if part is None:
+                found.append((none, none))
+                continue
+            whole = white.T @ part
+            found.append((np.delete(whole, np.s_[k:-1], axis=0), vectors.T @ whole[k:-1]))
         return tuple(found)
 
     @cached_property

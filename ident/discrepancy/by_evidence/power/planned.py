@@ -188,7 +188,7 @@ def _of_this_motion(
     """The prior that a model accepted on a clean run of this motion is: as :func:`prior_of` makes it."""
     rows = _rows(base, None, values, prepared, present, noise)
     misfit = usual_misfit(noise)
-    posterior = Gram(rows, ()).posterior(Level(misfit, np.ones_like(misfit)), ())
+    posterior = Gram(rows, ()).posterior(Level(misfit, np.ones_like(misfit)))
     b = values.size
     covariance = posterior.covariance[:b, :b] + np.diag((SPREAD * values) ** 2)
     return Prior(values, covariance, "this motion", np.array([one.marginal for one in noise]), misfit)

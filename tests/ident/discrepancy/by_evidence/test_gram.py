@@ -9,6 +9,8 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.kappa import OneJoint
+from ident.discrepancy.by_evidence.evidence.library_products import LibraryProducts
 from ident.discrepancy.by_evidence.evidence.noise import Noise
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows, WhiteEffects
@@ -73,19 +75,18 @@ def density(rows: Rows, kappa: FloatArray, effects: list[WhiteEffects], noise: f
 def test_the_evidence_is_the_density_of_the_data() -> None:
     rows = problem()
     first, second = effect(rows, (0,), 2, 0.0, FREE), effect(rows, (0, 1), 3, 1.0, FREE)
-    gram = Gram(rows, (first, second))
-    constant = density(rows, KAPPA, []) - gram.posterior(LEVEL, []).log_evidence
-    for chosen in ([0], [1], [0, 1], [1, 0]):
+    constant = density(rows, KAPPA, []) - Gram(rows, ()).posterior(LEVEL).log_evidence
+    for chosen in ((first,), (second,), (first, second), (second, first)):
         for kappa in (KAPPA, 3.0 * KAPPA, np.array([1e-3, 5.0])):
-            expected = density(rows, kappa, [gram.effects[i] for i in chosen])
-            found = gram.posterior(Level(kappa, np.ones(2)), chosen).log_evidence
+            expected = density(rows, kappa, list(chosen))
+            found = Gram(rows, chosen).posterior(Level(kappa, np.ones(2))).log_evidence
             assert found + constant == pytest.approx(expected, abs=1e-8)
 
 
 def test_the_posterior_is_that_of_a_regression_with_a_prior() -> None:
     rows = problem()
     one = effect(rows, (1,), 4, 0.5, FREE)
-    found = Gram(rows, (one,)).posterior(LEVEL, [0])
+    found = Gram(rows, (one,)).posterior(LEVEL)
     grid = np.linspace(-4.0, 5.0, 4001)
     shifted = [replace(one, centre=np.array([value])) for value in grid[::400]]
     assert shifted  # the posterior of θ: p(y | θ) p(θ), with θ held by a column of its own that is subtracted
@@ -117,8 +118,8 @@ def held(rows: Rows, one: WhiteEffects, value: float) -> float:
 def test_bounds_keep_the_share_of_the_posterior_that_lies_within_them() -> None:
     rows = problem()
     free, positive = effect(rows, (1,), 4, 0.2, FREE), effect(rows, (1,), 4, 0.2, np.array([[0.0, np.inf]]))
-    without = Gram(rows, (free,)).posterior(LEVEL, [0])
-    within = Gram(rows, (positive,)).posterior(LEVEL, [0])
+    without = Gram(rows, (free,)).posterior(LEVEL)
+    within = Gram(rows, (positive,)).posterior(LEVEL)
     deviation = np.sqrt(without.covariance[-1, -1])
     share = norm.sf(0.0, without.theta[0], deviation) / norm.sf(0.0, 0.2, 1.0)
     assert within.log_evidence - without.log_evidence == pytest.approx(np.log(share), abs=1e-9)
@@ -128,13 +129,15 @@ def test_a_parameter_without_a_prior_costs_the_same_in_every_set() -> None:
     rows = problem()
     flat = replace(rows, known=replace(rows.known, precision=np.array([0.0, 1.0, 1.0])))
     one = effect(flat, (0,), 2, 0.0, FREE)
-    gram = Gram(flat, (one,))
-    gain = gram.posterior(LEVEL, [0]).log_evidence - gram.posterior(LEVEL, []).log_evidence
+    gain = gain_of(flat, one)
     wide = replace(rows)
     wide.__dict__["precision"] = np.array([1e-7, 1.0, 1.0])
-    other = Gram(wide, (one,))
-    expected = other.posterior(LEVEL, [0]).log_evidence - other.posterior(LEVEL, []).log_evidence
-    assert gain == pytest.approx(expected, abs=1e-4)
+    assert gain == pytest.approx(gain_of(wide, one), abs=1e-4)
+
+
+def gain_of(rows: Rows, one: WhiteEffects) -> float:
+    with_it, without = (Gram(rows, effects).posterior(LEVEL) for effects in ((one,), ()))
+    return with_it.log_evidence - without.log_evidence
 
 
 def test_white_rows_leave_out_what_a_gap_is_mixed_into() -> None:
@@ -155,6 +158,58 @@ def test_rows_of_a_joint_can_be_noisier_than_what_does_not_repeat() -> None:
     scaled = [None if part is None else part / s for part, s in zip(one.joints, excess, strict=True)]
     of_raw = float(rows.counts @ np.log(excess))
     expected = density(noisier, KAPPA, [replace(one, joints=tuple(scaled))]) - of_raw
-    constant = density(rows, KAPPA, []) - gram.posterior(LEVEL, []).log_evidence
-    found = gram.posterior(Level(KAPPA, excess), [0]).log_evidence
+    constant = density(rows, KAPPA, []) - Gram(rows, ()).posterior(LEVEL).log_evidence
+    found = gram.posterior(Level(KAPPA, excess)).log_evidence
     assert found + constant == pytest.approx(expected, abs=1e-8)
+
+
+def test_many_levels_of_a_joint_at_once_are_what_each_is_alone() -> None:
+    rows = problem()
+    bounded = effect(rows, (0, 1), 3, 1.0, np.array([[0.5, 2.0]]))
+    set_of_two = (effect(rows, (0,), 2, 0.3, FREE), bounded)
+    for effects in ((), (set_of_two[0],), set_of_two):
+        gram, kappa, excess = Gram(rows, effects), np.array([0.05, 0.4, 3.0]), np.array([1.0, 1.7, 4.0])
+        for joint in range(JOINTS):
+            found = OneJoint(gram, LEVEL, joint).log_evidences(kappa, excess)
+            for k in range(kappa.size):
+                alone = gram.posterior(LEVEL.changed(joint, float(kappa[k]), float(excess[k])))
+                assert found[k] == pytest.approx(alone.log_evidence, abs=1e-8)
+
+
+def test_the_information_of_one_effect_beside_a_set_is_that_of_the_whole_gram_matrix() -> None:
+    rows = problem()
+    member = effect(rows, (0, 1), 5, 0.7, FREE)
+    library = (effect(rows, (0,), 2, 0.3, FREE), both_columns(rows, 6), effect(rows, (1,), 7, 0.0, FREE))
+    level = Level(KAPPA, np.array([1.0, 1.8]))
+    products = LibraryProducts.of(rows, library)
+    for members in ((), (member,)):
+        expected = [beside(rows, level, members, one) for one in library]
+        found = list(products.beside(Gram(rows, members), level))
+        for (information, score), (own, right) in zip(found, expected, strict=True):
+            assert information == pytest.approx(own, abs=1e-9)
+            assert score == pytest.approx(right, abs=1e-9)
+
+
+def both_columns(rows: Rows, seed: int) -> WhiteEffects:
+    """An effect of two parameters on both joints."""
+    one, two = effect(rows, (0, 1), seed, 0.0, FREE), effect(rows, (1,), seed + 20, 0.0, FREE)
+    parts = [
+        np.column_stack([a, np.zeros_like(a) if b is None else b])
+        for a, b in zip(one.joints, two.joints, strict=True)
+        if a is not None
+    ]
+    return WhiteEffects(2, tuple(parts), np.zeros(2), np.tile(FREE, (2, 1)), np.ones(2))
+
+
+def beside(
+    rows: Rows, level: Level, members: tuple[WhiteEffects, ...], one: WhiteEffects
+) -> tuple[FloatArray, FloatArray]:
+    """Information and score by Schur's complement of the Gram matrix of everything."""
+    whole, _ = Gram(rows, (*members, one)).reduced(level)
+    k, p = KNOWN, sum(member.count for member in members)
+    y, inner, outer = k, [*range(k), *range(k + 1, k + 1 + p)], list(range(k + 1 + p, k + 1 + p + one.count))
+    whole[:, y] -= whole[:, k + 1 : k + 1 + p] @ np.concatenate([np.zeros(0), *(m.centre for m in members)])
+    system = whole[np.ix_(inner, inner)] + np.diag(np.concatenate([rows.precision, np.ones(p)]))
+    back = np.linalg.solve(system, whole[np.ix_(inner, [*outer, y])])
+    cross = whole[np.ix_(inner, outer)]
+    return whole[np.ix_(outer, outer)] - cross.T @ back[:, :-1], whole[outer, y] - cross.T @ back[:, -1]

@@ -1,0 +1,30 @@
+"""A form of which a limit is likelier gives its place to that limit, which stands for it in the list."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from ident.discrepancy.by_evidence.decide import names
+from ident.effects.vocabulary import family_named
+
+
+def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found by a drawn log: the form was looked for in a list that the limit had taken it out of."""
+    falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family_named("stribeck_friction"))
+    dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
+    listed = names.as_limit(names.probabilities({dry.key: 5.0, falling.key: 4.0, names.NOTHING: 0.0}))
+    assert all(one.key != falling.key for one in listed)
+    monkeypatch.setattr(names, "slot", lambda *given: names.Slot(listed))
+    monkeypatch.setattr(names, "screen", lambda *given: [SimpleNamespace(candidate=dry)])
+    monkeypatch.setattr(names, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
+    search: Any = SimpleNamespace(
+        problem=None,
+        without=lambda found, number: None,
+        replaced=lambda without, other: SimpleNamespace(members=[other]),
+    )
+    found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)])
+    simplest: Any = names.simplified(search, SimpleNamespace(found=found, entries=()))  # type: ignore[arg-type]
+    assert [one.candidate.key for one in simplest.found.members] == [dry.key]
