@@ -1,7 +1,8 @@
 """Recorded logs, damaged by seeds, read with their URDFs alone: refused, warned, right, or wrong.
 
 A run is *right* where its model leaves at most a tenth more of the undamaged log's torque, in each joint,
-than the model of the undamaged log does; *wrong* where it is not right and no word of warning came with it.
+than the model of the undamaged log does; *wrong* where it is not right and no word of warning came with it:
+none that the undamaged log does not have too and, of a wrong scale, none that names the worse joints.
 
     python -m benchmarks.damaged_logs --seeds 100 --first 0
 """
@@ -23,7 +24,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import scipy.io
 
-from benchmarks.log_damages import DAMAGES, Log
+from benchmarks.log_damages import DAMAGES, Log, one_torque_unit, torque_unit
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.importing.guess_log import GuessRequest
 from daq.importing.guess_torque import LogHints
@@ -32,7 +33,7 @@ from daq.text.progress import Silent
 from ident import Recording
 from ident.estimators import stack
 from ident.preparation.observation import observe
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 from robots.errors import UserError
 
 ROOT = Path(__file__).parents[1]
@@ -40,6 +41,8 @@ WORSE = 1.1
 """Times the error of the undamaged log's model, from which on a model is not right."""
 TOLD = ("look it over", "turned round", "known no better")
 """Guesses that ask to be looked at."""
+OF_SCALE = (torque_unit, one_torque_unit)
+"""Of what guesses say of the scale of a joint's torque, they warn of these alone."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +94,20 @@ class Run:
 
     @property
     def warnings(self) -> set[str]:
-        """Without their numbers."""
-        told = [w for w in self.result.guessed if any(mark in w for mark in TOLD)]
-        return {
-            re.sub(r"[-−+]?\d[\d.·⁻eE]*", "#", w)[:60] for w in (*self.result.fitted.result.warnings, *told)
-        }
+        """Without their numbers, but for those of joints."""
+        said = (*self.result.fitted.result.warnings, *self.told)
+        return {re.sub(r"(?<![a-z][_ ])[-−+]?\d[\d.·⁻eE]*", "#", w)[:60] for w in said}
+
+    @property
+    def told(self) -> list[str]:
+        """Guesses that ask to be looked at."""
+        return [w for w in self.result.guessed if any(mark in w for mark in TOLD)]
+
+    def names(self, joints: BoolArray) -> bool:
+        """Whether each of these joints is named in a guess that asks to be looked at."""
+        names = [joint.name for joint in self.result.fitted.base.model.robot.joint]
+        chosen = [name for name, wanted in zip(names, joints, strict=True) if wanted]
+        return all(any(re.search(rf"\b{name}\b", w) for w in self.told) for name in chosen)
 
 
 def read(case: Case, log: Log, folder: Path) -> Run:
@@ -160,13 +172,14 @@ def judged(data: Path, name: str, seed: int) -> dict[str, object]:
     found = left(run, clean)
     new = sorted(run.warnings - clean.warnings)
     right = bool((found <= WORSE * usual).all())
-    warned = bool(new) or not run.result.fitted.result.trusted
+    named = not right and damage in OF_SCALE and run.names(found > WORSE * usual)
+    warned = bool(new) or named or not run.result.fitted.result.trusted
     outcome = "right" if right and not warned else "warned" if warned else "wrong"
     own = run.result.fitted.result.recommended.relative_error_percent_per_joint
     return row | {
         "outcome": outcome,
         "right": right,
-        "message": "; ".join(new),
+        "message": "; ".join(new) or ("its joints are named" if named else ""),
         "left": [round(float(x), 1) for x in found],
         "usual": [round(float(x), 1) for x in usual],
         "own": [round(float(x), 1) for x in own],

@@ -191,7 +191,7 @@ def _named(
     if reference is not None:
         words.append(f"reference, which the position follows: {reference.label}")
     for c in others:
-        if c is torque or c is reference or not c.kind:
+        if c is torque or c is reference or c.kind in ("", "time"):
             continue
         second = c.kind == "position" and "second" in c.marks
         what = "second encoder" if second else " ".join([*sorted(c.marks & {"computed", "external"}), c.kind])

@@ -87,8 +87,9 @@ def torque_table(
     if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
         odd = "" if _agree(1.0, share, seen) else "; look it over"
         words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
+        words += _doubts(robot, arm, share, sigma, f"the {key} that was given")
         return _table(key, given * signs, unit), words
-    share = share / np.abs(given)
+    share, sigma = share / np.abs(given), sigma / np.abs(given)
     signs = signs * np.sign(given)
     if hints.sensor:
         words.append("torque: of sensors at the links, so without the rotors' inertia")
@@ -96,14 +97,15 @@ def torque_table(
     scaled = 1e-3 if _MILLI & set(torque.words) else 1.0
     if torque.kind == "torque" and _agree(scaled, share, seen):
         words.append(f"torque: in {unit} at the joints{_beside(scaled * share, seen)}")
+        words += _doubts(robot, arm, scaled * share, scaled * sigma, "its column's name")
         if not turned:
             return {"unit": "mN*m" if scaled != 1.0 else unit}, words
         return _table("gain", scaled * signs, unit), words
     found = _constant(constants, share, seen)
     if found:
-        words.append(
-            f"torque: times {found}, which makes it that of the URDF{_beside(constants[found] * share, seen)}"
-        )
+        values = constants[found]
+        words.append(f"torque: times {found}, which makes it that of the URDF{_beside(values * share, seen)}")
+        words += _doubts(robot, arm, values * share, values * sigma, found)
         return _table("gain" if torque.kind != "torque" else "ratio", constants[found] * signs, unit), words
     if not seen.any():
         raise CaptureError(
@@ -158,6 +160,35 @@ def _beside(share: FloatArray, seen: BoolArray) -> str:
         return "; the URDF's masses do not show in it"
     each = " ".join(f"{100 * value:.0f}" if good else "?" for value, good in zip(share, seen, strict=True))
     return f"; {each} % of what the URDF's bodies ask for"
+
+
+def _doubts(robot: Robot, arm: LooseUrdf, share: FloatArray, sigma: FloatArray, by: str) -> list[str]:
+    """A sentence for each joint whose torque cannot be that of the URDF's bodies, and one on those unseen.
+
+    A torque that is too small by a factor has a deviation that is too small by the same, so it need not
+    be seen in the torque that it is not of the bodies.
+
+    Args:
+        robot: names of the joints.
+        arm: whether its bodies have masses.
+        share, sigma: (n,) torque per torque of the URDF's bodies, and its deviation.
+        by: what says the torque's scale.
+    """
+    if not arm.has_masses:
+        return []
+    least, most = share - _SEEN * sigma, share + _SEEN * sigma
+    small, large = most < 1 / _NEAR, least > _NEAR
+    words = []
+    for k in np.flatnonzero(small | large):
+        bound = f"at most {100 * most[k]:.2g}" if small[k] else f"at least {100 * least[k]:.3g}"
+        words.append(
+            f"torque of {robot.joint[k].name}: {bound} % of what the URDF's bodies ask for:"
+            " another unit, or a counterbalance? look it over"
+        )
+    unseen = ", ".join(robot.joint[k].name for k in np.flatnonzero(~(small | large | (least > 0))))
+    if unseen and (least > 0).any():
+        words.append(f"scale of the torque of {unseen}: by {by} alone, no mass shows it; look it over")
+    return words
 
 
 def _table(key: str, values: FloatArray, unit: str) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from daq.importing.log_quantities import (
     time_of_samples,
 )
 from daq.importing.pieces import answered_pieces, complete_at, long_pieces
+from daq.importing.rounding import rounded
 from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
@@ -215,6 +216,8 @@ def log_recording(
     else:
         held = ()
     held += clipped(path.name, "control signal", control_signal)
+    written = columns.position
+    held += rounded(path.name, written.columns, source.pick(written.file, written.columns))
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
     step = (
         2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)

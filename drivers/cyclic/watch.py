@@ -18,8 +18,7 @@ from drivers.cyclic.exchange import OPERATIONAL, Exchange
 from drivers.cyclic.motion_checks import MotionChecks
 from drivers.cyclic.pacemaker import Pacemaker
 from drivers.frames.job import Job
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from drivers.frames.samples import Outcome
 
 _STATE_BITS = 0x6F

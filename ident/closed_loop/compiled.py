@@ -12,7 +12,7 @@ from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
 from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms, only_plain_friction
 from ident.closed_loop.friction_rows import friction_rows, shares_at_new_velocity, together
-from ident.closed_loop.simulate import RUNAWAY, Leading, SimulatedRun, check_stable
+from ident.closed_loop.leading import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.effects.simulated import DriveChange
 from ident.errors import IdentificationError

@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.closed_loop.compiled import run_compiled
 from ident.closed_loop.friction_rows import FrictionRows
-from ident.closed_loop.simulate import Leading, SimulatedRun, leading_of
+from ident.closed_loop.leading import Leading, SimulatedRun, leading_of
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects import FrictionSign, RigidBody

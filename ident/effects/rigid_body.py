@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 
 from ident.effects.family import Place, StandardParameter, State
-from robots import link_parameter_names, rigid_body_model, unit_of
+from robots import rigid_body_model, unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot
 from robots.standard import LINK_SYMBOLS
@@ -33,10 +33,6 @@ class RigidBody:
             for joint, axis in enumerate(self.robot.joint)
             for symbol in LINK_SYMBOLS
         )
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return link_parameter_names(self.robot.n)
 
     def columns(self, state: State) -> FloatArray:
         """samples × joints × 10·links, in the order of ``parameters``."""

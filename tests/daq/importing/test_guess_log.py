@@ -148,6 +148,26 @@ def test_a_torque_that_brakes_is_not_turned_by_its_bodies(
     assert not any("turned round" in sentence for sentence in found.words)
 
 
+@pytest.mark.parametrize(
+    ("joint", "factor", "said"),
+    [(4, 1e-3, "joint_5: at most"), (1, 20.0, "joint_2: at least"), (4, 0.5, "")],
+)
+def test_a_torque_that_cannot_be_that_of_the_bodies_is_said(
+    tmp_path: Path, motion: tuple[FloatArray, ...], joint: int, factor: float, said: str
+) -> None:
+    """Also where no mass is seen in it: a torque that is too small has a deviation that is too small."""
+    t, q, _, torque = motion
+    odd = torque.copy()
+    odd[:, joint] *= factor
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", odd, 1)})
+    words = [sentence for sentence in found.words if "what the URDF's bodies ask for:" in sentence]
+    unseen = [sentence for sentence in found.words if sentence.startswith("scale of the torque of")]
+    assert len(words) == bool(said)
+    assert all(said in sentence for sentence in words)
+    assert len(unseen) == 1
+    assert "joint_6: by its column's name alone" in unseen[0]
+
+
 @pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (8.85, True)])
 def test_a_ratio_that_the_masses_contradict_is_said(
     tmp_path: Path, motion: tuple[FloatArray, ...], factor: float, odd: bool

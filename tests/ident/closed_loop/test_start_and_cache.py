@@ -13,7 +13,8 @@ import pytest
 import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
-from ident.closed_loop.simulate import leading_of, run_in_python, start_velocity
+from ident.closed_loop.leading import leading_of, start_velocity
+from ident.closed_loop.simulate import run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.kernels.compilation import stamp_of
 from ident.preparation.set_points import set_point_accelerations

@@ -58,11 +58,12 @@ def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidat
     with_places = [(family, family.places(robot)) for family in families if family.places(robot)]
     found = []
     for family, places in with_places:
-        forms = (family, *family.forms, *family.further)
-        for form in forms:
+        for form in family.nested:
             for place in form.places(robot):
                 shapes = form.shapes(robot, place)
-                found.append(Candidate(form, place, shapes, len(with_places), len(places), len(forms)))
+                found.append(
+                    Candidate(form, place, shapes, len(with_places), len(places), len(family.nested))
+                )
     return tuple(found)
 
 

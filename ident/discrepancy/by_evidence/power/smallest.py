@@ -223,8 +223,8 @@ def _said(rows: Rows, entry: Entry, factor: float, rival: Key) -> Smallest:
     robot, shapes = rows.prepared.robot, entry.candidate.shapes
     values = np.ones(1) if placed.whole else typical(entry) * entry.white.scale
     own = values[first] if not placed.whole else placed.shape[0]
-    parameter = placed.shape_names[0] if placed.whole else placed.parameter_names[first]
-    unit = shapes[0].unit if placed.whole else placed.units[first]
+    parameter = placed.shape_names[0] if placed.whole else placed.parameters[first].name
+    unit = shapes[0].unit if placed.whole else placed.parameters[first].unit
     rest = zip(placed.shape_names, placed.shape, (one.unit for one in shapes), strict=True)
     torque, used = effect_rows(rows.prepared, placed) @ values, rows.prepared.used
     squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
