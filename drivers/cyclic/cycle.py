@@ -48,7 +48,7 @@ class Cycle:
 
     Args:
         job: what to do.
-        port: the bus, opened for exchange.receive_cob_ids.
+        port: the bus, opened for foreign.receive_cob_ids.
         ring: where rows go.
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?

@@ -37,22 +37,11 @@ _USUAL = ("statusword", "position", "control_signal")
 """Of the one TPDO that most drives send."""
 
 
-def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
-    """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
-    kinds = (emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id, sdo_request_cob_id)
-    answers = [pdo.cob_id for link in links for pdo in link.transmitted()]
-    return [
-        *answers,
-        *(kind(link.node) for link in links for kind in kinds),
-        *own_cob_ids(links, master_node),
-    ]
-
-
 class Exchange:
     """The latest word of each drive, and the frames to and from them.
 
     Args:
-        port: opened for receive_cob_ids; it is used, not closed.
+        port: opened for foreign.receive_cob_ids; it is used, not closed.
         links: the drives in the order of the axes.
         master_node: node id in the master's own heartbeat.
         clock, sleep: time, s.
