@@ -36,8 +36,8 @@ OF_A_JOINT = {
     "contact": "N·m/rad beyond where the motion spends a tenth of its time",
     "eddy_brake": "N·m at 8 % of the speed limit, less above",
     "crosstalk": "share of the joint before's torque",
-    "dead_zone": "N·m of command that the drive does not answer",
-    "torque_droop": "share of the gain lost at the torque limit",
+    "command_dead_zone": "N·m of command that the drive does not answer",
+    "torque_constant_droop": "share of the gain lost at the torque limit",
     "encoder_eccentricity": "rad, once a turn",
     "temperature_viscous": "share of the viscous friction lost, with 20 s",
     "directional_efficiency": "share of the load's torque lost where the load drives the motor",
@@ -59,12 +59,7 @@ OUTSIDE = (
     "eddy_brake",
     "crosstalk",
     "slosh",
-    "dead_zone",
-    "torque_droop",
-    "encoder_eccentricity",
     "temperature_viscous",
-    "directional_efficiency",
-    "dragging_brake",
     "base_compliance",
 )
 """Names that armhil's vocabulary of 2026-11 does not hold."""

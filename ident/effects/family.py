@@ -166,9 +166,6 @@ class PlacedEffect(Effect, Protocol):
     def place(self) -> Place: ...
 
     @property
-    def parameter_names(self) -> tuple[str, ...]: ...
-
-    @property
     def units(self) -> tuple[str, ...]: ...
 
     @property
@@ -213,7 +210,8 @@ class EffectFamily(Protocol):
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
-    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own.
+    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own,
+    ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
     integration; ``history``, whether its torque depends on what was before, so that it needs samples in
@@ -260,8 +258,8 @@ class EffectFamily(Protocol):
     def forms(self) -> tuple[EffectFamily, ...]: ...
 
     @property
-    def further(self) -> tuple[EffectFamily, ...]:
-        """Forms that the search by evidence alone asks for."""
+    def nested(self) -> tuple[EffectFamily, ...]:
+        """Every form of this name; the last are those that the search by evidence alone asks for."""
         ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:

@@ -235,7 +235,7 @@ def _age(drives: Records, motors: Records, clock: FloatArray, step: float) -> No
     """Loads, temperatures and whatever else changes slowly, by one step."""
     for i in range(len(drives)):
         drive, motor = drives[i], motors[i]
-        if drive.load_rise != 0.0 or drive.driven_rise != 0.0:
+        if drive.load_rise != 0.0 or drive.driven_rise != 0.0 or drive.load_square != 0.0:
             motor.load += -math.expm1(-step / drive.load_time) * (motor.gear_torque - motor.load)
         friction.age(drive, motor, motor.velocity, clock[0], step)
     clock[0] += step
@@ -270,6 +270,7 @@ def advance(arm: Arm, motion: Motion) -> int:
         for _ in range(arm.substeps):
             if state == FINE and not _substep(arm, motion, arm.step_time / arm.substeps):
                 state = NOT_POSITIVE_DEFINITE
+        loads.bend_packs(arm.joints, motion.joints, motion.velocity, arm.step_time)
         loads.move_sloshing(arm.joints, motion.joints, motion.position, motion.velocity, arm.step_time)
         _age(arm.drives, motion.motors, motion.clock, arm.step_time)
         if motion.braked.all() and settled(arm.drives, motion.motors, arm.transmission, motion.velocity):

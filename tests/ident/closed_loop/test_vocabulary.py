@@ -53,7 +53,14 @@ UNFILTERED = TX40.model_copy(
     update={"identification": TX40.identification.model_copy(update={"cutoff_hz": 1e6})}
 )
 """For columns that know of the filter of the positions: there is none here."""
-KNOWING_THE_FILTER = ("gear_ripple", "torque_ripple", "current_loop_lag", "time_delay")
+KNOWING_THE_FILTER = (
+    "gear_ripple",
+    "torque_ripple",
+    "current_loop_lag",
+    "time_delay",
+    "encoder_eccentricity",
+    "command_dead_zone",
+)
 
 
 def torques(
@@ -84,7 +91,9 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "static_friction": [(2, None, (2.0, 0.5), 0.15), (2, None, (0.0, 2.0), 0.1)],
     "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
+    "load_quadratic_friction": [(1, None, (0.003,), 0.03), (2, None, (0.01,), 0.03)],
     "directional_efficiency": [(1, None, (0.1, 0.05), 0.03), (4, None, (0.5, -0.2), 0.03)],
+    "dragging_brake": [(2, (5.5,), (0.5, 0.3, 0.2), 0.01)],
     "drifting_friction": [
         (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
@@ -92,6 +101,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     ],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
+    "stiffening_elasticity": [(2, None, (1.0,), 0.1)],
     "backlash": [(2, None, (1.0,), 0.4)],
     "hysteresis": [(2, None, (1.0,), 0.01), (5, None, (0.5,), 0.01)],
     "wrist_coupling": [(0, None, (0.005, 0.2, 0.3), 0.01)],
@@ -104,6 +114,9 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (2.0, 1.0), (0.03, 0.02), 0.06),
     ],
     "saturation": [(2, (25.0,), (1.0,), 0.001)],
+    "encoder_eccentricity": [(2, (45.0,), (1e-4, 5e-5), 0.06), (1, (1.0,), (5e-3, 3e-3), 0.06)],
+    "torque_constant_droop": [(1, None, (0.2,), 0.01), (4, None, (0.3,), 0.01)],
+    "command_dead_zone": [(1, None, (1.0,), 0.1), (2, None, (0.5,), 0.1)],
     "rotor_inertia": [(2, None, (0.02,), 0.002)],
     "current_loop_lag": [(2, None, (0.001,), 0.05)],
     "payload": [(0, None, (0.5, 0.01, 0.0, 0.05, 0.006, 0.0, 0.006, 0.0, -0.001, 0.001), 0.001)],
@@ -116,6 +129,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (-0.001,), (-0.001,), 0.1),
     ],
     "cable_spring": [(2, None, (3.0, 1.0), 1e-4)],
+    "dress_pack_hysteresis": [(2, None, (1.0, 2.0, 0.5), 0.01)],
     "contact": [(2, (1.55, 1.0), (100.0,), 0.001)],
 }
 

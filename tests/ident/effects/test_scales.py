@@ -16,7 +16,7 @@ from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present
 from robots.description import Robot
 
-FORMS = [form for family in VOCABULARY for form in (family, *family.forms, *family.further)]
+FORMS = [form for family in VOCABULARY for form in family.nested]
 
 
 @cache
@@ -32,7 +32,7 @@ def test_every_parameter_has_a_size_that_can_be(family: Family, name: str) -> No
     for place in family.places(robot):
         shape = tuple(one.grid[0] for one in family.shapes(robot, place))
         effect = family.effect(robot, place, shape, present(name))
-        assert len(effect.scale) == len(effect.centre) == len(effect.bounds) == len(effect.parameter_names)
+        assert len(effect.scale) == len(effect.centre) == len(effect.bounds) == len(effect.parameters)
         for scale, centre, (low, high) in zip(effect.scale, effect.centre, effect.bounds, strict=True):
             assert 0.0 < scale < np.inf
             assert low <= centre <= high or effect.name == "time_delay"

@@ -100,7 +100,7 @@ def _in_links(problem: Problem, links: FloatArray) -> FloatArray:
     """(p,) standard parameters of links (n, 10)."""
     model = problem.base.model
     body = next(effect for effect in model.effects if isinstance(effect, RigidBody))
-    start = model.names.index(body.parameter_names[0])
+    start = model.parameters.index(body.parameters[0])
     added = np.zeros(len(model.names))
     added[start : start + links.size] = links.reshape(-1)
     return added
