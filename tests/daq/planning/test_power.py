@@ -16,7 +16,7 @@ from ident.discrepancy.by_evidence.power.smallest import Smallest
 from robots import Robot
 from tests.daq.models import carriage
 from tests.daq.planning.conftest import Plan
-from tests.daq.planning.test_plan_command import recorded
+from tests.daq.planning.plan_files import recorded
 
 MOTION = ("--periods", 2, "--seed", 1)
 
