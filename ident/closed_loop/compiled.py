@@ -168,7 +168,8 @@ def _run(coordinates: Coordinates, leading: Leading) -> Run:
     at_drives = np.abs(robot.transmission_matrix) @ limits
     fastest = np.concatenate([limits, at_drives[[gear.drive for gear in coordinates.gears]]])
     return Run(
-        reference=leading.points,
+        # One that cannot be written is another type, for which all would be compiled once more.
+        reference=np.require(leading.points, requirements=("C", "W")),
         speed=leading.speeds * np.array(robot.controller.velocity_feed_forward),
         added=leading.added,
         start=np.array([recording.position[0], leading.velocity]),

@@ -33,6 +33,9 @@ def fitted(request: pytest.FixtureRequest, foreign: Path, robot: Robot) -> Fitte
     return identify(robot, (foreign_log(foreign, request.param, "fit", seconds=15.0),))
 
 
+# What stands on whole identifications of the logs is slow together: each takes seconds, and they share them.
+
+
 @pytest.mark.slow
 def test_gate_one_accepts_a_clean_log(fitted: Fitted) -> None:
     gate = fitted.result.test.gates[0]
@@ -42,6 +45,7 @@ def test_gate_one_accepts_a_clean_log(fitted: Fitted) -> None:
     assert np.mean(following) < 0.003  # 0.005 to 0.006 as long as the integral was simulated wrong
 
 
+@pytest.mark.slow
 def test_the_lag_is_that_of_the_plant(fitted: Fitted) -> None:
     """Half a hold less half a step of the plant's 20 kHz."""
     signals = fitted.result.signals
@@ -49,6 +53,7 @@ def test_the_lag_is_that_of_the_plant(fitted: Fitted) -> None:
     assert abs(signals.estimated_lag - 0.000475) < max(4.0 * signals.lag_sigma, 5e-6)
 
 
+@pytest.mark.slow
 def test_most_parameters_lie_within_their_intervals(fitted: Fitted) -> None:
     base = fitted.base
     truth = base.relation @ base.model.prior()

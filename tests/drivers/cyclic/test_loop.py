@@ -8,12 +8,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robots
 from drivers import Budgets, Channel, StreamResult
 from drivers.cia402 import State
+from drivers.cyclic.foreign import is_answer
 from drivers.cyclic.loop import Loop
 from drivers.frames.job import Job
 from drivers.frames.layout import DriveLink
@@ -383,6 +385,53 @@ def test_brakes_have_their_time_also_where_not_all_axes_came_up() -> None:
         down = axis.controlwords[len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) :]
         assert down.index(0x06) >= 0.12 / PERIOD, "disable operation, until the brake has fallen in"
     assert all_off(done.arm)
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (b"\x2b\x40\x60\x00\x06\x00\x00\x00", "writes object 6040:00 of node 2"),
+        (b"\x21\x00\x16\x01\x08\x00\x00\x00", "writes object 1600:01 of node 2"),
+        (b"\xc2\x7c\x60\x00\x04\x00\x00\x00", "writes object 607C:00 of node 2"),
+        (b"\x0d\x00\x00\x00\x00\x00\x00\x00", "writes an object of node 2"),
+        (b"\x2b", "writes an object of node 2"),
+    ],
+)
+def test_a_program_that_writes_objects_of_a_drive_stops_the_arm(request_: bytes, words: str) -> None:
+    def intrude(number: int, arm: FakeArm) -> None:
+        if number == 200:
+            arm.put(0x602, request_)
+
+    done = run(intrude)
+    assert done.result.outcome == "aborted"
+    assert done.result.reason == f"another master is on the bus: it {words} (SDO)"
+    assert all_off(done.arm)
+
+
+@pytest.mark.parametrize("first", [0x40, 0x60, 0xA4, 0x80])
+def test_a_program_that_only_reads_is_told(first: int) -> None:
+    """As a maker's tool does that shows curves; an empty frame asks for nothing."""
+
+    def look(number: int, arm: FakeArm) -> None:
+        if number in (200, 210, 220):
+            arm.put(0x602, bytes([first, 0x41, 0x60, 0, 0, 0, 0, 0]) if number != 220 else b"")
+
+    done = run(look)
+    assert done.result.outcome == "completed"
+    assert "something else reads objects of node 2 (SDO) (3 times)" in done.result.notes
+
+
+def test_answers_to_somebody_else_confirm_nothing() -> None:
+    """The end of the watch (1016) is confirmed by the answer to that write, done or refused."""
+    asked = b"\x16\x10\x01"
+    for data, counts in (
+        (b"\x60" + asked + bytes(4), True),
+        (b"\x80" + asked + b"\x00\x00\x02\x06", True),
+        (b"\x60\x40\x60\x00" + bytes(4), False),
+        (b"\x4b" + asked + bytes(4), False),
+        (b"\x60" + asked, False),
+    ):
+        assert is_answer(data, asked) == counts, data
 
 
 def test_a_second_master_stops_the_arm() -> None:
