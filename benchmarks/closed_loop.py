@@ -20,7 +20,8 @@ import numpy as np
 import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate, simulate_many
-from ident.closed_loop.simulate import leading_of, run_in_python
+from ident.closed_loop.leading import leading_of
+from ident.closed_loop.simulate import run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present

@@ -9,7 +9,7 @@ Reported: cond(W), −log det(G)/p and tr C of the best motion of each seed, and
     python benchmarks/excitation.py --ends rest --collision
 
 ``--ends rest`` makes the motion begin and end at rest in the middle of the travel, ``--collision`` keeps it
-10 mm clear of itself and of a floor at the height of the base, at every instant: the price of a motion that
+10 mm clear of itself and of a floor at the height of the base, at every instant: the cost of a motion that
 can be driven. Processor seconds are of all processes together, wall seconds what the machine made of it.
 
 The TX40's URDF is read from $ARMHIL_DATA, or ../shared/data beside the clone; the UR10's from the package

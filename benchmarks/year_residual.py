@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import robots
 from benchmarks.year import largest_growth, rate_words, residual_warnings
 from benchmarks.year_nights import hall, recorded_night
-from daq.check.residual import ENOUGH, GROWN, GROWN_OF_FEW
+from daq.check.residual import ENOUGH, INCREASE, INCREASE_OF_FEW
 from drivers.simulated import draw_truth
 from ident import Recording, RegressorModel, base_parameters
 from ident.drift import DriftSettings
@@ -74,7 +74,7 @@ def shuffled_rate(torque_rms: FloatArray, times: int = 2000, seed: int = 0) -> f
         seed: of the orders.
     """
     rng = np.random.default_rng(seed)
-    limits = np.where(np.arange(1, len(torque_rms)) >= ENOUGH, GROWN, GROWN_OF_FEW)[:, None]
+    limits = np.where(np.arange(1, len(torque_rms)) >= ENOUGH, INCREASE, INCREASE_OF_FEW)[:, None]
     count = 0
     for _ in range(times):
         order = torque_rms[rng.permutation(len(torque_rms))]

@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from drivers.errors import BusError, BusOccupied, DriveError
     from drivers.frames.channel import Channel
     from drivers.frames.job import Budgets
-    from drivers.frames.requests import Request, StreamControl
+    from drivers.frames.requests import StreamControl
+    from drivers.frames.ring import Request
     from drivers.frames.samples import Outcome, Samples, StreamResult
     from drivers.session.arm_session import ArmSession
     from drivers.setup.drive import DriveReport
@@ -54,10 +55,8 @@ __getattr__ = exporter(
         ),
         "drivers.frames.channel": ("Channel",),
         "drivers.frames.job": ("Budgets",),
-        "drivers.frames.requests": (
-            "Request",
-            "StreamControl",
-        ),
+        "drivers.frames.requests": ("StreamControl",),
+        "drivers.frames.ring": ("Request",),
         "drivers.frames.samples": (
             "Outcome",
             "Samples",

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
+from robots.arrays import FloatArray
+from robots.controller_description import Controller
+from robots.drive_description import INT32_MAX, Drive
 from robots.errors import ValueNotAllowed
+from robots.joint_description import Bus, Joint
 
-if TYPE_CHECKING:
-    from robots.description import Robot
-
-INT32_MAX = 2**31 - 1
 INT16_MAX = 2**15 - 1
 TORQUE_ACTUAL_VALUE = 0x6077
 LEAST_COUNTS = 1000
@@ -21,7 +21,29 @@ MAX_CONDITION = 1e8
 """Of the transmission: far above any gear train, far below where its inverse loses its digits."""
 
 
-def check_consistency(robot: Robot) -> None:
+class Tables(Protocol):
+    """What is looked at here of a ``robots.Robot``."""
+
+    joint: tuple[Joint, ...]
+    drive: tuple[Drive, ...]
+    home: tuple[float, ...]
+    transmission: tuple[tuple[float, ...], ...]
+    controller: Controller
+    bus: Bus
+
+    @property
+    def has_drives(self) -> bool: ...
+    @property
+    def lower(self) -> FloatArray: ...
+    @property
+    def upper(self) -> FloatArray: ...
+    @property
+    def transmission_matrix(self) -> FloatArray: ...
+    @property
+    def counts_per_output_unit(self) -> FloatArray: ...
+
+
+def check_consistency(robot: Tables) -> None:
     """Check what one table alone cannot show.
 
     Raises:
@@ -38,7 +60,7 @@ def check_consistency(robot: Robot) -> None:
         _whole_controller_steps_per_sync(robot)
 
 
-def _one_entry_per_axis(robot: Robot) -> None:
+def _one_entry_per_axis(robot: Tables) -> None:
     n = len(robot.joint)
     lists: dict[tuple[str | int, ...], int] = {
         ("drive",): len(robot.drive),
@@ -55,7 +77,7 @@ def _one_entry_per_axis(robot: Robot) -> None:
             raise ValueNotAllowed(path, f"has {length} of {n} entries", f"{n} entries, one per joint")
 
 
-def _controller_lists(robot: Robot) -> dict[tuple[str | int, ...], int]:
+def _controller_lists(robot: Tables) -> dict[tuple[str | int, ...], int]:
     """Lengths of the controller's lists by key."""
     lists: dict[tuple[str | int, ...], int] = {}
     for key in ("position_gain", "velocity_gain", "integral_gain", "velocity_feed_forward", "saturation"):
@@ -67,7 +89,7 @@ def _controller_lists(robot: Robot) -> dict[tuple[str | int, ...], int]:
     return lists
 
 
-def _names_and_node_ids_differ(robot: Robot) -> None:
+def _names_and_node_ids_differ(robot: Tables) -> None:
     _all_differ("joint", "name", [joint.name for joint in robot.joint])
     if not robot.has_drives:
         return
@@ -79,12 +101,12 @@ def _names_and_node_ids_differ(robot: Robot) -> None:
         )
 
 
-def _transmission_is_invertible(robot: Robot) -> None:
+def _transmission_is_invertible(robot: Tables) -> None:
     if np.linalg.cond(robot.transmission_matrix) > MAX_CONDITION:
         raise ValueNotAllowed(("transmission",), "cannot be inverted", "an invertible matrix")
 
 
-def _home_is_within_limits(robot: Robot) -> None:
+def _home_is_within_limits(robot: Tables) -> None:
     for i, (joint, home) in enumerate(zip(robot.joint, robot.home, strict=True)):
         lower, upper = joint.position
         if not lower <= home <= upper:
@@ -93,7 +115,7 @@ def _home_is_within_limits(robot: Robot) -> None:
             )
 
 
-def _objects_hold_the_values(robot: Robot) -> None:
+def _objects_hold_the_values(robot: Tables) -> None:
     """Positions travel as 32-bit counts, the standard torque object has 16 bits."""
     with np.errstate(all="ignore"):  # figures at the edge of floating point are refused just below
         farthest = np.abs(robot.transmission_matrix) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))
@@ -116,7 +138,7 @@ def _objects_hold_the_values(robot: Robot) -> None:
             )
 
 
-def _whole_controller_steps_per_sync(robot: Robot) -> None:
+def _whole_controller_steps_per_sync(robot: Tables) -> None:
     steps = robot.bus.cycle_time / robot.controller.sample_time
     if not (0.999 <= steps <= INT16_MAX and abs(steps - round(steps)) < 1e-6):
         raise ValueNotAllowed(

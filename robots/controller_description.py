@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from robots.absent import Omittable
 from robots.errors import ValueNotAllowed
+from robots.fields import Omittable
 
 Gain = Annotated[float, Field(ge=1e-9, le=1e9)]
 GainOrNone = Annotated[float, Field(ge=0, le=1e9)]

@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from robots.absent import Omittable, missing
-from robots.consistency import INT32_MAX
 from robots.errors import ValueNotAllowed
-from robots.fields import Frozen, whole_number
+from robots.fields import Frozen, Omittable, missing, whole_number
+
+INT32_MAX = 2**31 - 1
 
 LARGEST_HOMING_SPEED = 0.05
 """Largest share of a joint's velocity and acceleration limits in a search for home."""

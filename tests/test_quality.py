@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.imports import circle, import_graph, modules, within
+
 IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports_command()"
 PACKAGES = ("robots", "drivers", "trajectories", "ident", "daq")
 
@@ -41,3 +43,13 @@ def test_no_file_is_too_long(repository: Path) -> None:
     too_long = {name: count for name, count in lines.items() if count > LONGEST}
     assert len(lines) > len(PACKAGES)
     assert not too_long
+
+
+def test_imports_go_one_way_on_every_level(repository: Path) -> None:
+    files = modules(repository, PACKAGES)
+    graph = import_graph(files)
+    folders = {name for name, file in files.items() if file.name == "__init__.py"}
+    circles = {folder: circle(within(graph, folder)) for folder in ("", *sorted(folders))}
+    assert sum(map(len, graph.values())) > len(graph)  # it has read the imports
+    assert not circle(graph)
+    assert not {folder: found for folder, found in circles.items() if found}

@@ -45,10 +45,10 @@ _SIZES = {
     "base_tilt": 0.03,
     "backlash": 0.002,
     "crosstalk": 0.1,
-    "torque_droop": 0.15,
+    "torque_constant_droop": 0.15,
 }
 """Sizes in the effects' own units."""
-_OUTSIDE = ("eddy_brake", "crosstalk", "dragging_brake", "torque_droop")
+_OUTSIDE = ("eddy_brake", "crosstalk", "dragging_brake")
 _TAKEN_UP = (
     "viscous_friction",
     "coulomb_friction",

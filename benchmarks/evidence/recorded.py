@@ -115,10 +115,11 @@ standstill_margin = 0.08
     return _loaded(folder / "foreign", text, "arm.urdf", (data / "arm.urdf").read_text(encoding="utf-8"))
 
 
-def foreign_log(data: Path, name: str, part: str) -> Recording:
-    """One log, ``fit`` or ``validate``."""
+def foreign_log(data: Path, name: str, part: str, seconds: float | None = None) -> Recording:
+    """One log, ``fit`` or ``validate``, or the beginning of it."""
+    most = None if seconds is None else round(1000 * seconds)
     with lzma.open(data / name / f"{part}.csv.xz", "rt") as file:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows = np.loadtxt(file, delimiter=",", skiprows=1, max_rows=most)
     return Recording(f"{name} {part}", rows[:, 0], rows[:, 1:7], rows[:, 7:13], rows[:, 13:19])
 
 

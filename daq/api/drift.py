@@ -11,7 +11,6 @@ import numpy as np
 from daq.api.frames import frame
 from daq.api.identification import IdentifiedModel
 from daq.api.picture import Picture, traces
-from daq.api.recordings import joints_of
 from ident.drift import Comparison, Night, compare, geometry_of
 from robots import Robot
 
@@ -55,7 +54,7 @@ class Drift:
 
     def plot(self) -> Picture:
         """Change of the torque of each joint since the first night, % of its torque."""
-        names, _ = joints_of(self.arm, "", "")
+        names = [joint.name for joint in self.arm.joint]
         nights = np.arange(float(len(self.torque)))
         return traces(
             "Change since the first night",

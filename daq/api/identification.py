@@ -10,13 +10,13 @@ import numpy as np
 
 from daq.api.frames import frame
 from daq.api.picture import Picture, traces
-from daq.api.recordings import Log, Place, arm_of, joints_of
+from daq.api.recordings import Log, Place, arm_of
 from daq.api.said import said
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.identification.terminal import print_identification
 from daq.text.progress import Silent
 from ident import Estimate, Fitted, Recording
-from ident.closed_loop.simulate import SimulatedRun
+from ident.closed_loop.leading import SimulatedRun
 from ident.closed_loop.simulate import simulate as run_loop
 from robots import Robot
 
@@ -73,7 +73,10 @@ class IdentifiedModel:
     def plot(self) -> Picture:
         """Measured and predicted torque of each joint."""
         rows, trace = self.fitted.rows, self.fitted.result.trace
-        names, units = joints_of(self.arm, "N·m", "N")
+        names, units = (
+            [joint.name for joint in self.arm.joint],
+            [joint.torque_unit for joint in self.arm.joint],
+        )
         predicted = np.asarray(rows.regressor @ self.estimate.values)
         lines = {"measured": trace.measured, "predicted": predicted}
         step = float(np.median(np.diff(trace.time)))
@@ -138,7 +141,7 @@ class Simulation:
 
     def summary(self) -> str:
         """rms of what simulation and measurement differ by, per joint."""
-        names, units = joints_of(self.arm, "rad", "m")
+        names, units = [joint.name for joint in self.arm.joint], [joint.unit for joint in self.arm.joint]
         away = np.sqrt(np.mean((self.run.position - self.recording.position) ** 2, axis=0))
         lines = [f"{name}: {value:.3g} {unit}" for name, value, unit in zip(names, away, units, strict=True)]
         return "\n".join(["Position, simulated less measured, rms:", *(f"  {line}" for line in lines)])
@@ -153,7 +156,7 @@ class Simulation:
 
     def plot(self) -> Picture:
         """What simulation and measurement differ by."""
-        names, units = joints_of(self.arm, "rad", "m")
+        names, units = [joint.name for joint in self.arm.joint], [joint.unit for joint in self.arm.joint]
         away = {"simulated less measured": self.run.position - self.recording.position}
         return traces(f"{self.arm.name}: simulation", names, units, self.run.time, away)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from daq.api.frames import frame
 from daq.api.picture import Picture, traces
-from daq.api.recordings import Place, joints_of, load_arm
+from daq.api.recordings import Place, load_arm
 from daq.api.said import said
 from daq.planning.plan import run_plan
 from daq.planning.plan_result import PlanRequest, PlanResult
@@ -52,7 +52,7 @@ class Plan:
     def plot(self) -> Picture:
         """The positions."""
         arm, motion = self.result.robot, self.result.trajectory
-        names, units = joints_of(arm, "rad", "m")
+        names, units = [joint.name for joint in arm.joint], [joint.unit for joint in arm.joint]
         return traces(f"{arm.name}: planned", names, units, motion.time, {"position": motion.position})
 
 

@@ -83,14 +83,8 @@ class Log:
         lines = {"position": piece.position}
         if piece.reference is not None:
             lines = {"reference": piece.reference, **lines}
-        names, units = joints_of(self.arm, "rad", "m")
+        names, units = [joint.name for joint in self.arm.joint], [joint.unit for joint in self.arm.joint]
         return traces(self.path.name, names, units, piece.time, lines)
-
-
-def joints_of(arm: Robot, turning: str, sliding: str) -> tuple[list[str], list[str]]:
-    """Names of the joints, and for each its unit."""
-    units = [turning if joint.kind == "revolute" else sliding for joint in arm.joint]
-    return [joint.name for joint in arm.joint], units
 
 
 def load_recording(path: Place, arm: Robot | Place | None = None, columns: Place | None = None) -> Log:

@@ -11,7 +11,7 @@ import numpy as np
 from daq.api.frames import frame
 from daq.api.identification import IdentifiedModel, path_of
 from daq.api.picture import Picture, traces
-from daq.api.recordings import Log, Place, arm_of, joints_of
+from daq.api.recordings import Log, Place, arm_of
 from daq.api.said import said
 from daq.diagnosis.diagnose import run_diagnose
 from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
@@ -72,7 +72,7 @@ class Diagnosed:
     def plot(self) -> Picture:
         """Torque gap of each joint on data that was not fitted: before, after, and the floor, N·m or N."""
         gap, arm = self.result.diagnosis.torque, self.result.robot
-        names, units = joints_of(arm, "N·m", "N")
+        names, units = [joint.name for joint in arm.joint], [joint.torque_unit for joint in arm.joint]
         steps = np.arange(2.0)
         gone = {"gap": np.vstack([gap.before, gap.after]), "floor": np.vstack([gap.floor, gap.floor])}
         return traces("Torque gap before and after", names, units, steps, gone, "model")

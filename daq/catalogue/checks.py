@@ -15,7 +15,7 @@ from daq.recording.who import now
 
 TOLD = "told"
 """Key of the details of a check: when everybody had been told of it."""
-GROWN_JOINTS = "grown"
+INCREASED = "grown"
 """Key of the details of a check: joints whose residual torque had grown."""
 
 
@@ -82,7 +82,7 @@ def verdicts_of(catalogue: Catalogue, run_ids: Sequence[int]) -> dict[int, str]:
 
 def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     """Models of the nights since a baseline on which nothing was found, and the baseline's own."""
-    state, grown = checks.c.details["state"].as_string(), checks.c.details[GROWN_JOINTS].as_string()
+    state, grown = checks.c.details["state"].as_string(), checks.c.details[INCREASED].as_string()
     unchanged = (state == "unchanged") & func.coalesce(grown, "[]").in_(("[]", "null"))
     # Details are long: they stay in the database, and it reads only those of the nights that were not fine.
     clean = case((checks.c.verdict == "ok", true()), else_=unchanged)

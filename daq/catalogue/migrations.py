@@ -12,6 +12,7 @@ from typing import Any
 from sqlalchemy import JSON, Connection, Integer, column, insert, inspect, select, table, text, update
 
 from daq.catalogue import schema
+from daq.catalogue.seals import seal_kept_in
 from daq.catalogue.values import CatalogueError
 from robots.errors import shown
 
@@ -70,6 +71,7 @@ MIGRATIONS: Mapping[int, Migration] = {
     2: _whole_covariance_kinds,
     3: _found_effects,
     4: _parts_of_descriptions,
+    5: seal_kept_in,
 }
 """Version → the step that makes it out of the version before; version 1 is where the tables began."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, cast, get_args
@@ -13,6 +14,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import arms as arms_table
 from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.schema import runs
+from daq.catalogue.seals import SEAL, SEALED_KINDS, seal_of
 from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
 from daq.recording.steady_clock import SteadyClock
 from daq.recording.who import is_gone, now, this_process, user
@@ -107,7 +109,11 @@ def finish(
         }
         given = {"capture": capture, "capture_sha256": capture_sha256, "trajectory": trajectory}
         values |= {key: value for key, value in given.items() if value is not None}
-        values["facts"] = {**known.facts, **(facts or {})}
+        told = {**known.facts, **(facts or {})}
+        if known.kind in SEALED_KINDS:
+            arm = arms.get_in(connection, known.arm_id)
+            told[SEAL] = seal_of(arm, known.kind, known.stage, outcome, json.loads(json.dumps(told)))
+        values["facts"] = told
         connection.execute(update(runs).where(runs.c.id == run_id).values(values))
         return get_in(connection, run_id)
 
@@ -262,4 +268,7 @@ def _select() -> Select[Any]:
 
 def _run_of(row: Row[Any]) -> Run:
     fields = dict(row._mapping)
-    return Run(arm=fields.pop("label"), **fields)
+    facts = fields.pop("facts")
+    seal = str(facts.get(SEAL, ""))
+    others = {key: value for key, value in facts.items() if key != SEAL}
+    return Run(arm=fields.pop("label"), facts=others, seal=seal, **fields)

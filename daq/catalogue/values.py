@@ -77,6 +77,7 @@ class Run:
         capture: path; None where nothing was recorded.
         trajectory: in words or as a path.
         facts: what else is known: channel, seed, cycles, missed cycles, folder, report.
+        seal: checksum that it was kept with (``daq.catalogue.seals``); empty where it has none.
     """
 
     id: int
@@ -97,6 +98,7 @@ class Run:
     reason: str
     facts: Mapping[str, Any]
     note: str
+    seal: str = ""
 
 
 @dataclass(frozen=True)

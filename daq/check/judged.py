@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from daq.catalogue import baselines, checks, models, runs
-from daq.catalogue.checks import GROWN_JOINTS
+from daq.catalogue import checks, models, runs
+from daq.catalogue.checks import INCREASED
 from daq.catalogue.values import Baseline, Model
 from daq.check.carried import lost_words
 from daq.check.nights import compare_nights, night_of, nights_since
@@ -28,10 +28,10 @@ from daq.keeping.again import IDENTIFY
 from daq.keeping.keep import Provenance, keep_diagnose_request, keep_identified
 from daq.recording.reader import read_capture
 from daq.recording.run_facts import report_facts
+from daq.text.numbers import json_value
 from daq.text.progress import Steps
 from ident import Fitted
 from ident.drift import UNEXPLAINED, Comparison
-from robots.arrays import FloatArray
 
 
 def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps: Steps) -> CheckResult:
@@ -63,7 +63,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         )
         model = keep_identified(catalogue, fitted, provenance, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
-        baseline = baselines.current(catalogue, recorded.arm.id)
+        baseline = recorded.compared_with(catalogue)
         sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
         warnings = list(recorded.warnings)
         compared = None
@@ -84,7 +84,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
     details = _details(request, recorded, sha256, compared, warnings, findings)
-    details[GROWN_JOINTS] = [joint for joint, _ in increase]
+    details[INCREASED] = [joint for joint, _ in increase]
     kept = checks.add(
         catalogue,
         recorded.run,
@@ -211,23 +211,4 @@ def _details(
 
 def comparison_json(compared: Comparison) -> dict[str, Any]:
     """A comparison as JSON has it (docs/reference/json.md)."""
-    return {str(key): plain(value) for key, value in asdict(compared).items()}
-
-
-def plain(value: Any) -> Any:
-    """Arrays and tuples as lists; numbers that JSON has not as None."""
-    if isinstance(value, dict):
-        return {key: plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(part) for part in value]
-    if isinstance(value, np.ndarray):
-        return [plain(part) for part in _rows(value)]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
-
-
-def _rows(values: FloatArray) -> list[Any]:
-    return list(values.tolist())
+    return {str(key): json_value(value) for key, value in asdict(compared).items()}

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from daq.catalogue import checks, models
-from daq.catalogue.checks import GROWN_JOINTS
+from daq.catalogue.checks import INCREASED
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
@@ -15,7 +15,7 @@ from robots.arrays import FloatArray
 
 ENOUGH = 5
 """Nights, the baseline's included, that show by how much the residual differs from night to night."""
-GROWN, GROWN_OF_FEW = 1.3, 2.0
+INCREASE, INCREASE_OF_FEW = 1.3, 2.0
 """Times the largest before; of fewer nights than enough more is asked for."""
 
 LEARNING = 30
@@ -55,18 +55,18 @@ def residual_increases(
 
 def found_nothing(record: CheckRecord) -> bool:
     """Whether a night may teach what is usual: nothing had moved and no residual had grown."""
-    return record.details.get("state") == "unchanged" and not record.details.get(GROWN_JOINTS)
+    return record.details.get("state") == "unchanged" and not record.details.get(INCREASED)
 
 
 def residual_increase_of(before: FloatArray, tonight: tuple[float, ...]) -> ResidualIncrease:
     """The same of arrays: (nights, n) before, and (n,) tonight."""
     if not len(before):
         return ()
-    limit = GROWN if len(before) >= ENOUGH else GROWN_OF_FEW
+    limit = INCREASE if len(before) >= ENOUGH else INCREASE_OF_FEW
     tiny = np.finfo(float).tiny
     times = np.array(tonight) / np.maximum(before.max(axis=0), tiny)
     steps = np.exp(_early_steps(np.log(np.maximum(np.vstack([before, tonight]), tiny))))
-    found = np.where(times > limit, times, np.where(steps > GROWN, steps, 0.0))
+    found = np.where(times > limit, times, np.where(steps > INCREASE, steps, 0.0))
     return tuple((joint, float(time)) for joint, time in enumerate(found, start=1) if time > 0.0)
 
 
@@ -89,7 +89,7 @@ def _early_steps(logs: FloatArray) -> FloatArray:
         squares = nights * logs.var(axis=0) - apart**2 * len(old) * len(new) / nights
         variance = (PRIOR_NIGHTS * SPREAD**2 + squares) / df
         sure = apart > stdtrit(df, 1.0 - level) * np.sqrt(variance * (1 / len(old) + 1 / len(new)))
-        lasting = logs[-1] - old.mean(axis=0) > np.log(GROWN)
+        lasting = logs[-1] - old.mean(axis=0) > np.log(INCREASE)
         found = np.where(sure & lasting, np.maximum(found, apart), found)
     return found
 

@@ -71,7 +71,7 @@ def home(
     from daq.session.home import home as go_home
     from daq.session.home_terminal import print_posture
     from daq.session.keyboard import by_keyboard
-    from daq.session.moves_json import home_json
+    from daq.session.session_json import home_json
 
     console = console_of(as_json)
     order = arm_order_of(

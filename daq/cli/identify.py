@@ -100,11 +100,10 @@ def identify(
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
     A log of any arm: [bold]armhil identify log.csv --urdf arm.urdf[/]
     """
-    from daq.identification.guessed_terminal import print_guessed
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
-    from daq.identification.terminal import print_identification
+    from daq.identification.terminal import print_guessed, print_identification
     from daq.keeping.keep import keep_request
     from daq.text.wrapped import write
 

@@ -104,8 +104,8 @@ def jog(
     from daq.session.jog import JogRequest
     from daq.session.jog import jog as move
     from daq.session.keyboard import by_keyboard
-    from daq.session.moves_json import jog_json
     from daq.session.recorded_runs import require_completed
+    from daq.session.session_json import jog_json
 
     request = JogRequest(joint=joint, by=by, **common())
     watcher = watcher_of(console, order.robot, quiet)

@@ -79,6 +79,10 @@ def plan(
     power: Annotated[
         bool, typer.Option("--power", help="How small each effect could be and still be named, as a map.")
     ] = False,
+    wanted: Annotated[
+        str | None,
+        typer.Option("--for", help="EFFECT@JOINT=SIZE: the motion that would name it.", show_default="none"),
+    ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
@@ -88,6 +92,7 @@ def plan(
     """
     import robots
     from daq.planning.plan import run_plan
+    from daq.planning.plan_for import wanted_of
     from daq.planning.plan_json import plan_json
     from daq.planning.plan_options import criterion_of, family_of, posture_of, words_of
     from daq.planning.plan_result import PlanRequest
@@ -115,6 +120,7 @@ def plan(
         earlier=earlier,
         out=out,
         power=power,
+        wanted=None if wanted is None else wanted_of(wanted),
     )
     result = run_plan(request, steps_of(console, quiet))
     if as_json:

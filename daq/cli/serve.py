@@ -48,7 +48,7 @@ def serve(
         )
         return OK
     service = read_service(config, host, port)
-    from daq.service.serve import serve as run_service
+    from daq.service.app import serve as run_service
 
     run_service(service, out, lambda address: say(f"serving {address}; Ctrl-C ends it"))
     return OK

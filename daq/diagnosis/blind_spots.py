@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import settled_by
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled, prior_share
@@ -79,7 +79,7 @@ def smallest_gain_error(examination: Examination, drive: int) -> float:
     if beyond is None:
         return float("inf")
     rows, energy = examination.torque.shape[0], float(np.sum(beyond**2))
-    least, share = DEFAULTS.least_score, DEFAULTS.share_of(examination)
+    least, share = DEFAULTS.least_score, examination.smallest_share(DEFAULTS)
     of_data = 1.0 - prior_share(beyond / np.sqrt(energy), examination.data_rows)
     needed = least + of_data * max(share * rows - least, 0.0) + float(np.log(rows))
     return float(np.sqrt(needed / energy))

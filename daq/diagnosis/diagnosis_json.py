@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import Any
 
 from daq.diagnosis.blind_spots import BlindSpot
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import settled_by
 from daq.diagnosis.telling_apart import TellingApart, Unsettled
 from daq.text.numbers import json_number
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import settled_by
 from daq.text.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck

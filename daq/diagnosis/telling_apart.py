@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from daq.diagnosis.scored_families import scored_family
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import scored_family, settled_by
 from ident.discrepancy import Candidate, Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
 from ident.effects.family import PlacedEffect

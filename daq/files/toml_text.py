@@ -57,7 +57,7 @@ def _value(value: Any) -> str:
         return _string(value)
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{_key(key)} = {_value(entry)}' for key, entry in value.items())}}}"
-    if isinstance(value, Sequence):
+    if isinstance(value, Sequence) and not isinstance(value, bytes):
         return f"[{', '.join(_value(entry) for entry in value)}]"
     raise TomlTextError(f"{type(value).__name__} has no form in TOML")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -168,3 +168,11 @@ def _signals(signals: Signals, rank: Rank | None) -> str:
     if rank is not None:
         lines.append(f"rank {rank.data} of {rank.structural}")
     return "; ".join(lines) + "."
+
+
+def print_guessed(console: Console, words: Sequence[str]) -> None:
+    """One line each; nothing where nothing was guessed."""
+    if words:
+        console.print("Guessed from the log and its URDF:", highlight=False)
+    for sentence in words:
+        console.print(f"  {sentence}", markup=False, highlight=False, soft_wrap=True)

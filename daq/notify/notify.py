@@ -9,11 +9,14 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from daq.catalogue import checks, runs
 from daq.catalogue.database import Catalogue
-from daq.check.request import CheckResult
 from daq.notify.settings import NotifyError, notify_path, read_notify
+
+if TYPE_CHECKING:  # the sender is a process of its own, and takes none of the numerics along
+    from daq.check.request import CheckResult
 
 log = logging.getLogger(__name__)
 

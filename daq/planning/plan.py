@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from signal import SIGINT, Handlers, default_int_handler, getsignal, signal
-from threading import current_thread, main_thread
-from typing import Any
 
 import numpy as np
 
 from daq.files.cell_file import CellFile, read_cell
 from daq.files.run_folder import make_run_folder
+from daq.planning.plan_for import Wanted, verdict_words
 from daq.planning.plan_json import plan_json
 from daq.planning.plan_page import write_plan_page
 from daq.planning.plan_result import PlanRequest, PlanResult, Verdict
+from daq.planning.plan_search import given_or, planned, planned_for, power
 from daq.planning.plan_sources import known_from
-from daq.planning.power import power_of
 from daq.recording.trajectory_file import (
     SUFFIX,
     FoundMotion,
@@ -30,6 +26,7 @@ from daq.recording.trajectory_file import (
 )
 from daq.text.progress import Steps
 from ident import BaseParameters, RegressorModel, base_parameters
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.family import StandardParameter
 from trajectories import (
     Conditions,
@@ -41,7 +38,6 @@ from trajectories import (
     TorqueNoise,
     Trajectory,
     objective_for,
-    plan,
     predicted,
 )
 from trajectories.information.matrix import CONDITION_CAP
@@ -72,17 +68,25 @@ def run_plan(request: PlanRequest, steps: Steps) -> PlanResult:
     base = base_parameters(RegressorModel.of(robot))
     objective = objective_for(base, request.parameters, request.criterion)
     conditions = _conditions(request, base, steps)
-    stopped = False
-    if request.check is None:
-        trajectory, stopped = _planned(request, objective, conditions, steps)
-        remarks: list[str] = ["the search was stopped early: this is the best so far"] if stopped else []
-    else:
+    remarks: list[str] = []
+    stopped, seen = False, None
+    if request.check is not None:
         trajectory, remarks = _found(request, read_motion(request.check, robot))
+    elif request.wanted is None:
+        trajectory, stopped = planned(request, objective, conditions, steps)
+    else:
+        seen, stopped = planned_for(request, request.wanted, base, objective, conditions, steps)
+        trajectory, objective = seen.trajectory, seen.objective
+    if stopped:
+        remarks.append("the search was stopped early: this is the best so far")
     with steps.step("Judge"):
         result = _judged(request, base, objective, conditions, trajectory, remarks, stopped)
-    if request.power:
-        with steps.step("Smallest sizes that would be named"):
-            result = replace(result, power=power_of(robot, trajectory, request.earlier))
+    if seen is not None:
+        result = replace(result, power=seen.power)
+    elif request.power or request.wanted is not None:
+        result = replace(result, power=power(request, trajectory, steps))
+    if request.wanted is not None and result.power is not None:
+        result = _with_answer(result, request.wanted, result.power)
     return result if folder is None else _written(result, folder)
 
 
@@ -105,57 +109,17 @@ def _conditions(request: PlanRequest, base: BaseParameters, steps: Steps) -> Con
     )
 
 
-def _planned(
-    request: PlanRequest, objective: Objective, conditions: Conditions, steps: Steps
-) -> tuple[Trajectory, bool]:
-    with steps.step("Search, Ctrl-C keeps the best") as update, _interruptible() as interrupted:
-        trajectory = plan(
-            request.robot,
-            cycle_time=_or(request.cycle_time, request.robot.bus.cycle_time),
-            duration=request.duration,
-            seed=request.seed,
-            family=request.family,
-            start=request.start,
-            conditions=conditions,
-            objective=objective,
-            evaluations=request.evaluations,
-            searches=request.searches,
-            workers=request.workers,
-            periods=request.periods,
-            speed=request.speed,
-            progress=lambda share, score: update(share, _score_text(score)),
-            stop=interrupted,
-        )
-    return trajectory, interrupted()
-
-
-def _or(given: float | None, usual: float) -> float:
-    """What was asked for, 0 too, so that it is refused by name."""
-    return usual if given is None else given
-
-
-def _score_text(score: float) -> str:
-    return f"score {score:.3f}" if score < 1e3 else "nothing that may be driven yet"
-
-
-@contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C asks for the best so far; a second one ends the command as usual."""
-    hits: list[int] = []
-    usual = getsignal(SIGINT) in (default_int_handler, Handlers.SIG_DFL)
-    if current_thread() is not main_thread() or not usual:
-        yield lambda: bool(hits)
-        return
-
-    def note(number: int, frame: Any) -> None:
-        hits.append(number)
-        signal(SIGINT, default_int_handler)
-
-    before = signal(SIGINT, note)
-    try:
-        yield lambda: bool(hits)
-    finally:
-        signal(SIGINT, before)
+def _with_answer(result: PlanResult, wanted: Wanted, power: tuple[Smallest, ...]) -> PlanResult:
+    """Whether the motion shows the effect that was asked for."""
+    smallest = wanted.among(power)
+    weak = smallest.size > wanted.size and result.verdict == "fine"
+    return replace(
+        result,
+        verdict="weak" if weak else result.verdict,
+        remarks=(*result.remarks, verdict_words(wanted, smallest)),
+        wanted=wanted,
+        smallest=smallest,
+    )
 
 
 def _found(request: PlanRequest, found: FoundMotion) -> tuple[Trajectory, list[str]]:
@@ -172,7 +136,7 @@ def _found(request: PlanRequest, found: FoundMotion) -> tuple[Trajectory, list[s
         )
     trajectory = Trajectory.sampled(
         found.motion,
-        _or(request.cycle_time, found.cycle_time),
+        given_or(request.cycle_time, found.cycle_time),
         family=found.family,  # type: ignore[arg-type]
         seed=found.seed,
         score=found.score,

@@ -66,7 +66,25 @@ def plan_json(result: PlanResult) -> dict[str, Any]:
             for parameter, sigma in result.payload.items()
         ],
         **power,
+        **_for(result),
         "files": {kind: str(path) for kind, path in result.files.items()},
+    }
+
+
+def _for(result: PlanResult) -> dict[str, Any]:
+    """The effect that was asked for, beside the smallest size of it that would be named."""
+    wanted, smallest = result.wanted, result.smallest
+    if wanted is None or smallest is None:
+        return {}
+    return {
+        "for": {
+            "effect": wanted.effect,
+            "joints": list(wanted.joints),
+            "size": wanted.size,
+            "unit": smallest.unit,
+            "smallest": json_number(smallest.size),
+            "named": smallest.size <= wanted.size,
+        }
     }
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from daq.planning.plan_for import Wanted
 from ident import BaseParameters
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.family import StandardParameter
@@ -38,6 +39,7 @@ class PlanRequest:
         earlier: a capture or model of the same arm.
         out: folder for results; a check writes none where it is None.
         power: whether to say how small each effect would be named.
+        wanted: an effect that the motion is to show; None for none.
     """
 
     robot: Robot
@@ -60,6 +62,7 @@ class PlanRequest:
     earlier: Path | None = None
     out: Path | None = None
     power: bool = False
+    wanted: Wanted | None = None
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ class PlanResult:
         stopped: whether the search was stopped early.
         files: what was written, by kind.
         power: the smallest size of each effect that would be named; None where that was not asked.
+        wanted, smallest: the effect that was asked for, and the smallest size of it that would be named.
     """
 
     robot: Robot
@@ -91,3 +95,5 @@ class PlanResult:
     stopped: bool
     files: dict[str, Path]
     power: tuple[Smallest, ...] | None = None
+    wanted: Wanted | None = None
+    smallest: Smallest | None = None

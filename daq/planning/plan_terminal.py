@@ -35,7 +35,7 @@ def print_plan(console: Console, result: PlanResult) -> None:
     for parameter, sigma in result.payload.items():
         console.print(f"payload {parameter.name}: σ {significant(sigma)}", highlight=False)
     console.print(_limit_table(result))
-    if result.power is not None:
+    if result.power is not None and result.wanted is None:
         print_power(console, result.power)
     console.print(_verdict(result), highlight=False)
     for problem in result.judgement.problems:

@@ -1,4 +1,4 @@
-"""The commissioning protocol as one page of PDF, A4 across."""
+"""The commissioning protocol as one page: one HTML file that prints on A4, or a PDF, A4 across."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from daq.protocol.content import Protocol, ProtocolError
-from daq.protocol.page import SIGNATURES
+from daq.report.pictures import icon
+from daq.report.templates import templates
 from daq.text.numbers import NOTHING
 from robots.extras import install_command
 
@@ -220,3 +221,15 @@ def _wide_in_points(text: str, bold: bool) -> float:
     font = FontProperties(size=100.0, weight="bold" if bold else "normal")
     width, _, _ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
     return float(width) / 100.0
+
+
+SIGNATURES = ("Commissioned by", "Approved by")
+"""Who signs."""
+
+
+def render_protocol(protocol: Protocol) -> str:
+    """The page as text; it needs no other file and no network."""
+    page = templates().get_template("protocol.html.j2")
+    return page.render(
+        protocol=protocol, icon=icon("good" if protocol.commissioned else "bad"), signatures=SIGNATURES
+    )

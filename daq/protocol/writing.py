@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.protocol.content import Protocol, ProtocolError
-from daq.protocol.page import render_protocol
-from daq.protocol.paper import pdf_of
+from daq.protocol.paper import pdf_of, render_protocol
 
 _FORMATS = (".html", ".pdf")
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from daq.recording.capture import CaptureError
 from daq.recording.reader import read_capture
+from daq.text.numbers import json_number
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.errors import UserError, shortened, shown
@@ -99,7 +100,7 @@ def trajectory_text(trajectory: Trajectory, robot: Robot) -> str:
         "duration": trajectory.duration,
         "family": trajectory.family,
         "seed": trajectory.seed,
-        "score": trajectory.score if np.isfinite(trajectory.score) else None,
+        "score": json_number(trajectory.score),
         "speed": trajectory.speed,
         "repeat": None if trajectory.repeat is None else vars(trajectory.repeat),
         "motion": motion_data(trajectory.motion),

@@ -96,13 +96,11 @@ def _rival(one: Smallest) -> str:
 def print_power(console: Console, sizes: Sequence[Smallest]) -> None:
     """The worst places, as a table."""
     ordered = worst_first(sizes)
-    columns = [Column("effect", right=False, wraps=True), Column("place", right=False)]
-    columns += [Column("smallest size"), Column("its torque"), Column("of limit")]
-    columns += [Column("last told from", right=False, wraps=True)]
+    columns = [Column("effect", right=False, wraps=True), Column("smallest size", wraps=True)]
+    columns += [Column("its torque"), Column("of limit"), Column("told from", right=False, wraps=True)]
     rows = [
         [
-            one.name.replace("_", " "),
-            joint_words(one.joints),
+            f"{one.name.replace('_', ' ')}, {joint_words(one.joints)}",
             f"{one.parameter} {_size(one)}" if one.seen else f"{one.parameter}: none",
             f"{significant(one.torque)} {one.torque_unit}" if one.seen else "",
             percent(100.0 * one.torque_share) if one.seen else "",

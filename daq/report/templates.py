@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -13,8 +14,13 @@ class ReportError(UserError):
     """A report that cannot be written, in one line."""
 
 
+@cache
 def templates() -> Environment:
-    """The templates that ship: what a page shows is escaped, and what it lacks is an error."""
+    """The templates that ship: what a page shows is escaped, and what it lacks is an error.
+
+    One for the process, because it keeps the templates that it has compiled: that takes longer than filling
+    them. Whoever adds to it takes an overlay.
+    """
     return Environment(
         loader=PackageLoader("daq", "templates"),
         autoescape=True,

@@ -16,7 +16,6 @@ from daq.catalogue.values import Arm, CatalogueError, CheckRecord, Model, Run
 from daq.check.baseline import baseline_json
 from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError
-from daq.check.judged import plain
 from daq.report.traces import POLICY
 from daq.service.driving import Driving, NotDrivenError
 from daq.service.guard import may_drive
@@ -24,6 +23,7 @@ from daq.service.live import Broadcaster, EventStream, TooManyError
 from daq.service.metrics import metrics_text
 from daq.service.settings import Service
 from daq.session.spool import spool_path
+from daq.text.numbers import json_value
 from daq.text.parameter_rows import parameter_rows
 
 LARGEST = 2**31 - 1
@@ -72,8 +72,8 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
             {
                 "run": point.run_id,
                 "at": point.at.isoformat(),
-                "value": plain(point.value),
-                "sigma": plain(point.sigma),
+                "value": json_value(point.value),
+                "sigma": json_value(point.sigma),
                 "unit": point.unit,
             }
             for point in found
@@ -96,7 +96,7 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
                     "effect": f.effect,
                     "joints": list(f.joints),
                     "sentence": f.sentence,
-                    "p_value": plain(f.p_value),
+                    "p_value": json_value(f.p_value),
                 }
                 for f in findings.of_run(catalogue, run.id)
             ],
@@ -237,11 +237,11 @@ def model_json(model: Model) -> dict[str, Any]:
         "number": model.id,
         "method": model.method,
         "verdict": model.verdict,
-        "relative_error_percent": plain(model.relative_error_percent),
+        "relative_error_percent": json_value(model.relative_error_percent),
         "effects": list(model.effects),
         "found": [entry.as_json() for entry in model.found],
         "parameters": parameter_rows(model.parameters),
-        "gates": plain(dict(model.gates)),
+        "gates": json_value(dict(model.gates)),
     }
 
 
@@ -253,5 +253,5 @@ def check_json(record: CheckRecord) -> dict[str, Any]:
         "at": record.created.isoformat(),
         "verdict": record.verdict,
         "sentence": record.sentence,
-        "details": plain(dict(record.details)),
+        "details": json_value(dict(record.details)),
     }

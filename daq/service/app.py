@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 
+import uvicorn
 from fastapi import FastAPI
 
 from daq.catalogue.database import Catalogue
 from daq.service.api import api_routes
+from daq.service.connections import listening, server_config
 from daq.service.driving import Driving
 from daq.service.guard import Guard
 from daq.service.live import Broadcaster
@@ -46,3 +48,22 @@ def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
     app.include_router(page_routes(service, catalogue))
     app.add_middleware(Guard, service=service)
     return app
+
+
+def serve(service: Service, folder: Path, tell: Callable[[str], None]) -> None:
+    """Serve until Ctrl-C or SIGTERM.
+
+    Args:
+        service: who may reach, read and drive.
+        folder: that checks started over HTTP write below.
+        tell: gets the address once.
+
+    Raises:
+        CatalogueError: the catalogue cannot be opened.
+        ServiceError: the address is taken.
+    """
+    with Catalogue() as catalogue, listening(service.host, service.port) as socket:
+        host, port = socket.getsockname()[:2]
+        shown = f"[{host}]" if ":" in host else host
+        tell(f"http://{shown}:{port}/")
+        uvicorn.Server(server_config(create_app(service, catalogue, folder))).run(sockets=[socket])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -24,9 +23,9 @@ from daq.check.fleet import FleetFileError, fleet_words, read_fleet
 from daq.check.reported import view_of
 from daq.report.check_view import KINDS, WORDS, CheckView
 from daq.report.pictures import icon
-from daq.report.templates import templates
 from daq.service.api import Label, Number, arm_of, run_of
 from daq.service.guard import COOKIE, Guesses, is_read_token
+from daq.service.page_templates import page_templates
 from daq.service.reference import routes_of, shared_answers
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
@@ -68,8 +67,7 @@ class ArmCard:
 def page_routes(service: Service, catalogue: Catalogue) -> APIRouter:
     """All pages and the files that they need."""
     router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
-    environment = templates()
-    environment.filters |= {"whole": _whole, "ending": _ending}
+    environment = page_templates()
 
     def page(name: str, status: int = 200, **content: Any) -> HTMLResponse:
         template = environment.get_template(f"service/{name}.html.j2")
@@ -239,16 +237,6 @@ def _fleet(service: Service) -> tuple[tuple[str, ...], str]:
     except (FleetFileError, CheckError) as error:
         return (), str(error)
     return tuple(fleet_words(arm) for arm in listed), ""
-
-
-def _whole(text: str) -> str:
-    """A number and its unit are not torn apart at the end of a line."""
-    return re.sub(r"(?<=\d) (?=%|N·m\b|N\b|kg|°C|rad\b)", "\u00a0", text)
-
-
-def _ending(run: Run) -> str:
-    """How a run ended, in a word or two."""
-    return "no verdict" if run.reason == runs.UNJUDGED else run.outcome or run.state
 
 
 def _age(then: datetime) -> str:

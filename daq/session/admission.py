@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description, difference
+from daq.catalogue.seals import is_whole
 from daq.catalogue.values import ArmIdentity, Run
 from daq.session.cell import Cell
 from daq.session.motion_words import percent, speed_share
@@ -97,7 +98,8 @@ def as_commissioned(
     kept = (
         () if arm is None else runs.every(catalogue, arm=arm.label, kind="commission", stage=LAST_BEFORE_USE)
     )
-    passed = [run for run in kept if run.outcome == "completed"]
+    broken = [run for run in kept if run.state == "finished" and not is_whole(run, identity)]
+    passed = [run for run in kept if run.outcome == "completed" and run not in broken]
     same = [run for run in passed if run.facts.get("description") == identity.description_sha256]
     here = [run for run in same if cell is None or run.facts.get("cell_sha256", "") == cell.sha256]
     if here:
@@ -112,6 +114,10 @@ def as_commissioned(
         now = Description(identity.description_sha256, identity.parts)
         change = difference(catalogue, str(passed[0].facts.get("description", "")), now)
         what = f"was commissioned with another description ({change})"
+    if broken:
+        what += (
+            f" (run {broken[0].id} of its {LAST_BEFORE_USE} is not as it was kept: the catalogue was changed)"
+        )
     raise SessionError(f"arm {identity.name} {what}: {goes_on}; {round_it}")
 
 

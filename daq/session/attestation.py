@@ -11,6 +11,7 @@ import json
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.kept_run import kept_run
+from daq.catalogue.seals import is_whole
 from daq.catalogue.values import ArmIdentity, Run
 from daq.session.bench import ArmOrder
 from daq.session.session_error import SessionError
@@ -41,7 +42,7 @@ def last_attestation(catalogue: Catalogue | None, identity: ArmIdentity) -> Run 
         return None
     for run in runs.every(catalogue, arm=arm.label, kind="commission", stage=STAGE):
         same = run.facts.get("description") == identity.description_sha256
-        if run.outcome == "completed" and same:
+        if run.outcome == "completed" and same and is_whole(run, identity):
             return run
     return None
 

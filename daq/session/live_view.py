@@ -70,11 +70,9 @@ class LiveView:
             self._live.stop()
             self._live = None
         if result is not None:
-            missed = f", {result.missed_cycles} missed" if result.missed_cycles else ""
             write(
                 self._console,
-                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}{missed};"
-                f" {result.ending}",
+                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}; {result.ending}",
             )
 
     def picture(self) -> RenderableType:
@@ -125,16 +123,15 @@ def _joints(robot: Robot, figures: Figures, narrow: bool) -> Table:
     table.add_column("torque", justify="right", no_wrap=True)
     table.add_column("peak, of limit", no_wrap=True)
     for axis, joint in enumerate(robot.joint):
-        turns = joint.kind == "revolute"
         error = float(figures.following_error[axis])
         error_share = float(figures.following_error_share[axis])
         share = float(figures.torque_peak[axis] / figures.torque_limit[axis])
         table.add_row(
             joint.name,
-            f"{float(figures.position[axis]):+.4f} {'rad' if turns else 'm'}",
-            f"{1e3 * error:+.3f} {'mrad' if turns else 'mm'}",
+            f"{float(figures.position[axis]):+.4f} {joint.unit}",
+            f"{1e3 * error:+.3f} m{joint.unit}",
             Text(f"{100 * error_share:.0f} %", style=_warmth(error_share)),
-            f"{float(figures.torque[axis]):+.2f} {'N·m' if turns else 'N'}",
+            f"{float(figures.torque[axis]):+.2f} {joint.torque_unit}",
             _bar(share, _SHORT_BAR if narrow else _BAR),
         )
     return table

@@ -1,4 +1,4 @@
-"""The JSON objects of ``armhil run`` and ``armhil commission``; docs/reference/json.md documents them."""
+"""The JSON objects of ``armhil run``, ``commission``, ``jog`` and ``home`` (docs/reference/json.md)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 from daq.session.bench import ArmOrder
 from daq.session.commission import StageDone
 from daq.session.dry_run import CommissionRequest, Planned
+from daq.session.home import HomeResult
+from daq.session.jog import JogResult
 from daq.session.run import RunResult
 
 
@@ -67,4 +69,25 @@ def _stage(planned: Planned, k: int) -> dict[str, Any]:
         "run": None if status.run is None else status.run.id,
         "seconds": None if wanted is None else wanted.seconds,
         "bytes": None if wanted is None else wanted.size,
+    }
+
+
+def jog_json(result: JogResult, order: ArmOrder) -> dict[str, Any]:
+    """Of ``armhil jog``: what ``armhil run`` says, and the way."""
+    said = run_json(RunResult(result.capture, result.stream, result.run), order)
+    return {**said, "joint": result.joint, "from": result.start, "to": result.end}
+
+
+def home_json(result: HomeResult, order: ArmOrder) -> dict[str, Any]:
+    """Of ``armhil home``."""
+    return {
+        "armhil": version("armhil"),
+        "robot": order.robot.name,
+        "channel": str(order.channel),
+        "run": result.run,
+        "searches": [
+            {"joint": joint, "outcome": stream.outcome, "reason": stream.reason}
+            for joint, stream in result.searches
+        ],
+        "posture": [float(position) for position in result.posture],
     }

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description, difference
+from daq.catalogue.seals import is_whole
 from daq.catalogue.values import ArmIdentity, Run
 from daq.session.session_error import SessionError
 
@@ -84,7 +85,11 @@ def status(
     if catalogue is not None and identity is not None and arm is not None:
         wanted = fingerprint(identity, trajectory_sha256, cell_sha256)
         for run in runs.every(catalogue, arm=arm.label, kind="commission"):
-            if run.outcome == "completed" and wanted == {name: run.facts.get(name, "") for name in wanted}:
+            if (
+                run.outcome == "completed"
+                and is_whole(run, identity)
+                and wanted == {name: run.facts.get(name, "") for name in wanted}
+            ):
                 passed.setdefault(run.stage, run)
     states = []
     is_open = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _MOST_DECIMALS = 6
@@ -13,6 +14,17 @@ NOTHING = "–"
 def json_number(value: float | None) -> float | None:
     """A number that JSON has; null for NaN, the infinities and what is not there."""
     return float(value) if value is not None and math.isfinite(value) else None
+
+
+def json_value(value: Any) -> Any:
+    """Any value as JSON has it: arrays and tuples as lists, numbers as of :func:`json_number`."""
+    if hasattr(value, "tolist"):  # numpy's arrays and numbers
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {key: json_value(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_value(part) for part in value]
+    return json_number(value) if isinstance(value, float) else value
 
 
 def _exponent(value: float) -> int:

@@ -115,5 +115,5 @@ def _rest(text: str) -> Rest | None:
         if where is not None and (len(where) != len(offsets) or not np.isfinite(where).all()):
             return None
         return Rest(str(found["when"]), offsets, where)
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None

@@ -189,5 +189,5 @@ def _note(text: str) -> Note | None:
             process=int(found["process"]),
             reason=None if reason is None else str(reason),
         )
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return Note("", "", (), "", 0, "the note of the last motion is damaged")

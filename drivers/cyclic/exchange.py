@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
+import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 from drivers.bus.access import describe_cob_id
@@ -11,6 +13,7 @@ from drivers.bus.error_frames import ERROR_FLAG, error_report
 from drivers.bus.ports import Frame, FramePort
 from drivers.cia402.emergency import EmergencyMessage
 from drivers.cyclic.answers import Answers
+from drivers.cyclic.foreign import is_answer, own_cob_ids, written_object
 from drivers.frames.layout import (
     NMT_COB_ID,
     RPDO,
@@ -34,28 +37,11 @@ _USUAL = ("statusword", "position", "control_signal")
 """Of the one TPDO that most drives send."""
 
 
-def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
-    """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
-    kinds = (emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id)
-    answers = [pdo.cob_id for link in links for pdo in link.transmitted()]
-    return [
-        *answers,
-        *(kind(link.node) for link in links for kind in kinds),
-        *_own_cob_ids(links, master_node),
-    ]
-
-
-def _own_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
-    """COB-IDs of this master; own frames are not received, so one that is comes from another master."""
-    rpdos = [link.rpdo_cob_id for link in links]
-    return [NMT_COB_ID, SYNC_COB_ID, heartbeat_cob_id(master_node), *rpdos]
-
-
 class Exchange:
     """The latest word of each drive, and the frames to and from them.
 
     Args:
-        port: opened for receive_cob_ids; it is used, not closed.
+        port: opened for foreign.receive_cob_ids; it is used, not closed.
         links: the drives in the order of the axes.
         master_node: node id in the master's own heartbeat.
         clock, sleep: time, s.
@@ -86,11 +72,17 @@ class Exchange:
         """When the latest heartbeat was taken in, s on the clock."""
         self.operational_at = [0] * n
         """SYNC after which each drive's latest heartbeat said that it is operational; 0 before the first."""
+        self.beating = [axis for axis, link in enumerate(links) if link.heartbeat > 0]
+        """Axes whose drives have heartbeats."""
+        self.confirmed_until = 0 if self.beating else sys.maxsize
+        """The earliest of ``operational_at`` among them: what answered SYNCs before it was operational."""
+        self.signs = 0
+        """Heartbeats and EMCYs so far: what was said of a drive's life may have changed with each."""
         self.booted = [False] * n
         """Drives that have sent a boot-up message: they have lost their configuration."""
         self.bus_failure: str | None = None
         """Why the bus cannot be relied on any more."""
-        self.reports: dict[str, int] = {}
+        self.reports = Counter[str]()
         """What the controller said of itself, and how often."""
         self.confirmed = [False] * n
         """Drives that have answered the latest SDO request."""
@@ -101,8 +93,9 @@ class Exchange:
         self._nodes = [link.node for link in links]
         self._send_rpdos = port.prepare([link.rpdo_cob_id for link in links], RPDO.size)
         self._sorters = self._make_sorters(links)
-        for cob_id in _own_cob_ids(links, master_node):
+        for cob_id in own_cob_ids(links, master_node):
             self._sorters[cob_id] = self._foreign(cob_id)
+        self._asked = [b""] * n
         self._nap = 0.0
         self._lost = 0
         """Frames lost on this side, as of the latest SYNC."""
@@ -121,6 +114,7 @@ class Exchange:
             sorters[emcy_cob_id(link.node)] = self._emcy(axis, link.name, link.warnings)
             sorters[heartbeat_cob_id(link.node)] = self._heartbeat(axis)
             sorters[sdo_answer_cob_id(link.node)] = self._sdo_answer(axis)
+            sorters[sdo_request_cob_id(link.node)] = self._foreign_sdo(link.node)
         return sorters
 
     # One cycle ------------------------------------------------------------------------------
@@ -135,8 +129,7 @@ class Exchange:
         lost = self._port.overflows()
         failure = self.answers.close(lost=lost > self._lost)
         self._lost = max(lost, self._lost)
-        if failure is not None and self.bus_failure is None:
-            self.bus_failure = failure
+        self.bus_failure = self.bus_failure or failure
         self._send(SYNC_COB_ID, b"")
 
     def receive(self, until: float) -> bool:
@@ -183,6 +176,7 @@ class Exchange:
         """Ask a drive to write four bytes to an object (SDO, expedited); ``confirmed`` tells the answer."""
         self.confirmed[axis] = False
         request = bytes([0x23, index & 0xFF, index >> 8, subindex]) + value.to_bytes(4, "little")
+        self._asked[axis] = request[1:4]
         self._send(sdo_request_cob_id(self._nodes[axis]), request)
 
     def command_nmt(self, command: int) -> None:
@@ -210,9 +204,9 @@ class Exchange:
         report = error_report(can_id, data)
         if report is None:
             return
-        self.reports[report.text] = self.reports.get(report.text, 0) + 1
-        if report.fatal and self.bus_failure is None:
-            self.bus_failure = report.text
+        self.reports[report.text] += 1
+        if report.fatal:
+            self._fail(report.text)
 
     def _whole_tpdo(
         self, axis: int, size: int, unpack: Callable[[bytes], tuple[int, ...]]
@@ -255,10 +249,10 @@ class Exchange:
             if message is None or message.is_reset:
                 return
             if message.code in warnings:
-                text = f"{name}: {message} (a warning of this kind of drive)"
-                self.reports[text] = self.reports.get(text, 0) + 1
+                self.reports[f"{name}: {message} (a warning of this kind of drive)"] += 1
                 return
             self.emergencies[axis].append(message)
+            self.signs += 1
 
         return sort
 
@@ -270,20 +264,33 @@ class Exchange:
             self.booted[axis] = self.booted[axis] or state == _BOOT_UP
             self.nmt_state[axis], self.heard[axis] = state, self._clock()
             if state == OPERATIONAL:
-                self.operational_at[axis] = self.answers.syncs
+                at = self.operational_at
+                at[axis] = self.answers.syncs
+                self.confirmed_until = min([at[k] for k in self.beating], default=sys.maxsize)
+            self.signs += 1
 
         return sort
 
     def _foreign(self, cob_id: int) -> Callable[[bytes], None]:
         def sort(data: bytes) -> None:
-            if self.bus_failure is None:
-                self.bus_failure = f"another master is on the bus: it has sent {describe_cob_id(cob_id)}"
+            self._fail(f"another master is on the bus: it has sent {describe_cob_id(cob_id)}")
 
         return sort
 
+    def _foreign_sdo(self, node: int) -> Callable[[bytes], None]:
+        def sort(data: bytes) -> None:
+            if (what := written_object(data)) is not None:
+                self._fail(f"another master is on the bus: it writes {what} of node {node} (SDO)")
+            else:
+                self.reports[f"something else reads objects of node {node} (SDO)"] += 1
+
+        return sort
+
+    def _fail(self, reason: str) -> None:
+        self.bus_failure = self.bus_failure or reason
+
     def _sdo_answer(self, axis: int) -> Callable[[bytes], None]:
         def sort(data: bytes) -> None:
-            # Any answer, an abort too: a drive that has no such object has nothing to be written.
-            self.confirmed[axis] = len(data) == 8
+            self.confirmed[axis] = self.confirmed[axis] or is_answer(data, self._asked[axis])
 
         return sort

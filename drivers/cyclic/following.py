@@ -10,7 +10,7 @@ from drivers.cyclic.cycle import Cycle
 from drivers.cyclic.path_pace import PathPace
 from drivers.cyclic.power import hold_for
 from drivers.cyclic.ramp import approach, stop_ramp
-from drivers.frames.requests import Request
+from drivers.frames.ring import Request
 from robots.arrays import FloatArray
 
 PAUSES = (Request.PAUSE, Request.PAUSE_AFTER)

@@ -1,4 +1,4 @@
-"""The cyclic part of a stream: enable, approach, stream, come to rest, disable."""
+"""The cyclic part of a stream: enable, approach, stream, come to rest, disable, say how the arm is left."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import can
 
 from drivers.bus.ports import frame_port
 from drivers.cyclic.cycle import Cycle
-from drivers.cyclic.ending import hear_all, how_it_is_left
+from drivers.cyclic.exchange import OPERATIONAL
 from drivers.cyclic.following import Follower
 from drivers.cyclic.homing import home
-from drivers.cyclic.power import disable, enable, first_answers, quick_stop, retire
+from drivers.cyclic.power import disable, enable, first_answers, is_up, quick_stop, retire
 from drivers.frames.job import HomingJob, Job
 from drivers.frames.ring import Ring
 from drivers.frames.samples import StreamResult
@@ -23,7 +23,7 @@ class Loop:
 
     Args:
         job: what to do.
-        bus: opened for exchange.receive_cob_ids.
+        bus: opened for foreign.receive_cob_ids.
         ring: where rows go.
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?
@@ -109,3 +109,47 @@ class Loop:
                 drive for drive, anew in zip(cycle.job.drives, cycle.exchange.booted, strict=True) if anew
             ),
         )
+
+
+LOOK_SECONDS = 0.05
+"""Over which a drive has to stand to be at rest."""
+_SLOW_SHARE = 200
+"""A drive that goes slower than the limit by this factor stands: encoders and soft gears twitch."""
+
+
+def hear_all(cycle: Cycle) -> None:
+    """SYNCs until each drive has shown by a heartbeat that the last recorded answers were its own."""
+    job, seen = cycle.job, cycle.exchange
+    seconds = job.budgets.heartbeat_periods * max((link.heartbeat for link in job.links), default=0.0)
+    for _ in range(cycle.turns(seconds)):
+        states = zip(cycle.unconfirmed, seen.nmt_state, strict=False)
+        if not any(waited_for and state == OPERATIONAL for waited_for, state in states):
+            return
+        cycle.turn()
+
+
+def how_it_is_left(cycle: Cycle) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Look at the drives for a moment, after they were switched off.
+
+    A drive that does not answer is not known to be at rest or without torque, whatever it said before.
+
+    Returns:
+        Drives that have not confirmed that their torque is off, and drives that were not seen at rest.
+    """
+    seen, drives = cycle.exchange, cycle.job.drives
+    turns = cycle.turns(LOOK_SECONDS)
+    answered, before = [False] * len(drives), list(seen.position)
+    for _ in range(turns):
+        cycle.turn()
+        for axis, complete in enumerate(seen.complete):
+            if complete and not answered[axis]:
+                answered[axis], before[axis] = True, seen.position[axis]
+    torque, moving = [], []
+    for axis, drive in enumerate(drives):
+        heard = answered[axis] and not cycle.watch.lost(axis)
+        if not heard or is_up(seen.statusword[axis]):
+            torque.append(drive)
+        way = turns * cycle.job.largest_step[axis] // _SLOW_SHARE
+        if not heard or abs(seen.position[axis] - before[axis]) > max(way, 1):
+            moving.append(drive)
+    return tuple(torque), tuple(moving)

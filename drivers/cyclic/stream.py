@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from drivers.errors import BusError
 from drivers.frames.job import Job
-from drivers.frames.requests import Request, StreamControl
-from drivers.frames.ring import Ring
+from drivers.frames.requests import StreamControl
+from drivers.frames.ring import Request, Ring
 from drivers.frames.samples import Samples, StreamResult
 
 log = logging.getLogger(__name__)

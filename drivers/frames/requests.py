@@ -1,28 +1,10 @@
-"""How a stream is asked to pause or to end: five requests, from the gentlest to the most urgent."""
+"""How a stream is asked to pause or to end, from any thread."""
 
 from __future__ import annotations
 
 import threading
-from enum import IntEnum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from drivers.frames.ring import Ring
-
-
-class Request(IntEnum):
-    """What the arm shall do; a more urgent one overrules the others."""
-
-    PAUSE_AFTER = 1
-    """Finish the period, then as a pause."""
-    PAUSE = 2
-    """Come to rest now, along the path, and hold there until resumed."""
-    STOP = 3
-    """Finish the period, come to rest, disable."""
-    ABORT = 4
-    """Come to rest now, on a ramp at the acceleration limits, and disable."""
-    HALT = 5
-    """Quick stop now, by the drives themselves (605Ah), and disable."""
+from drivers.frames.ring import Request, Ring
 
 
 class StreamControl:

@@ -11,13 +11,28 @@ import mmap
 import os
 import struct
 import tempfile
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.frames.requests import Request
+
+class Request(IntEnum):
+    """What the arm shall do; a more urgent one overrules the others."""
+
+    PAUSE_AFTER = 1
+    """Finish the period, then as a pause."""
+    PAUSE = 2
+    """Come to rest now, along the path, and hold there until resumed."""
+    STOP = 3
+    """Finish the period, come to rest, disable."""
+    ABORT = 4
+    """Come to rest now, on a ramp at the acceleration limits, and disable."""
+    HALT = 5
+    """Quick stop now, by the drives themselves (605Ah), and disable."""
+
 
 _WRITTEN, _READ, _PAUSE, _FINISH, _ABORT, _HALT, _PAUSE_AFTER = range(7)
 _WORDS = {

@@ -23,8 +23,7 @@ from drivers.cyclic.loop import Loop
 from drivers.frames.channel import Channel
 from drivers.frames.job import Budgets, HomingJob, Job, following_error_window, torque_limits
 from drivers.frames.layout import DriveLink, second_tpdo_cob_id
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from drivers.frames.samples import StreamResult
 from drivers.frames.units import Units
 from drivers.setup.guarding import consumer_word

@@ -43,6 +43,7 @@ class Scenario(BaseModel):
     static_friction: tuple[friction.StaticFriction, ...] = ()
     nonlinear_viscous_friction: tuple[friction.NonlinearViscousFriction, ...] = ()
     load_dependent_friction: tuple[friction.LoadDependentFriction, ...] = ()
+    load_quadratic_friction: tuple[friction.LoadQuadraticFriction, ...] = ()
     directional_efficiency: tuple[friction.DirectionalEfficiency, ...] = ()
     drifting_friction: tuple[friction.DriftingFriction, ...] = ()
     position_dependent_friction: tuple[friction.PositionDependentFriction, ...] = ()
@@ -56,6 +57,9 @@ class Scenario(BaseModel):
     current_offset: tuple[motor.CurrentOffset, ...] = ()
     torque_ripple: tuple[motor.TorqueRipple, ...] = ()
     saturation: tuple[motor.Saturation, ...] = ()
+    torque_constant_droop: tuple[motor.TorqueConstantDroop, ...] = ()
+    command_dead_zone: tuple[motor.CommandDeadZone, ...] = ()
+    encoder_eccentricity: tuple[motor.EncoderEccentricity, ...] = ()
     rotor_inertia: tuple[motor.RotorInertia, ...] = ()
     current_loop_lag: tuple[motor.CurrentLoopLag, ...] = ()
     payload: loads.Payload | None = None

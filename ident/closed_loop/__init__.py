@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from ident.closed_loop.simulate import SimulatedRun, simulate, simulate_many
+from ident.closed_loop.leading import SimulatedRun
+from ident.closed_loop.simulate import simulate, simulate_many
 
 __all__ = ["SimulatedRun", "simulate", "simulate_many"]

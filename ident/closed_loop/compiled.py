@@ -12,7 +12,7 @@ from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
 from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms, only_plain_friction
 from ident.closed_loop.friction_rows import friction_rows, shares_at_new_velocity, together
-from ident.closed_loop.simulate import RUNAWAY, Leading, SimulatedRun, check_stable
+from ident.closed_loop.leading import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.effects.simulated import DriveChange
 from ident.errors import IdentificationError
@@ -168,7 +168,8 @@ def _run(coordinates: Coordinates, leading: Leading) -> Run:
     at_drives = np.abs(robot.transmission_matrix) @ limits
     fastest = np.concatenate([limits, at_drives[[gear.drive for gear in coordinates.gears]]])
     return Run(
-        reference=leading.points,
+        # One that cannot be written is another type, for which all would be compiled once more.
+        reference=np.require(leading.points, requirements=("C", "W")),
         speed=leading.speeds * np.array(robot.controller.velocity_feed_forward),
         added=leading.added,
         start=np.array([recording.position[0], leading.velocity]),

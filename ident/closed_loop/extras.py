@@ -109,6 +109,7 @@ def extras_of(
         chain=_chain(extra.drives, robot.n, h, controller_step),
         gains=_gains(extra.drives, coordinates, tables),
         reading=_reading(extra.drives, robot.n, h),
+        misread=_misread(extra.drives, tables),
         back=np.asarray(np.linalg.inv(robot.transmission_matrix), dtype=np.float64),
         time=np.ascontiguousarray(time),
         values=np.empty(0),
@@ -207,7 +208,7 @@ def _errors(extra: SimulatedParts, robot: Robot, tables: _Tables) -> FloatArray:
 
 
 def _chain(changes: tuple[DriveChange, ...], n: int, h: float, controller_step: float) -> FloatArray:
-    chain = np.zeros((n, 5))
+    chain = np.zeros((n, 8))
     chain[:, 4] = np.inf
     for row, drive in zip(chain, range(n), strict=True):
         own = [change for change in changes if change.drive == drive]
@@ -223,6 +224,13 @@ def _chain(changes: tuple[DriveChange, ...], n: int, h: float, controller_step: 
         row[2] = math.floor(delay / controller_step + 1e-9)
         row[3] = max(0.0, delay - row[2] * controller_step)
         row[4] = min((change.limit for change in own), default=math.inf)
+        row[5] = sum(change.dead_zone for change in own)
+        row[6], row[7] = max(((change.droop, change.droop_power) for change in own), default=(0.0, 2.0))
+        if row[5] < 0.0 or row[6] < 0.0:
+            raise IdentificationError(
+                f"drive {drive + 1} has a dead zone of {row[5]:.4g} and a droop of {row[6]:.4g};"
+                " allowed: not negative"
+            )
     return chain
 
 
@@ -234,6 +242,15 @@ def _gains(changes: tuple[DriveChange, ...], coordinates: Coordinates, tables: _
         if change.gain_curve is not None
     ]
     return np.array(rows, dtype=np.float64).reshape(-1, 2 + coordinates.count)
+
+
+def _misread(changes: tuple[DriveChange, ...], tables: _Tables) -> FloatArray:
+    rows = [
+        (change.drive, tables.add(change.reading_error))
+        for change in changes
+        if change.reading_error is not None
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
 
 def _reading(changes: tuple[DriveChange, ...], n: int, h: float) -> FloatArray:

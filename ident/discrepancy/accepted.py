@@ -103,8 +103,10 @@ class Accepted:
         if not missing:
             return ""
         k = missing[0]
-        value = f"{self.linear[k]:.2g} ± {self.linear_sigma[k]:.2g} {self.placed.units[k]}"
-        return f"{self.placed.parameter_names[k]} is {value.removesuffix(' 1')}, which may as well be nothing"
+        parameter = self.placed.parameters[k]
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        value = f"{self.linear[k]:.2g} ± {self.linear_sigma[k]:.2g}{unit}"
+        return f"{parameter.name} is {value}, which may as well be nothing"
 
     def _unsure_shape(self) -> str:
         shapes = self.component.family.shapes(self.robot, self.placed.place)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
-from ident.discrepancy.examination import Examination, examine, shown_values
+from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.prepared_recording import (
     PreparedRecording,
     edges_trimmed,
@@ -151,7 +151,7 @@ def stages(diagnosis: Diagnosis) -> list[Stage]:
 
 
 def _examined(examination: Examination) -> Stage:
-    return Stage(examination.base, shown_values(examination), examination.prior)
+    return Stage(examination.base, examination.shown, examination.prior)
 
 
 def _with_first_findings(diagnosis: Diagnosis, effects: int) -> BaseParameters:

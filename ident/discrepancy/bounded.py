@@ -1,4 +1,8 @@
-"""Least squares within bounds."""
+"""Least squares within bounds.
+
+Where the data show every column the answer is that of ``scipy.optimize.lsq_linear``. Where they do not tell
+two columns apart, that function's values are huge and opposite; here each then has its share.
+"""
 
 from __future__ import annotations
 

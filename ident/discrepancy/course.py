@@ -81,12 +81,11 @@ class Course:
         self.step = self.moving = self._extended(self.first, refined)
 
     def _extended(self, before: Step, refined: Refined) -> Step:
-        return Step.of(
+        return before.extended(
             extended(before.base, refined.effects, refined.seen),
             self.prepared,
             extended_prior(before.prior, int(sum(seen.sum() for seen in refined.seen))),
-            before,
-            start=np.concatenate([before.examination.beta, *added_values(refined)]),
+            np.concatenate([before.examination.beta, *added_values(refined)]),
         )
 
     def _in_motion(self) -> list[Accepted]:
@@ -105,7 +104,8 @@ class Course:
         seen = [one.seen for one in others]
         prior = extended_prior(self.first.prior, int(sum(one.sum() for one in seen)))
         base = extended(self.first.base, [one.placed for one in others], seen)
-        return Step.of(base, self.prepared, prior, self.first, simulated=False)
+        whitening = self.first.examination.whitening
+        return Step.of(base, self.prepared, prior, whitening, self.first.plain, simulated=False)
 
     def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.

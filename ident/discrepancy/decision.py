@@ -83,7 +83,7 @@ def choose(
     calibration = _Calibration.of(library, rows, settings)
     library = _polished(examination, library, present)
     ranking = best_per_place(singles(library, library.score, rows))
-    share = settings.share_of(examination)
+    share = examination.smallest_share(settings)
     by_noise = max(calibration.threshold, settings.least_score)
     threshold = max(by_noise, share * rows)
     excess = examination.excess
@@ -121,7 +121,7 @@ def _needed(found: Score, by_noise: float, threshold: float) -> float:
 def _polished(examination: Examination, library: Library, present: Present) -> Library:
     """The library with the leaders' shapes refined: a resonance fits between two points of any grid."""
     rows = examination.torque.shape[0]
-    if examination.loop is not None:
+    if examination.simulations:
         library = _confirmed(examination, library, rows)
     ranking = best_per_place(singles(library, library.score, rows), each_form=True)
     leaders = [found.trials[0] for found in ranking[:_POLISHED] if found.gain > _WORTH * ranking[0].gain]
@@ -245,7 +245,7 @@ class _TieTolerance:
 
     def unexplained(self, *scores: Score) -> float:
         """Residual sum of squares beyond noise and the usual misfit on the joints on which candidates act."""
-        misfit = self.settings.misfit_of(self.examination)
+        misfit = self.examination.misfit(self.settings)
         joint = self.examination.joint_of_rows
         trials = [trial for score in scores for trial in score.trials]
         acts = np.flatnonzero(self.library.joints_of(trials, joint))

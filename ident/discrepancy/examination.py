@@ -9,15 +9,16 @@ mistaken for a delay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from ident.discrepancy.gap import torque_residual
-from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
+from ident.discrepancy.settings import SearchSettings
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
@@ -25,11 +26,9 @@ from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
     block_whitening,
-    lag1_autocorrelation,
+    cautious_whitening,
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
-
-_LARGEST_CORRELATION = 0.98
 
 DEPENDENT = 1e-12
 """Singular values below this share of the largest are no information."""
@@ -66,14 +65,17 @@ class Examination:
     prior: Prior | None
     self_simulated: FloatArray | None = None
     """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
-    loop: LoopEvidence | None = None
-    """Where rows are drive torques beside those of the simulated loop, not torques of measured motions."""
-    about: FloatArray | None = None
-    """In closed loop: the regressor (N, b) as effects are screened, not simulated."""
     placed: dict[object, tuple[object, PlacedEffect, FloatArray | None]] = field(
         default_factory=dict, repr=False, compare=False
     )
     """Effects that were asked for last, with their columns (N, p) beyond the model: those of ``solve``."""
+
+    rounds: ClassVar[int] = 2
+    """Of fitting what was found once more, each effect beside the torque of the others at their sizes."""
+    draws: ClassVar[int] = 8
+    """Present models, drawn from what is known of them, that say what their errors make of a finding."""
+    simulations: ClassVar[int] = 0
+    """Evaluations per shape by simulation at the end of a search: none where columns are not approximate."""
 
     @property
     def residual(self) -> FloatArray:
@@ -81,15 +83,10 @@ class Examination:
         left = self.torque - self.regressor @ self.beta
         return np.asarray(left if self.self_simulated is None else left - self.self_simulated)
 
-    @cached_property
+    @property
     def rough(self) -> Examination:
-        """What effects are screened beside: the present model's own columns are as inexact as theirs."""
-        if self.about is None:
-            return self
-        torque = self.residual + self.about @ self.beta
-        return replace(
-            self, torque=torque, regressor=self.about, instruments=self.about, about=None, placed={}
-        )
+        """What effects are screened beside: the present model with columns as inexact as theirs."""
+        return self
 
     @property
     def data_rows(self) -> int:
@@ -125,6 +122,65 @@ class Examination:
         white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)
         return np.concatenate([white, np.zeros((self.torque.shape[0] - white.shape[0], white.shape[1]))])
 
+    def screened(self, effects: Sequence[PlacedEffect]) -> FloatArray:
+        """Whitened columns (N, all p) of effects at one place, side by side; approximate beside ``rough``."""
+        given = [
+            np.concatenate([piece.columns_of(one) for one in effects], axis=2) for piece in self.prepared
+        ]
+        return self.whiten(given)
+
+    def columns_of(self, effect: PlacedEffect, exact: bool = True) -> FloatArray | None:
+        """Whitened columns (N, p) of an effect; None where it cannot be simulated.
+
+        Args:
+            effect: of the vocabulary.
+            exact: else as it is screened.
+        """
+        return self.whiten([piece.columns_of(effect) for piece in self.prepared])
+
+    def measured_columns_of(self, effects: Sequence[PlacedEffect]) -> FloatArray | None:
+        """The same (N, all p) at the measured motion; None where that is its own instrument."""
+        if all(piece.period is None for piece in self.prepared):
+            return None
+        columns = [[piece.columns_of(one, measured=True) for piece in self.prepared] for one in effects]
+        return np.concatenate([self.whiten(thin) for thin in columns], axis=1)
+
+    def gain_of(self, effects: Sequence[PlacedEffect], values: Sequence[FloatArray], gain: float) -> float:
+        """What effects with parameters (p,) each take off the residual sum of squares.
+
+        Args:
+            effects, values: of all.
+            gain: by their columns, which here is all of it.
+        """
+        return gain
+
+    def smallest_share(self, settings: SearchSettings) -> float:
+        """What a finding takes away at least, as a multiple of the noise's energy."""
+        return settings.smallest_share if self.repeats else 0.0
+
+    def misfit(self, settings: SearchSettings) -> float:
+        """What is left without a missing effect, as a multiple of the noise's energy."""
+        return self.smallest_share(settings)
+
+    @property
+    def shown(self) -> FloatArray:
+        """Base parameters (b,) that the gap is shown with.
+
+        Against a prior these are the prior's own, with free what the prior leaves free and what was found;
+        otherwise the fitted ones.
+        """
+        if self.prior is None:
+            return self.beta
+        held = np.isfinite(np.diag(self.prior.covariance))
+        rows = self.data_rows
+        x, y, z = self.regressor[:rows], self.torque[:rows], self.instruments[:rows]
+        beta = np.where(held, self.prior.values, 0.0)
+        free = ~held
+        scale = np.linalg.norm(x[:, free], axis=0)
+        cross = (z[:, free] / scale).T @ (x[:, free] / scale)
+        beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
+        return beta
+
     def partial_out(self, columns: FloatArray) -> FloatArray:
         """What of columns (N, p) the present model cannot explain (Frisch, Waugh, Lovell)."""
         q, back = self._projector
@@ -152,7 +208,7 @@ class Examination:
     def _projector(self) -> tuple[FloatArray, FloatArray]:
         q, _ = np.linalg.qr(self.instruments)
         # Not solve: an effect that was added may be all but dependent on what was there.
-        return q, np.linalg.lstsq(self.regressor.T @ q, self.regressor.T, rcond=DEPENDENT)[0]
+        return q, np.linalg.pinv(self.regressor.T @ q, rcond=DEPENDENT) @ self.regressor.T
 
 
 def examine(
@@ -201,23 +257,6 @@ def examine(
     return Examination(base, tuple(prepared), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
 
 
-def cautious_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
-    """Where nothing repeats: Ω of the residual, as if it had only as many rows as are independent.
-
-    An AR model of the residual would take slow effects for noise. With autocorrelation ρ, n rows tell as
-    much about a slow effect as n (1 − ρ)/(1 + ρ) independent ones.
-    """
-    block = block_whitening(residual, used, parameters)
-    sigma = [inflated_deviation(residual[used[:, j], j]) for j in range(residual.shape[1])]
-    return replace(block, sigma=np.array(sigma))
-
-
-def inflated_deviation(series: FloatArray) -> float:
-    """Deviation of a series (rows,), as if it had only as many rows as are independent."""
-    correlation = min(max(lag1_autocorrelation(series), 0.0), _LARGEST_CORRELATION)
-    return float(np.sqrt(np.mean(series**2) * (1 + correlation) / (1 - correlation)))
-
-
 def _first_fit(
     torque: FloatArray, regressor: FloatArray, used: BoolArray, segment: IntArray, prior: Prior | None
 ) -> FloatArray:
@@ -252,25 +291,3 @@ def _noise(
     if not repeats:
         return np.concatenate([piece.residual(base, beta) for piece in prepared]), False
     return np.concatenate([piece.noise_of(torque_residual(base, beta, piece)) for piece in prepared]), True
-
-
-def shown_values(examination: Examination) -> FloatArray:
-    """Base parameters (b,) that the gap is shown with.
-
-    Against a prior these are the prior's own, with free what the prior leaves free and what was found;
-    otherwise the fitted ones.
-    """
-    prior = examination.prior
-    if prior is None:
-        return examination.beta
-    held = np.isfinite(np.diag(prior.covariance))
-    if examination.loop is not None:
-        return np.where(held, prior.values, examination.beta)
-    rows = examination.data_rows
-    x, y, z = (m[:rows] for m in (examination.regressor, examination.torque, examination.instruments))
-    beta = np.where(held, prior.values, 0.0)
-    free = ~held
-    scale = np.linalg.norm(x[:, free], axis=0)
-    cross = (z[:, free] / scale).T @ (x[:, free] / scale)
-    beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
-    return beta

@@ -10,7 +10,6 @@ import numpy as np
 from ident.discrepancy.component import Component
 from ident.discrepancy.deviations import instrumented
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import effect_rows
 from ident.discrepancy.solved import solve
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -62,13 +61,4 @@ def at_measured(
     examination: Examination, components: Sequence[Component], present: Present
 ) -> FloatArray | None:
     """Whitened columns (N, p) at the measured motion; None where it is its own instrument, or simulated."""
-    if examination.loop is not None or all(piece.period is None for piece in examination.prepared):
-        return None
-    effects = [component.effect(examination, present) for component in components]
-    return np.concatenate(
-        [
-            examination.whiten([effect_rows(piece, effect, measured=True) for piece in examination.prepared])
-            for effect in effects
-        ],
-        axis=1,
-    )
+    return examination.measured_columns_of([one.effect(examination, present) for one in components])

@@ -12,8 +12,8 @@ from itertools import product
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects.family import EffectFamily, Place, PlacedEffect
 from ident.parameters.present import Present
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -81,8 +81,9 @@ class Library:
         """The library with trials of further shapes at its end."""
         trials, blocks = list(self.trials), [self.columns]
         start = self.columns.shape[1]
-        for family, effect in effects:
-            beyond = partialled(examination, effect, exact)
+        placed = [effect for _, effect in effects]
+        columns = at_once(lambda effect: partialled(examination, effect, exact), placed)
+        for (family, effect), beyond in zip(effects, columns, strict=True):
             if beyond is None:
                 continue
             basis, parameters = orthonormal(beyond)
@@ -161,26 +162,11 @@ def build_library(
 def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:
     """Of effects at one place, the whitened columns (N, p) beyond the present model."""
     counts = [len(effect.parameters) for effect in effects]
-    white = _screened(examination, effects)
+    white = examination.screened(effects)
     cuts = np.cumsum(counts)[:-1]
     beyond = examination.rough.partial_out(white)
     pairs = zip(np.split(white, cuts, axis=1), np.split(beyond, cuts, axis=1), strict=True)
     return [_seen(before, after) for before, after in pairs]
-
-
-def _screened(examination: Examination, effects: Sequence[PlacedEffect]) -> FloatArray:
-    """Their whitened columns side by side (N, all p)."""
-    loop = examination.loop
-    if loop is None:
-        given = [
-            np.concatenate([effect_rows(piece, effect) for effect in effects], axis=2)
-            for piece in examination.prepared
-        ]
-        return examination.whiten(given)
-    key = (effects[0].name, effects[0].place)
-    if key not in loop.screened:
-        loop.screened[key] = examination.whiten([loop.screen(effects)]).astype(np.float32)
-    return loop.screened[key].astype(np.float64)
 
 
 def prior_share(basis: FloatArray, data_rows: int) -> float:
@@ -196,15 +182,9 @@ def partialled(examination: Examination, effect: PlacedEffect, exact: bool = Tru
         effect: of the vocabulary.
         exact: in closed loop, by simulation; else about.
     """
-    if examination.loop is None:
-        columns = [effect_rows(piece, effect) for piece in examination.prepared]
-    else:
-        loop = examination.loop
-        answer = loop.respond(effect) if exact else loop.screen([effect])
-        if answer is None:
-            return None
-        columns = [answer]
-    white = examination.whiten(columns)
+    white = examination.columns_of(effect, exact)
+    if white is None:
+        return None
     return _seen(white, (examination if exact else examination.rough).partial_out(white))
 
 
@@ -226,8 +206,3 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     seen = values > _IN_SPAN * values[-1]
     factors = vectors[:, seen] / values[seen]
     return unit @ factors, factors / scale[:, np.newaxis]
-
-
-def effect_rows(piece: PreparedRecording, effect: PlacedEffect, measured: bool = False) -> FloatArray:
-    """An effect's decimated columns at a piece's instruments (or measured motion): rows × joints × p."""
-    return piece.thin(effect.columns(piece.measured if measured else piece.instruments))

@@ -11,6 +11,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import Effect, State
+from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
 from ident.parameters.identity_cache import IdentityCache
 from ident.preparation.observed_torque import observed_torque
@@ -92,6 +93,10 @@ class PreparedRecording:
     def thin(self, columns: FloatArray) -> FloatArray:
         """Full-rate columns, samples × joints × p, through the decimation that the torque went through."""
         return thinned(columns, self.decimation, self.decimation_filter)
+
+    def columns_of(self, effect: PlacedEffect, measured: bool = False) -> FloatArray:
+        """An effect's decimated columns at the instruments (or the measured motion): rows × joints × p."""
+        return self._decimated(effect, self.measured if measured else self.instruments)
 
     def columns(self, base: BaseParameters, instruments: bool = False) -> FloatArray:
         """The decimated base regressor at the measured motion (or the instruments'), rows × joints × b.

@@ -9,7 +9,6 @@ import numpy as np
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import fitted
-from ident.discrepancy.library import effect_rows
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.discrepancy.shape_search import best_shapes
 from ident.parameters.present import Present
@@ -18,9 +17,6 @@ from robots.arrays import FloatArray
 
 _EVALUATIONS, _AGAIN = 40, 8
 """Evaluations per shape: of the search, and of each round of a refit."""
-
-_ROUNDS = 2
-"""Of a refit: in the first the effects are sized without each other's torque."""
 
 _SURE = 5.0
 """Standard deviations by which a parameter differs from zero to be simulated."""
@@ -35,8 +31,6 @@ def refine(examination: Examination, components: Sequence[Component], present: P
         present: the present model, for effects that ask it for torques.
     """
     best = best_shapes(examination, components, present, 0.5, _EVALUATIONS)
-    if examination.loop is not None:
-        return with_deviations(examination, best, present)
     return refit(examination, best, present)
 
 
@@ -52,7 +46,7 @@ def refit(examination: Examination, components: Sequence[Component], present: Pr
         present: that model.
     """
     best = list(components)
-    for _ in range(_ROUNDS):
+    for _ in range(examination.rounds):
         present = _beside(examination, best, present)
         best = best_shapes(examination, best, present, 0.1, _AGAIN)
     return with_deviations(examination, best, present)
@@ -68,7 +62,7 @@ def _beside(examination: Examination, components: Sequence[Component], present: 
     effects = [component.effect(examination, present) for component in components]
     values = fit.of_effects(fit.parameters)
     torque = sum(
-        np.concatenate([effect_rows(piece, effect) for piece in examination.prepared]) @ size
+        np.concatenate([piece.columns_of(effect) for piece in examination.prepared]) @ size
         for effect, size in zip(effects, values, strict=True)
     )
     white = examination.whiten([np.asarray(torque)[:, :, np.newaxis]])

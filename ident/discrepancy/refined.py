@@ -20,9 +20,6 @@ from robots.arrays import BoolArray, FloatArray
 _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
-_MODELS = 8
-"""Drawn from what is known of the present model, to see what that makes of a finding."""
-
 
 @dataclass(frozen=True)
 class Refined:
@@ -57,8 +54,7 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
     residual = examination.residual - change
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
     sigma = deviations(examination, matrix, whole, residual)
-    if examination.loop is None:
-        sigma = np.hypot(sigma, _of_present(examination, components, present, fit, matrix))
+    sigma = np.hypot(sigma, _of_present(examination, components, present, fit, matrix))
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
         for deviation, shape, value in zip(
@@ -101,12 +97,14 @@ def _of_present(
         fit: at the present model.
         matrix: (N, k) columns and slopes, whose factors deviate.
     """
+    if not examination.draws:
+        return np.zeros(matrix.shape[1])
     base, beta = examination.base, examination.beta
     values, vectors = np.linalg.eigh(examination.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     known = base.standard_from(beta, base.model.prior())
-    changes = np.zeros((_MODELS, fit.columns.shape[0]))
-    draws = np.random.default_rng(0).standard_normal((_MODELS, beta.size))
+    changes = np.zeros((examination.draws, fit.columns.shape[0]))
+    draws = np.random.default_rng(0).standard_normal((examination.draws, beta.size))
     for change, draw in zip(changes, draws, strict=True):
         moved = base.standard_from(beta + root @ draw, base.model.prior()) - known
         standard = present.standard.copy()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ident.discrepancy.examination import Examination
 from ident.recording import Recording
 from robots.description import Robot
 
@@ -62,22 +61,6 @@ class SearchSettings:
     most: int = 3
     draws: int = 400
     seed: int = 0
-
-    def share_of(self, examination: Examination) -> float:
-        """What a finding takes away at least, as a multiple of the noise's energy."""
-        if examination.loop is not None:
-            return self.smallest_share_in_loop
-        return self.smallest_share if examination.repeats else 0.0
-
-    def misfit_of(self, examination: Examination) -> float:
-        """What is left without a missing effect, as a multiple of the noise's energy."""
-        if examination.loop is not None:
-            return self.misfit_in_loop
-        return self.smallest_share if examination.repeats else 0.0
-
-    def misfit_threshold(self, examination: Examination) -> float:
-        """Residual sum of squares beyond noise from which on a model is not clean, per row."""
-        return float(self.unnamed_share + self.misfit_of(examination) - self.smallest_share)
 
 
 DEFAULTS = SearchSettings()

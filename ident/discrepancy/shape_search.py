@@ -11,13 +11,10 @@ from scipy.optimize import minimize
 
 from ident.discrepancy.component import Component, at_point, grid_step, inner, shapes_of, values_of
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.solved import simulated_gain, solve
+from ident.discrepancy.solved import solve
 from ident.effects.family import Shape
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
-
-_SIMULATED = 10
-"""Evaluations per shape by simulation of the loop, at the end of a search."""
 
 
 def best_shapes(
@@ -43,14 +40,14 @@ def best_shapes(
         return list(components)
     search = ShapeSearch(examination, components, shapes, present)
     start = np.array([inner(s, v) for s, v in zip(shapes, values_of(components), strict=True)])
-    in_loop = exact and examination.loop is not None
-    point = search.best(start, width, evaluations, exact=exact and not in_loop)
-    if in_loop:
+    simulations = examination.simulations if exact else 0
+    point = search.best(start, width, evaluations, exact=exact and not simulations)
+    if simulations:
         # What a loop answers about finds the region; of that the simulation takes the best point.
         starts = [*search.other_forms(point), *search.other_forms(start)]
         losses = [search.loss(one, True) for one in starts]
         nearest = starts[int(np.argmin(losses))]
-        point = search.best(nearest, 0.25, _SIMULATED, exact=True)
+        point = search.best(nearest, 0.25, simulations, exact=True)
     return at_point(components, shapes, point)
 
 
@@ -66,10 +63,14 @@ class ShapeSearch:
     def loss(self, point: FloatArray, exact: bool) -> float:
         """Minus the gain; in closed loop, where exact, that of a simulation with all that was found."""
         placed = at_point(self.components, self.shapes, point)
-        if exact and self.examination.loop is not None:
-            return -simulated_gain(self.examination, placed, self.present)
         solved = solve(self.examination, placed, self.present, exact=exact)
-        return 0.0 if solved is None else -solved[1]
+        if solved is None:
+            return 0.0
+        values, gain, _, counts = solved
+        if not exact:
+            return -gain
+        effects = [component.effect(self.examination, self.present) for component in placed]
+        return -self.examination.gain_of(effects, np.split(values, np.cumsum(counts)[:-1]), gain)
 
     def best(self, start: FloatArray, width: float, evaluations: int, exact: bool) -> FloatArray:
         """The point that a simplex of so many steps of the grid finds (Nelder and Mead 1965)."""

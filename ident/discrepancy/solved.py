@@ -1,4 +1,4 @@
-"""What effects at given shapes take off the residual, about or by simulation of the loop."""
+"""What effects at given shapes take off the residual by their columns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import partialled
-from ident.discrepancy.loop import FINE, with_standstill_of
 from ident.effects.family import PlacedEffect
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -45,31 +44,12 @@ def _placed(
     examination: Examination, component: Component, present: Present, exact: bool
 ) -> tuple[PlacedEffect, FloatArray | None]:
     """An effect with its partialled columns; a search over the shapes of one asks for the others often."""
-    kept, key = examination.placed, (component, id(present), exact)
+    kept, key = examination.placed, (component, exact)
     found = kept.pop(key, None)
-    if found is None:
+    if found is None or found[0] is not present:
         effect = component.effect(examination, present)
         found = (present, effect, partialled(examination, effect, exact))
     kept[key] = found  # the one that was asked for last stands last
     if len(kept) > _KEPT:
         del kept[next(iter(kept))]
     return found[1], found[2]
-
-
-def simulated_gain(examination: Examination, components: Sequence[Component], present: Present) -> float:
-    """What effects take off the residual sum of squares when they are simulated at their size.
-
-    Columns are answers to small effects; dry friction that builds up late is not so small.
-    """
-    solved, loop = solve(examination, components, present), examination.loop
-    if solved is None or loop is None:
-        return 0.0
-    residual = left = examination.residual
-    for component, values in zip(components, np.split(solved[0], np.cumsum(solved[3])[:-1]), strict=True):
-        variant = loop.variant(component.effect(examination, present))
-        change = loop.change(with_standstill_of(variant.simulated(values), loop.standstill, loop.robot), FINE)
-        if change is None:
-            return 0.0
-        white = examination.whiten([change[:, :, np.newaxis]])
-        left = left - examination.partial_out(white)[:, 0]
-    return float(residual @ residual - left @ left)

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ident.discrepancy.align import lag_is_known
-from ident.discrepancy.examination import Examination, examine, shown_values
-from ident.discrepancy.loop_examination import examine_in_loop
+from ident.discrepancy.confirmation import Shown, shown_in_torque
+from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.gap import Gap, torque_floor, torque_gap
+from ident.discrepancy.loop_examination import LoopExamination, examine_in_loop, loop_gap
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.self_simulation import with_self_simulation
@@ -46,9 +48,8 @@ class Step:
         base: BaseParameters,
         prepared: Sequence[PreparedRecording],
         prior: Prior | None,
-        before: Step | None = None,
         whitening: Whitening | None = None,
-        start: FloatArray | None = None,
+        plain: BaseParameters | None = None,
         simulated: bool = True,
     ) -> Step:
         """Examine a model.
@@ -57,27 +58,34 @@ class Step:
             base: its base parameters.
             prepared: recordings to fit.
             prior: of the same base parameters.
-            before: the step that it extends, whose noise model and loop it keeps.
             whitening: noise model; found from the recordings where None.
-            start: β (b,) to begin with; needed where the step before was examined in closed loop.
+            plain: the model before anything was found; this one where None.
             simulated: whether what the model leaves on a simulation of itself is taken off: not needed where
                 nothing is looked for beside it.
         """
-        if before is not None:
-            whitening = before.examination.whitening
-        plain = base if before is None else before.plain
-        if before is not None and before.examination.loop is not None:
-            assert start is not None
-            examination = examine_in_loop(base, prepared, prior, start, before.examination)
-            standard = base.standard_from(examination.beta, base.model.prior())
-            return cls(base, prior, examination, Present(base.model, standard), plain)
+        plain = base if plain is None else plain
         examination = examine(base, prepared, prior, whitening)
         standard = base.standard_from(examination.beta, base.model.prior())
         if simulated:
             examination = with_self_simulation(examination, standard, plain)
         return cls(base, prior, examination, Present(base.model, standard), plain)
 
-    def in_loop(self) -> Step | None:
+    def extended(
+        self,
+        base: BaseParameters,
+        prepared: Sequence[PreparedRecording],
+        prior: Prior | None,
+        start: FloatArray,
+    ) -> Step:
+        """A model with more effects, examined as this one was: with its noise.
+
+        Args:
+            base, prepared, prior: as of :meth:`of`.
+            start: β (b,) to begin with, where that is needed.
+        """
+        return Step.of(base, prepared, prior, self.examination.whitening, self.plain)
+
+    def in_loop(self) -> LoopStep | None:
         """The same model in closed loop; None where the recordings or the model have none."""
         prepared = self.examination.prepared
         if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
@@ -87,15 +95,67 @@ class Step:
         except IdentificationError as error:
             _log.info("not examined in closed loop: %s", error)
             return None
-        standard = self.base.standard_from(examination.beta, self.base.model.prior())
-        return Step(self.base, self.prior, examination, Present(self.base.model, standard), self.plain)
+        return LoopStep.examined(examination, self.plain)
+
+    def gap_from(
+        self, before: Step, prepared: Sequence[PreparedRecording], whitening: Whitening
+    ) -> tuple[Gap, Shown]:
+        """Torque gap before and with this model, and whether the difference is there.
+
+        Args:
+            before: the model without what was found.
+            prepared: recordings that were not fitted.
+            whitening: of their rows.
+        """
+        gap = Gap(
+            torque_gap(before.base, before.shown, prepared),
+            torque_gap(self.base, self.shown, prepared),
+            torque_floor(self.base, self.shown, prepared),
+        )
+        return gap, shown_in_torque(prepared, before.residuals(prepared), self.residuals(prepared), whitening)
+
+    def residuals(self, prepared: Sequence[PreparedRecording]) -> list[FloatArray]:
+        """Of recordings, per piece, rows × joints, N·m (or N)."""
+        return [piece.residual(self.base, self.shown) for piece in prepared]
 
     @cached_property
     def shown(self) -> FloatArray:
         """β̂ (b,) that the gap is shown with."""
-        return shown_values(self.examination)
+        return self.examination.shown
 
     @cached_property
     def standard_shown(self) -> FloatArray:
         """Standard vector (p,) of :attr:`shown`, nearest to the description's."""
         return self.base.standard_from(self.shown, self.base.model.prior())
+
+
+@dataclass(frozen=True)
+class LoopStep(Step):
+    """The present model, examined in closed loop."""
+
+    examination: LoopExamination
+
+    @classmethod
+    def examined(cls, examination: LoopExamination, plain: BaseParameters) -> LoopStep:
+        """Of the model that was examined; ``plain`` as of :class:`Step`."""
+        base = examination.base
+        standard = base.standard_from(examination.beta, base.model.prior())
+        return cls(base, examination.prior, examination, Present(base.model, standard), plain)
+
+    def extended(
+        self,
+        base: BaseParameters,
+        prepared: Sequence[PreparedRecording],
+        prior: Prior | None,
+        start: FloatArray,
+    ) -> LoopStep:
+        """With this one's noise and loop."""
+        return self.examined(examine_in_loop(base, prepared, prior, start, self.examination), self.plain)
+
+    def gap_from(
+        self, before: Step, prepared: Sequence[PreparedRecording], whitening: Whitening
+    ) -> tuple[Gap, Shown]:
+        """Of the simulated loop's torque, or as in motion where it cannot be simulated."""
+        models = ((before.base, before.shown), (self.base, self.shown))
+        found = loop_gap(prepared, self.examination.loop.standstill, models)
+        return super().gap_from(before, prepared, whitening) if found is None else found

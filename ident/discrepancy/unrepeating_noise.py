@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ident.discrepancy.bounded import within_bounds
-from ident.discrepancy.examination import Examination, inflated_deviation
+from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.scoring import best_per_place, singles
-from ident.statistics.whitening import Whitening
+from ident.statistics.whitening import Whitening, inflated_deviation
 from robots.arrays import FloatArray
 
 _TAKEN = 6

@@ -8,18 +8,15 @@ import numpy as np
 
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residual
-from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions, shown_in_torque
+from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_positions
 from ident.discrepancy.gap import (
     Gap,
     LoopGap,
     LoopTrace,
     closed_loop_gap,
     position_floor,
-    torque_floor,
-    torque_gap,
     torque_residual,
 )
-from ident.discrepancy.loop_examination import loop_gap
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
@@ -27,7 +24,6 @@ from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.parameters.identity_cache import IdentityCache
 from ident.statistics.whitening import Whitening
-from robots.arrays import FloatArray
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
@@ -63,7 +59,7 @@ class Validation:
 
     def gap(self, before: Step, after: Step) -> Gap:
         """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
-        return self._compared(before, after)[0]
+        return after.gap_from(before, self.prepared, self.whitening)[0]
 
     def loop_run(self, step: Step) -> LoopRun:
         """The model of a step in closed loop; each is compared with several others."""
@@ -101,7 +97,7 @@ class Validation:
             loops: both in closed loop.
         """
         basis = accepted.basis
-        gap, torque = self._compared(without, whole)
+        gap, torque = whole.gap_from(without, self.prepared, self.whitening)
         return Finding(
             effect=accepted.effect,
             sentence=accepted.placed.sentence,
@@ -122,24 +118,6 @@ class Validation:
             probability=basis.probability,
         )
 
-    def _compared(self, before: Step, after: Step) -> tuple[Gap, Shown]:
-        if after.examination.loop is not None:
-            models = ((before.base, before.shown), (after.base, after.shown))
-            found = loop_gap(self.prepared, after.examination.loop.standstill, models)
-            if found is not None:
-                return found
-        first, last = self._residuals(before), self._residuals(after)
-        gap = Gap(
-            torque_gap(before.base, before.shown, self.prepared),
-            torque_gap(after.base, after.shown, self.prepared),
-            torque_floor(after.base, after.shown, self.prepared),
-        )
-        return gap, shown_in_torque(self.prepared, first, last, self.whitening)
-
-    def _residuals(self, step: Step) -> list[FloatArray]:
-        """Per piece, rows × joints."""
-        return [piece.residual(step.base, step.shown) for piece in self.prepared]
-
     def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
         """Of what the one model changes of the other's simulated positions, the share that is there."""
         if without[0] is None or whole[0] is None:
@@ -150,7 +128,7 @@ class Validation:
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
         """What the residual depends on before and after."""
-        first, last = self._residuals(before), self._residuals(after)
+        first, last = before.residuals(self.prepared), after.residuals(self.prepared)
         torques = [piece.torque - residual for piece, residual in zip(self.prepared, first, strict=True)]
         places = residual_dependences(self.prepared, first, torques)
         return binned_residual(self.prepared, first, last, torques, places)
@@ -159,9 +137,9 @@ class Validation:
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:
     effect = accepted.placed
     shapes = accepted.component.family.shapes(accepted.robot, effect.place)
-    linear = zip(effect.parameter_names, accepted.linear, accepted.linear_sigma, effect.units, strict=True)
+    linear = zip(effect.parameters, accepted.linear, accepted.linear_sigma, strict=True)
     shaped = zip(shapes, effect.shape, accepted.shape_sigma, strict=True)
     return (
-        *(FoundParameter(n, float(v), float(s), u, False) for n, v, s, u in linear),
+        *(FoundParameter(p.name, float(v), float(s), p.unit, False) for p, v, s in linear),
         *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),
     )

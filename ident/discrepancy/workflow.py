@@ -196,7 +196,7 @@ class Search:
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
         whitening = noise_beyond_vocabulary(self.step.examination, library)
-        first = Step.of(self.step.base, self.prepared, self.step.prior, None, whitening)
+        first = Step.of(self.step.base, self.prepared, self.step.prior, whitening)
         self.course = Course.begun(self.prepared, first)
 
     def _families(self) -> tuple[EffectFamily, ...]:
@@ -289,7 +289,8 @@ class Search:
         return float(self._misfit_threshold_per_row() * self.step.examination.torque.shape[0])
 
     def _misfit_threshold_per_row(self) -> float:
-        return self.question.settings.misfit_threshold(self.step.examination)
+        settings = self.question.settings
+        return settings.unnamed_share + self.step.examination.misfit(settings) - settings.smallest_share
 
 
 def _placed(step: Step) -> list[Placed]:

@@ -150,6 +150,10 @@ class PresentModel(Protocol):
         """Dry and viscous friction of a drive (from 0) at its output, N·m and N·m·s/rad (or N, N·s/m)."""
         ...
 
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether it has a usual term with one of these symbols for a drive (from 0)."""
+        ...
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
         ...
@@ -160,9 +164,6 @@ class PlacedEffect(Effect, Protocol):
 
     @property
     def place(self) -> Place: ...
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]: ...
 
     @property
     def units(self) -> tuple[str, ...]: ...
@@ -209,7 +210,8 @@ class EffectFamily(Protocol):
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
-    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own.
+    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own,
+    ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
     integration; ``history``, whether its torque depends on what was before, so that it needs samples in
@@ -256,8 +258,8 @@ class EffectFamily(Protocol):
     def forms(self) -> tuple[EffectFamily, ...]: ...
 
     @property
-    def further(self) -> tuple[EffectFamily, ...]:
-        """Forms that the search by evidence alone asks for."""
+    def nested(self) -> tuple[EffectFamily, ...]:
+        """Every form of this name; the last are those that the search by evidence alone asks for."""
         ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -67,11 +68,11 @@ def _finer(series: FloatArray) -> FloatArray:
 
 @cache
 def _kernel() -> Callable[..., None]:
-    """The integration in machine code."""
-    import numba  # takes a second to load; most commands need no gear state
+    """The integration in machine code, kept on disk."""
+    # Imported here: the compiler takes a second to load, and most commands need no gear state.
+    from ident.kernels.compilation import compiled_with_stamp
 
-    compiled: Callable[..., None] = numba.njit(error_model="numpy", nogil=True)(_run)
-    return compiled
+    return compiled_with_stamp(_run, Path(__file__).read_bytes())
 
 
 def _run(

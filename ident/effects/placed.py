@@ -43,11 +43,6 @@ class Placed:
     stiff: bool = False
 
     @property
-    def parameter_names(self) -> tuple[str, ...]:
-        """Of its linear parameters (p,)."""
-        return tuple(parameter.name for parameter in self.parameters)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Of its linear parameters (p,)."""
         return tuple(parameter.unit for parameter in self.parameters)
@@ -103,7 +98,8 @@ class Family:
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not reported where such a limit explains as much.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own. ``equation`` says how its torque is made of its parameters, for
+    with shapes of their own, ``further`` those that the search by evidence alone asks for.
+    ``equation`` says how its torque is made of its parameters, for
     the reference page. ``row`` is where it stands in the vocabulary; a form that stands under another
     family has none.
     """
@@ -129,6 +125,11 @@ class Family:
     told_from: Mapping[str, str] = field(default_factory=dict)
     equation: str = ""
     row: int = 0
+
+    @property
+    def nested(self) -> tuple[Family, ...]:
+        """Every form of this name."""
+        return (self, *self.forms, *self.further)
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -156,7 +156,7 @@ class FrictionTorque:
         course: a factor over time (of the recording, s), if any.
         load_row: (n,) if its size follows a load: |load_row · torque of the links|.
         load_side: where it follows the load: while the speed drives it (load · speed ≥ 0), while it is driven
-            by the load, or both.
+            by the load, or both; or both, and by the square of the load.
         warming: if its size follows the warmth of the gear, W, which its speed heats.
     """
 
@@ -169,7 +169,7 @@ class FrictionTorque:
     curve: Table | None = None
     course: Table | None = None
     load_row: FloatArray | None = None
-    load_side: Literal["both", "driving", "driven"] = "both"
+    load_side: Literal["both", "driving", "driven", "square"] = "both"
     warming: Warming | None = None
 
 
@@ -211,7 +211,7 @@ class GearError:
 class DriveChange:
     """How one drive makes torque of its control signal, where that is not torque = g_τ v_τ at once.
 
-    In this order: delay, lag, limit, gain.
+    In this order: delay, lag, dead zone, limit, droop, gain.
 
     Attributes:
         drive: which, from 0.
@@ -219,8 +219,11 @@ class DriveChange:
         lag: time constant of the current loop, s.
         delay: from control signal to torque, s.
         limit: |v_τ| beyond which the torque does not grow.
+        dead_zone: |v_τ| up to which there is no torque; beyond it that much is missing.
+        droop, droop_power: c and p of v_τ = y + c·|y|^p·y, where the torque is g_τ y; of one change alone.
         reading_delay: of the position that controller and recording get, s.
         gain_curve: further relative error of g_τ over the drive's output position, rad (or m), if any.
+        reading_error: what its encoder reads too much over the drive's output position, rad (or m), if any.
         position_age, signal_age: of what the bus shows of position and control signal, s; the drive's own
             loop sees the present.
     """
@@ -230,10 +233,14 @@ class DriveChange:
     lag: float = 0.0
     delay: float = 0.0
     limit: float = np.inf
+    dead_zone: float = 0.0
+    droop: float = 0.0
+    droop_power: float = 2.0
     reading_delay: float = 0.0
     position_age: float = 0.0
     signal_age: float = 0.0
     gain_curve: Table | None = None
+    reading_error: Table | None = None
 
     @classmethod
     def of_missing_share(cls, drive: int, share: float) -> DriveChange:

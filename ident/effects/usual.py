@@ -5,6 +5,8 @@ In a model that has them they explain nothing more, unless a prior holds their p
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
@@ -33,6 +35,13 @@ def friction_sign(robot: Robot) -> FrictionSign:
     return FrictionSign(settings.friction_sign, settings.friction_width)
 
 
+def _change(
+    whole: float, share: float, present: PresentModel, place: Place, symbols: Collection[str]
+) -> float:
+    """Size of a usual term: a share of the whole where the model has it, all of it where it is what lacks."""
+    return share * whole if present.has(symbols, place.joints[0]) else whole
+
+
 def _viscous(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
@@ -45,11 +54,8 @@ def _viscous(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(damping=values[0] * np.outer(row, row))
 
-    return (
-        Parameters(("Fv",), (unit,), (ANY,), (0.3 * viscous_friction(robot, place),)),
-        law,
-        parts,
-    )
+    scale = _change(viscous_friction(robot, place), 0.3, present, place, ("Fv", "Fvp"))
+    return Parameters(("Fv",), (unit,), (ANY,), (scale,)), law, parts
 
 
 def _coulomb(
@@ -63,11 +69,8 @@ def _coulomb(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
 
-    return (
-        Parameters(("Fc",), (torque_unit(robot, place),), (ANY,), (0.3 * dry_friction(robot, place),)),
-        law,
-        parts,
-    )
+    scale = _change(dry_friction(robot, place), 0.3, present, place, ("Fc", "Fcp"))
+    return Parameters(("Fc",), (torque_unit(robot, place),), (ANY,), (scale,)), law, parts
 
 
 def _asymmetric(
@@ -124,11 +127,8 @@ def _rotor_inertia(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(inertia=values[0] * np.outer(row, row))
 
-    return (
-        Parameters(("dIa",), (unit,), (ANY,), (0.5 * rotor_inertia(robot, place),)),
-        law,
-        parts,
-    )
+    scale = _change(rotor_inertia(robot, place), 0.5, present, place, ("Ia",))
+    return Parameters(("dIa",), (unit,), (ANY,), (scale,)), law, parts
 
 
 def _current_offset(

@@ -63,7 +63,7 @@ def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
         IdentificationError: no such name.
     """
     family = family_named(name)
-    for form in (family, *family.forms, *family.further):
+    for form in family.nested:
         places = form.places(robot)
         if places and {shape.name for shape in form.shapes(robot, places[0])} == set(shape_names):
             return form

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from ident.closed_loop.simulate import SimulatedRun
+from ident.closed_loop.leading import SimulatedRun
 from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
 from ident.preparation.observed_torque import observed_torque

@@ -74,14 +74,14 @@ def extended_model(robot: Robot, known: FoundModel) -> RegressorModel:
         except IdentificationError as error:
             raise IdentificationError(f"{known.source}: {error}") from None
         effect = Found.of(placed, model.names)
-        kept = tuple(name in known.values for name in effect.parameter_names)
+        kept = tuple(one.name in known.values for one in effect.parameters)
         if not any(kept):
-            wanted = ", ".join(effect.parameter_names)
+            wanted = ", ".join(one.name for one in effect.parameters)
             raise IdentificationError(
                 f"{known.source}: has {entry.name} without a parameter; allowed: {wanted}"
             )
         model = RegressorModel(robot, (*model.effects, effect.keeping(kept)))
-        found = [known.values.get(name, 0.0) for name in effect.parameter_names]
+        found = [known.values.get(one.name, 0.0) for one in effect.parameters]
         standard = np.concatenate([standard, found])
     return model
 

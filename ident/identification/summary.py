@@ -200,7 +200,7 @@ def not_of_a_rotor(estimate: Estimate) -> tuple[tuple[str, ...], bool]:
 
     The second is whether one is so by so much that the model must not be trusted.
     """
-    found = [p for p in estimate.parameters if p.name.startswith("Ia") and p.value < -_NEGATIVE * p.sigma]
+    found = [p for p in estimate.parameters if p.leading.symbol == "Ia" and p.value < -_NEGATIVE * p.sigma]
     if not found:
         return (), False
     listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])

@@ -9,6 +9,7 @@ from ident.kernels.values import (
     CHANGING_HEAD,
     LOAD_BOTH,
     LOAD_DRIVING,
+    LOAD_SQUARE,
     TERM_HEAD,
     Arm,
     Axes,
@@ -16,6 +17,8 @@ from ident.kernels.values import (
     Memory,
 )
 from robots.arrays import FloatArray, IntArray
+
+_NEWTON_STEPS, _NEWTON_TOLERANCE = 30, 1e-12
 
 _CURVES_HEAD = 2
 """Columns of ``Extras.curves`` before its rows."""
@@ -117,7 +120,8 @@ def drive_signals(
 ) -> None:
     """The control signals that become torque in the integration step ``elapsed`` s into a controller sample.
 
-    Delayed (as a mean over the step where the delayed signal jumps within it), lagging, limited; (n,).
+    Delayed (as a mean over the step where the delayed signal jumps within it), lagging, less the dead zone,
+    limited, drooping; (n,).
     """
     sent, lagging, chain = memory.sent, memory.lagging, extras.chain
     kept = sent.shape[0]
@@ -129,7 +133,27 @@ def drive_signals(
         behind = lagging[i] - wanted
         lagging[i] = wanted + behind * chain[i, 0]
         mean, limit = wanted + behind * chain[i, 1], chain[i, 4]
+        mean -= min(max(mean, -chain[i, 5]), chain[i, 5])
         signal[i] = min(max(mean, -limit), limit)
+        if chain[i, 6] > 0.0:
+            signal[i] = drooped(signal[i], chain[i, 6], chain[i, 7])
+
+
+@compiled
+def drooped(signal: float, droop: float, power: float) -> float:
+    """The root y, of the signal's sign, of y + droop·|y|^power·y = signal.
+
+    Newton's method: the left side is convex beyond zero, so from the signal down no step goes past the root.
+    """
+    asked = abs(signal)
+    root = asked
+    for _ in range(_NEWTON_STEPS):
+        more = droop * root**power
+        step = (root * (1.0 + more) - asked) / (1.0 + (power + 1.0) * more)
+        root -= step
+        if step <= _NEWTON_TOLERANCE * asked:
+            break
+    return math.copysign(root, signal)
 
 
 @compiled
@@ -179,6 +203,8 @@ def position_torques(
 @compiled
 def of_load(load: float, speed: float, side: float) -> float:
     """The size of a load where a term with this speed follows it: see ``LOAD_SIDES``."""
+    if side == LOAD_SQUARE:
+        return load * load
     if side != LOAD_BOTH and (load * speed >= 0.0) != (side == LOAD_DRIVING):
         return 0.0
     return abs(load)

@@ -211,7 +211,7 @@ def closed_loop_with_extras(
     for i in range(m):
         arm.work[0, i] = arm.v[i]
         arm.q[i] += 0.5 * h * arm.v[i]
-    here, step = 4, 0
+    here, step = int(np.int64(4)), int(np.int64(0))  # as in ``closed_loop``
     friction(dynamics.terms, dynamics.spans, extras.laws, arm.work, 0, here)
     for sample in range(samples):
         for part in range(per_sample):

@@ -53,7 +53,8 @@ def closed_loop(  # noqa: C901
     start_controller(axes, drives, run, loop, measured, rate)
     for i in range(n):
         q[i] += 0.5 * h * v[i]
-    here, step = 4, 0
+    # Not of the literals' own types: the compiler would make everything called with them twice.
+    here, step = int(np.int64(4)), int(np.int64(0))
     friction(dynamics.terms, dynamics.spans, None, work, 0, here)
     for sample in range(samples):
         for i in range(n):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.kernels.compilation import compiled
+from ident.kernels.effect_torques import look_up
 from ident.kernels.values import (
     Arm,
     Axes,
@@ -99,6 +100,9 @@ def read_with_extras(
         whole = int(late)
         newer, older = memory.seen[(count - whole) % kept, i], memory.seen[(count - whole - 1) % kept, i]
         measured[i] = newer + (late - whole) * (older - newer)
+    for k in range(extras.misread.shape[0]):
+        i = int(extras.misread[k, 0])
+        measured[i] += look_up(extras.values, extras.tables, int(extras.misread[k, 1]), measured[i])[0]
 
 
 @compiled
@@ -122,6 +126,9 @@ def record_with_extras(
         if extras.reading[i] > 0.0:
             first = count - int(extras.reading[i])
             rate[i] = (memory.seen[first % kept, i] - memory.seen[(first - 1) % kept, i]) / h
+    for k in range(extras.misread.shape[0]):
+        i = int(extras.misread[k, 0])
+        rate[i] *= 1.0 + look_up(extras.values, extras.tables, int(extras.misread[k, 1]), measured[i])[1]
     for i in range(n):
         run.position[sample, i], run.velocity[sample, i] = 0.0, 0.0
         for j in range(n):

@@ -25,9 +25,10 @@ LAW_CELLS = 2048
 CHANGING_HEAD = 6
 """Columns of ``Extras.changing`` before its rows."""
 
-LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN = 1, 2, 3
-LOAD_SIDES = {"both": LOAD_BOTH, "driving": LOAD_DRIVING, "driven": LOAD_DRIVEN}
-"""When the strength of a speed term follows a load: always, while load · speed ≥ 0, while it is below."""
+LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN, LOAD_SQUARE = 1, 2, 3, 4
+LOAD_SIDES = {"both": LOAD_BOTH, "driving": LOAD_DRIVING, "driven": LOAD_DRIVEN, "square": LOAD_SQUARE}
+"""When the strength of a speed term follows a load: always, while load · speed ≥ 0, while it is below; or
+always, and by its square."""
 
 Axes = tuple[int, ...]
 """(0, 1, … n − 1): the compiler knows the length of a tuple, so it can unroll what goes over the axes."""
@@ -164,12 +165,15 @@ class Extras(NamedTuple):
     """(E, 1 + 2n) kinematic errors of gears: table over drive output, row of the transmission, column of its
     inverse."""
     chain: FloatArray
-    """(n, 5) from control signal to torque: what is left of a lag after a step, its mean over the step, delay
-    in whole controller samples and the rest in s, limit of the control signal that becomes torque."""
+    """(n, 8) from control signal to torque: what is left of a lag after a step, its mean over the step, delay
+    in whole controller samples and the rest in s, limit of the control signal that becomes torque, dead zone
+    on either side of zero, droop and its power."""
     gains: FloatArray
     """(G, 2 + m) gains that change over a position: drive, table of their relative error, position row."""
     reading: FloatArray
     """(n,) delay of the position reading in integration steps; or (0,) where none is delayed."""
+    misread: FloatArray
+    """(R, 2) encoders that are not true: drive, table of what they read too much over the drive output."""
     back: FloatArray
     """(n, n) joint positions from drive outputs."""
     time: FloatArray

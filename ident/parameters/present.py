@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,10 +10,11 @@ import numpy as np
 import pinocchio
 
 from ident.effects import CurrentOffset, Effect, RigidBody, State
+from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import along_chain, chain_frames
+from ident.parameters.chain import along_chain
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
@@ -132,6 +133,10 @@ class Present:
             for symbols in (("Fc", "Fcm"), ("Fv",))
         )
         return max(dry, 0.0), max(viscous, 0.0)
+
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether it has a usual term with one of these symbols for a drive (from 0)."""
+        return any(one.joint == drive and one.is_usual(symbols) for one in self.model.parameters)
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""

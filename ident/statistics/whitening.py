@@ -7,7 +7,7 @@ recording by recording. :mod:`ident.statistics.restricted` fits it without the b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -202,3 +202,23 @@ def ljung_box(series: FloatArray, lags: int = 10, fitted: int = 0) -> tuple[floa
     correlations = np.array([centred[k:] @ centred[:-k] / power for k in range(1, lags + 1)])
     statistic = samples * (samples + 2) * float(np.sum(correlations**2 / (samples - np.arange(1, lags + 1))))
     return statistic, float(chi2.sf(statistic, lags - fitted))
+
+
+_LARGEST_CORRELATION = 0.98
+
+
+def cautious_whitening(residual: FloatArray, used: BoolArray, parameters: int) -> Whitening:
+    """Where nothing repeats: Ω of the residual, as if it had only as many rows as are independent.
+
+    An AR model of the residual would take slow effects for noise. With autocorrelation ρ, n rows tell as
+    much about a slow effect as n (1 − ρ)/(1 + ρ) independent ones.
+    """
+    block = block_whitening(residual, used, parameters)
+    sigma = [inflated_deviation(residual[used[:, j], j]) for j in range(residual.shape[1])]
+    return replace(block, sigma=np.array(sigma))
+
+
+def inflated_deviation(series: FloatArray) -> float:
+    """Deviation of a series (rows,), as if it had only as many rows as are independent."""
+    correlation = min(max(lag1_autocorrelation(series), 0.0), _LARGEST_CORRELATION)
+    return float(np.sqrt(np.mean(series**2) * (1 + correlation) / (1 - correlation)))

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
 import robots
+from daq.catalogue import database
 from daq.cli import entry as cli
 from robots import Robot
 from tests.daq.calls import Call
@@ -20,6 +23,27 @@ def tx40() -> Robot:
 @pytest.fixture(scope="session")
 def emps() -> Robot:
     return robots.load("emps")
+
+
+SetUp = Callable[[Any, object], None]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def sqlite_set_up() -> Iterator[SetUp]:
+    """How connections to SQLite are set up where users are; it waits for the disk in each transaction.
+
+    Only a machine that loses power would show the difference, so the catalogues that the tests open in their
+    own process do not wait. test_database.py sees that all others do.
+    """
+    as_shipped: SetUp = database._set_up_sqlite
+
+    def without_waiting(connection: Any, record: object) -> None:
+        as_shipped(connection, record)
+        connection.execute("PRAGMA synchronous = OFF")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(database, "_set_up_sqlite", without_waiting)
+        yield as_shipped
 
 
 @pytest.fixture

@@ -12,12 +12,8 @@ from typing import Any
 import numpy as np
 
 import robots
-from daq.catalogue import arms, baselines, leases, models, overview, runs
-from daq.catalogue.database import Catalogue
-from daq.files.cell_file import read_cell
 from daq.files.found_model import read_found_model
 from daq.files.model_file import write_model
-from daq.files.payload_file import read_payload
 from daq.files.toml_text import toml_text
 from daq.importing.load import load_log
 from daq.recording.capture import Capture
@@ -25,9 +21,17 @@ from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from daq.recording.recovery import recover
 from daq.recording.trajectory_file import read_motion, write_trajectory
+from daq.session.cell import cell_of
 from robots.errors import UserError
+from tests.daq.accepted_meanings import (
+    fill_catalogue,
+    read_body,
+    read_catalogue,
+    said_by_catalogue,
+    said_by_cell,
+    said_by_payload,
+)
 from tests.daq.captures import facts, outcome, samples
-from tests.daq.catalogue.entries import identity, model
 from tests.daq.damaged_files import damaged
 from tests.daq.models import carriage
 from tests.daq.structural_mutations import (
@@ -96,26 +100,8 @@ def json_file(folder: Path) -> Path:
 
 def catalogue_file(folder: Path) -> Path:
     path = folder / "catalogue.db"
-    with Catalogue(f"sqlite:///{path}") as catalogue:
-        for k in range(4):
-            run = runs.begin(catalogue, identity(first=k), "run", facts={"channel": "can0"})
-            runs.finish(catalogue, run.id, "completed")
-            models.add(catalogue, run.id, model(k))
-            baselines.accept(catalogue, k + 1, "somebody", "it was new")
-            leases.take(catalogue, run.arm_id, 600.0, holder="somebody")
+    fill_catalogue(path)
     return path
-
-
-def read_catalogue(path: Path) -> None:
-    with Catalogue(f"sqlite:///{path}") as catalogue:
-        arms.every(catalogue)
-        runs.every(catalogue)
-        overview.every(catalogue)
-        for number in range(1, 5):
-            models.get(catalogue, number)
-            baselines.of_arm(catalogue, number)
-            leases.holder_of(catalogue, number)
-        runs.finish(catalogue, runs.begin(catalogue, identity(first=77), "run").id, "completed")
 
 
 def capture_file(folder: Path) -> Path:
@@ -186,10 +172,6 @@ def recorded_in(path: Path, found: Capture) -> None:
     said_by_capture(rows_of(read_capture(path.with_name("capture.mcap"))), found)
 
 
-def unjudged(path: Path, found: object) -> None:
-    """A catalogue keeps no second account of its values."""
-
-
 @dataclass(frozen=True)
 class Kind:
     """How files of a kind are made, read, hurt and looked at again.
@@ -212,7 +194,7 @@ class Kind:
 KINDS: dict[str, Kind] = {
     "csv": Kind(csv_file, lambda path: read_motion(path, TX40), hostile, mutated_table, said_by_table),
     "json": Kind(json_file, lambda path: read_motion(path, TX40), hostile, mutated_json, said_by_json),
-    "catalogue": Kind(catalogue_file, read_catalogue, damaged, mutated_database, unjudged),
+    "catalogue": Kind(catalogue_file, read_catalogue, damaged, mutated_database, said_by_catalogue),
     "capture": Kind(capture_file, read_and_recover, spliced, mutated_mcap, recorded_in),
     "model": Kind(model_file, lambda path: read_found_model(path, EMPS), hostile, mutated_map, said_by_model),
     "map": Kind(
@@ -222,8 +204,8 @@ KINDS: dict[str, Kind] = {
         mutated_map,
         said_by_map,
     ),
-    "cell": Kind(cell_file, read_cell, hostile, mutated_map, unjudged),
-    "payload": Kind(payload_file, read_payload, hostile, mutated_map, unjudged),
+    "cell": Kind(cell_file, cell_of, hostile, mutated_map, said_by_cell),
+    "payload": Kind(payload_file, read_body, hostile, mutated_map, said_by_payload),
 }
 
 

@@ -21,6 +21,7 @@ from daq.recording.recovery import recover
 from daq.recording.run_facts import report_facts
 from daq.recording.trajectory_file import TrajectoryFileError, read_motion
 from robots.errors import UserError
+from tests.daq.accepted_meanings import read_catalogue
 from tests.daq.captures import facts, outcome, samples
 from tests.daq.hostile_files import (
     EMPS,
@@ -31,7 +32,6 @@ from tests.daq.hostile_files import (
     csv_file,
     judged,
     map_file,
-    read_catalogue,
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import robots
 from ident.closed_loop.control_law import ControlLaw
-from ident.preparation.between_samples import with_mean_control_signal
+from ident.preparation.observed_torque import with_mean_control_signal
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
 from robots import Robot

@@ -27,11 +27,13 @@ def test_the_default_keeps_its_size_whatever_the_errors(
     assert counts[errors, "Wald, bootstrap"] <= 12
 
 
+@pytest.mark.slow
 def test_the_textbook_test_fails_where_errors_are_correlated(counts: dict[tuple[str, str], int]) -> None:
     assert counts["white", "textbook, i.i.d."] <= 12
     assert counts["AR(1) 0.9", "textbook, i.i.d."] >= 40
 
 
+@pytest.mark.slow
 def test_the_wald_test_with_one_variance_is_the_textbook_test(counts: dict[tuple[str, str], int]) -> None:
     for errors in exogeneity.ERRORS:
         assert counts[errors, "Wald, iid"] == counts[errors, "textbook, i.i.d."]

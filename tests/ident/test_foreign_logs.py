@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.evidence.recorded import foreign_log, foreign_robot
 from ident import Fitted, identify
 from ident.closed_loop.integral_rule import integrates_first
 from robots import Robot
-from tests.ident.foreign_logs import CLEAN, foreign_log, foreign_robot
+
+CLEAN = ("log_03", "log_06", "clean_prior")
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,10 @@ def robot(foreign: Path, tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 @pytest.fixture(scope="module", params=CLEAN)
 def fitted(request: pytest.FixtureRequest, foreign: Path, robot: Robot) -> Fitted:
-    return identify(robot, (foreign_log(foreign, request.param, seconds=15.0),))
+    return identify(robot, (foreign_log(foreign, request.param, "fit", seconds=15.0),))
+
+
+# What stands on whole identifications of the logs is slow together: each takes seconds, and they share them.
 
 
 @pytest.mark.slow
@@ -40,6 +45,7 @@ def test_gate_one_accepts_a_clean_log(fitted: Fitted) -> None:
     assert np.mean(following) < 0.003  # 0.005 to 0.006 as long as the integral was simulated wrong
 
 
+@pytest.mark.slow
 def test_the_lag_is_that_of_the_plant(fitted: Fitted) -> None:
     """Half a hold less half a step of the plant's 20 kHz."""
     signals = fitted.result.signals
@@ -47,6 +53,7 @@ def test_the_lag_is_that_of_the_plant(fitted: Fitted) -> None:
     assert abs(signals.estimated_lag - 0.000475) < max(4.0 * signals.lag_sigma, 5e-6)
 
 
+@pytest.mark.slow
 def test_most_parameters_lie_within_their_intervals(fitted: Fitted) -> None:
     base = fitted.base
     truth = base.relation @ base.model.prior()
@@ -60,4 +67,4 @@ def test_most_parameters_lie_within_their_intervals(fitted: Fitted) -> None:
 @pytest.mark.parametrize("name", [*CLEAN, "log_04", "log_08", "log_10"])
 def test_the_drives_take_in_the_present_error_first(foreign: Path, robot: Robot, name: str) -> None:
     """u = Kv e + I with I increased by this sample's error already, as the README has it."""
-    assert integrates_first(robot, foreign_log(foreign, name))
+    assert integrates_first(robot, foreign_log(foreign, name, "fit", seconds=30.0))

@@ -284,4 +284,5 @@ def _names_of(robot: Robot, name: str) -> tuple[str, ...]:
     model, family = RegressorModel.of(robot), family_named(name)
     place = family.places(robot)[0]
     shape = tuple(one.grid[0] for one in family.shapes(robot, place))
-    return family.effect(robot, place, shape, Present(model, model.prior())).parameter_names
+    placed = family.effect(robot, place, shape, Present(model, model.prior()))
+    return tuple(one.name for one in placed.parameters)

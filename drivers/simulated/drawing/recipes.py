@@ -69,6 +69,12 @@ EFFECTS: dict[str, Recipe] = {
     "load_dependent_friction": _one(
         "load_dependent_friction", "drive", lambda m, s: {"coefficient": 0.4 * m}
     ),
+    "load_quadratic_friction": _one(
+        "load_quadratic_friction",
+        "drive",
+        lambda m, s: {"coefficient": m / s["torque"]},
+        lambda rng, place: {"torque": place.torque()},
+    ),
     "directional_efficiency": _one(
         "directional_efficiency", "drive", lambda m, s: {"driving": 0.4 * m, "driven": 0.15 * m}
     ),
@@ -89,6 +95,16 @@ EFFECTS: dict[str, Recipe] = {
     "saturation": _one(
         "saturation", "drive", lambda m, s: {"limit": s["signal"] * (1.0 - 0.6 * m)}, shapes.signal
     ),
+    "torque_constant_droop": _one(
+        "torque_constant_droop",
+        "drive",
+        lambda m, s: {"loss": 0.8 * m, "current": s["signal"]},
+        shapes.signal,
+    ),
+    "command_dead_zone": _one(
+        "command_dead_zone", "drive", lambda m, s: {"width": 0.2 * m * s["signal"]}, shapes.signal
+    ),
+    "encoder_eccentricity": _one("encoder_eccentricity", "drive", shapes.scale_sized, shapes.scale),
     "rotor_inertia": _one(
         "rotor_inertia",
         "drive",

@@ -157,6 +157,16 @@ def cogging_sized(magnitude: float, shape: Entries) -> Entries:
     return kept | {"amplitude": 0.2 * magnitude * shape["torque"]}
 
 
+def scale(rng: np.random.Generator, place: Place) -> Entries:
+    gear = float(place.robot.drive[place.index].gear) if place.robot.has_drives else 1.0
+    return {"turns": gear, "phase": float(rng.uniform(-3.0, 3.0))}
+
+
+def scale_sized(magnitude: float, shape: Entries) -> Entries:
+    # A scale of 25 mm whose middle is up to 0.25 mm beside the shaft.
+    return shape | {"amplitude": 0.02 * magnitude / shape["turns"]}
+
+
 def offset(rng: np.random.Generator, place: Place) -> Entries:
     return {"torque": sign(rng) * 0.25 * place.torque()}
 

@@ -86,6 +86,17 @@ class LoadDependentFriction(DriveEntry):
         _add_of_load(drive, self.coefficient, self.coefficient, self.time_constant)
 
 
+class LoadQuadraticFriction(DriveEntry):
+    sentence: ClassVar[str] = "the level grows with the square of the torque: Fc + coefficient·load²"
+    coefficient: NonNegative = Field(description="N·m of friction per (N·m)² through the gear")
+    time_constant: Positive = Field(default=0.005, description="the lubricant's, of the load, s")
+
+    def fill(self, drive: np.void) -> None:
+        unit = drive["coulomb"] if drive["coulomb"] > 0 else np.inf
+        drive["load_time"] = self.time_constant
+        drive["load_square"] += self.coefficient / unit
+
+
 class DirectionalEfficiency(DriveEntry):
     sentence: ClassVar[str] = "a gear that takes other shares of the load while it drives it and while driven"
     driving: NonNegative = Field(description="share of the load that it takes while it drives it, 1/η − 1")

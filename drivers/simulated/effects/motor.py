@@ -47,6 +47,38 @@ class Saturation(DriveEntry):
         drive["current_limit"] = self.limit
 
 
+class TorqueConstantDroop(DriveEntry):
+    sentence: ClassVar[str] = "iron that saturates: the current makes less torque the larger it is"
+    loss: Share = Field(description="r of gain/(1 + r·(i/current)²)")
+    current: Positive = Field(description="control signal at which the gain is down by 1 + loss")
+
+    def fill(self, drive: np.void) -> None:
+        drive["iron_loss"] = self.loss
+        drive["iron_current"] = self.current
+
+
+class CommandDeadZone(DriveEntry):
+    sentence: ClassVar[str] = "control signals up to a size do nothing, larger ones lack that much"
+    width: Positive = Field(description="on either side of zero, control-signal units")
+
+    def fill(self, drive: np.void) -> None:
+        drive["command_threshold"] = self.width
+
+
+class EncoderEccentricity(DriveEntry):
+    sentence: ClassVar[str] = (
+        "a scale that turns about another point than its shaft: it reads a sine too much"
+    )
+    amplitude: Positive = Field(description="rad at the drive output")
+    turns: Positive = Field(default=1.0, description="of the encoder per turn of the drive output")
+    phase: Finite = Field(default=0.0, description="rad")
+
+    def fill(self, drive: np.void) -> None:
+        drive["scale_amplitude"] = self.amplitude
+        drive["scale_turns"] = self.turns
+        drive["scale_phase"] = self.phase
+
+
 class RotorInertia(DriveEntry):
     sentence: ClassVar[str] = "rotor inertia other than the arm was drawn with"
     change: Finite = Field(description="kg·m² at the drive output, added to Ia")

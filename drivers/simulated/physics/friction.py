@@ -53,6 +53,8 @@ def level(drive: Record, motor: Record, speed: float, position: float) -> float:
     if drive.load_rise != 0.0 or drive.driven_rise != 0.0:
         # The gear lifts its load where both have one sign, and lets it down where they do not.
         g += (drive.load_rise if motor.load * speed >= 0.0 else drive.driven_rise) * abs(motor.load)
+    if drive.load_square != 0.0:
+        g += drive.load_square * motor.load * motor.load
     if motor.dragging:
         g += drive.drag_rise
     return max(g, _LOWEST_LEVEL)

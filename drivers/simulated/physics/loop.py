@@ -17,6 +17,7 @@ it.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from drivers.simulated.physics import motor, step
 from drivers.simulated.physics.compile import inner
-from drivers.simulated.physics.records import Arm, Motion
+from drivers.simulated.physics.records import Arm, Motion, Record
 from robots.arrays import BoolArray, FloatArray
 
 
@@ -133,7 +134,7 @@ def sample(
     for i in range(n):
         if not memory.frozen[i]:
             rotor = motion.motors[i]
-            here = step.reading(rotor.position, rotor.velocity, arm)
+            here = _read(arm.drives[i], step.reading(rotor.position, rotor.velocity, arm))
             memory.counts[i] = np.rint(here * law.counts[i] + error[i])
         position[i] = memory.counts[i] / law.counts[i]
         all_off = all_off and memory.off[i]
@@ -143,6 +144,14 @@ def sample(
         if memory.off[i]:
             memory.output[i] = 0.0
     _report(arm, law, memory, error)
+
+
+@inner
+def _read(drive: Record, position: float) -> float:
+    """What an encoder reads of a place: its scale may turn about another point than the shaft."""
+    if drive.scale_amplitude != 0.0:
+        position += drive.scale_amplitude * math.sin(drive.scale_turns * position + drive.scale_phase)
+    return position
 
 
 @inner
@@ -157,7 +166,7 @@ def _report(arm: Arm, law: Law, memory: Memory, error: FloatArray) -> None:
         memory.reported_counts[i] = memory.counts[i]
         late = arm.drives[i].position_delay / arm.step_time
         if late > 0.0 and path > 1:
-            past = _past(memory.path, memory.places[2], late, i)
+            past = _read(arm.drives[i], _past(memory.path, memory.places[2], late, i))
             memory.reported_counts[i] = np.rint(past * law.counts[i] + error[i])
 
 

@@ -48,6 +48,8 @@ def set_torques(
 @inner
 def _torque(drive: Record, motor: Record, command: float, step: float) -> float:
     """Torque of one motor at the gear's output, N·m; its current and its winding's warmth go on by a step."""
+    if drive.command_threshold > 0.0:
+        command = math.copysign(max(abs(command) - drive.command_threshold, 0.0), command)
     wanted = min(max(command, -drive.current_limit), drive.current_limit)
     if drive.current_lag > 0.0:
         motor.current += -math.expm1(-step / drive.current_lag) * (wanted - motor.current)
@@ -58,5 +60,8 @@ def _torque(drive: Record, motor: Record, command: float, step: float) -> float:
         heat = drive.winding_heating * motor.current * motor.current - motor.winding_warmth
         motor.winding_warmth += step / drive.winding_time * heat
         gain *= math.exp(drive.gain_per_kelvin * motor.winding_warmth)
+    if drive.iron_loss > 0.0:
+        share = motor.current / drive.iron_current
+        gain /= 1.0 + drive.iron_loss * share * share
     torque: float = gain * motor.current + drive.torque_offset
     return torque

@@ -36,6 +36,7 @@ DRIVE = np.dtype(
         ("static_speed", "f8"),
         ("load_rise", "f8"),
         ("driven_rise", "f8"),
+        ("load_square", "f8"),
         ("load_time", "f8"),
         ("wave_height", "f8"),
         ("wave_order", "f8"),
@@ -66,6 +67,9 @@ DRIVE = np.dtype(
         ("gain", "f8"),
         ("current_limit", "f8"),
         ("current_lag", "f8"),
+        ("command_threshold", "f8"),
+        ("iron_loss", "f8"),
+        ("iron_current", "f8"),
         ("torque_offset", "f8"),
         ("gain_per_kelvin", "f8"),
         ("winding_heating", "f8"),
@@ -81,6 +85,10 @@ DRIVE = np.dtype(
         # Slip elements between rotor and housing.
         ("drag_stiffness", "f8"),
         ("drag_stretch", "f8"),
+        # Encoder that sits beside its axis.
+        ("scale_amplitude", "f8"),
+        ("scale_turns", "f8"),
+        ("scale_phase", "f8"),
         # Channels of the bus.
         ("position_delay", "f8"),
         ("torque_delay", "f8"),

@@ -235,7 +235,7 @@ def _age(drives: Records, motors: Records, clock: FloatArray, step: float) -> No
     """Loads, temperatures and whatever else changes slowly, by one step."""
     for i in range(len(drives)):
         drive, motor = drives[i], motors[i]
-        if drive.load_rise != 0.0 or drive.driven_rise != 0.0:
+        if drive.load_rise != 0.0 or drive.driven_rise != 0.0 or drive.load_square != 0.0:
             motor.load += -math.expm1(-step / drive.load_time) * (motor.gear_torque - motor.load)
         friction.age(drive, motor, motor.velocity, clock[0], step)
     clock[0] += step

@@ -19,6 +19,7 @@ from ident.discrepancy.by_evidence.decide.names import (
     simplified,
     slot,
 )
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
@@ -30,6 +31,7 @@ from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_fo
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.power.planned import sizes_beside
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
@@ -121,6 +123,19 @@ def posed(question: Question) -> Problem:
     prior = question.prior(base) if question.prior else None
     accepted = None if prior is None else prior.misfit
     return pose(base, prior, prepare(robot, question.fit), accepted)
+
+
+def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
+    """The smallest size of each effect that would have been named, beside all that the model leaves.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm.
+    """
+    problem = posed(question)
+    nothing = Found((), problem.level, problem.score, problem.posterior)
+    present = PresentWith(problem.present, (), problem.prepared.repeats)
+    wanted = candidates(problem.prepared.robot, question.families)
+    return sizes_beside(problem, nothing, present, question.fit, wanted, lag_is_known(question.robot))
 
 
 def _aligned(question: Question) -> Robot:

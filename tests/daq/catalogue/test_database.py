@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,6 +62,18 @@ def test_many_processes_write_at_once(url: str) -> None:
         notes = runs.get(catalogue, 1).note.split("\n")
         assert sorted(notes) == sorted(f"{number}.{k}" for number, k in expected)
     assert sum(int(out) for out, _ in answers) == 1
+
+
+def test_what_was_told_to_be_kept_outlives_a_power_cut(
+    sqlite_set_up: Callable[[sqlite3.Connection, object], None], tmp_path: Path
+) -> None:
+    """WAL syncs at each commit only where ``synchronous`` is FULL (2)."""
+    with closing(sqlite3.connect(tmp_path / "catalogue.db")) as connection:
+        sqlite_set_up(connection, None)
+        found = [
+            connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("synchronous", "journal_mode")
+        ]
+    assert found == [2, "wal"]
 
 
 def test_a_killed_process_leaves_whole_entries_and_a_run_that_is_told_abandoned(url: str) -> None:
@@ -222,7 +237,7 @@ def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, o
 
 def test_the_tables_are_pinned_to_their_version() -> None:
     """Whoever changes a table has to raise VERSION, write the step, and change this list."""
-    assert schema.VERSION == 4
+    assert schema.VERSION == 5
     found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
     assert found == {
         "arms": 7,

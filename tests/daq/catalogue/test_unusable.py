@@ -70,7 +70,7 @@ def folder(file: Path) -> None:
     [
         (
             newer,
-            "has version 99 of a newer armhil; allowed: up to 4; install that newer one, or name another",
+            "has version 99 of a newer armhil; allowed: up to 5; install that newer one, or name another",
         ),
         (cut, "the file is damaged: put a backup in its place, or move it away"),
         (text, "file is not a database; name another in $ARMHIL_CATALOGUE, or move it away"),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import replace
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,21 +38,81 @@ STRIBECK = "[[stribeck_friction]]\ndrive = 1\nrise = {rise}\nspeed = 0.1\n"
 Night = Callable[..., CheckRequest]
 
 
-@pytest.fixture
-def night(emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Night:
+@dataclass(frozen=True)
+class Found:
+    """An accepted night, one on which friction rises at low speed, and what its diagnosis wrote.
+
+    Attributes:
+        database: file of the catalogue with all of it.
+        first, changed: the two nights.
+        file: of the model.
+    """
+
+    database: Path
+    first: CheckResult
+    changed: CheckResult
+    file: Path
+
+    @contextmanager
+    def gone(self) -> Iterator[None]:
+        """The file of the model is not there, until the other tests need it."""
+        text = self.file.read_bytes()
+        self.file.unlink()
+        try:
+            yield
+        finally:
+            self.file.write_bytes(text)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def offline(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ARMHIL_STATE", str(tmp_path_factory.mktemp("state")))
+        patch.setattr(check_module, "record_check", record_offline)
+        yield
+
+
+@pytest.fixture(scope="module")
+def motion(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_motion(emps, tmp_path_factory.mktemp("motion"), 4.0)
+
+
+def nights(emps: Robot, motion: Path, outside: Path) -> Night:
     """What is asked of one night of the simulated axis after the other."""
-    monkeypatch.setattr(check_module, "record_check", record_offline)
-    motion = write_motion(emps, tmp_path, 4.0)
 
     def one(catalogue: Catalogue, hidden: str = "", *, search: bool = False) -> CheckRequest:
-        number = len(list(tmp_path.glob("night*")))
-        folder, scenario = tmp_path / f"night{number}", tmp_path / f"scenario{number}.toml"
+        number = len(list(outside.glob("night*")))
+        folder, scenario = outside / f"night{number}", outside / f"scenario{number}.toml"
         folder.mkdir()
         scenario.write_text("format = 1\n" + hidden)
         order = ArmOrder(emps, "emps", Channel("virtual", "offline"), True, 3, scenario=scenario)
         return CheckRequest(order, folder, catalogue, motion, search=search)
 
     return one
+
+
+@pytest.fixture
+def night(emps: Robot, motion: Path, tmp_path: Path) -> Night:
+    return nights(emps, motion, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def made(emps: Robot, motion: Path, tmp_path_factory: pytest.TempPathFactory) -> Found:
+    folder = tmp_path_factory.mktemp("found")
+    night = nights(emps, motion, folder)
+    with Catalogue(str(folder / "catalogue.db")) as catalogue:
+        first = check(night(catalogue))
+        baselines.accept(catalogue, first.model, "Ada", "first", None)
+        changed = check(night(catalogue, STRIBECK.format(rise=2.0)))
+        file = diagnosed(catalogue, first, changed, folder / "why")
+    return Found(folder / "catalogue.db", first, changed, file)
+
+
+@pytest.fixture
+def found(made: Found, own_catalogue: Path) -> Found:
+    """With a copy of the catalogue for each test."""
+    shutil.copyfile(made.database, own_catalogue)
+    return made
 
 
 def check(request: CheckRequest) -> CheckResult:
@@ -73,22 +135,17 @@ def diagnosed(catalogue: Catalogue, accepted: CheckResult, changed: CheckResult,
     return out / "emps.model.toml"
 
 
-def test_nights_go_on_with_what_was_found(night: Night, armhil: Call, tmp_path: Path) -> None:
+def test_nights_go_on_with_what_was_found(found: Found, night: Night, armhil: Call, tmp_path: Path) -> None:
     """Diagnose, identify with the model, accept: quiet on the same arm, loud on another; files may go."""
     rubbing, more = STRIBECK.format(rise=2.0), STRIBECK.format(rise=5.0)
+    assert found.changed.verdict is Verdict.FAILED
     with Catalogue() as catalogue:
-        first = check(night(catalogue))
-        baselines.accept(catalogue, first.model, "Ada", "first", None)
-        changed = check(night(catalogue, rubbing))
-        assert changed.verdict is Verdict.FAILED
-        file = diagnosed(catalogue, first, changed, tmp_path / "why")
-        request = IdentifyRequest((changed.capture,), out=tmp_path / "whole", model=file)
+        request = IdentifyRequest((found.changed.capture,), out=tmp_path / "whole", model=found.file)
         whole = keep_request(catalogue, request, run_identify(request, Silent()))
         assert whole is not None and [entry.name for entry in whole.found] == ["stribeck_friction"]
         baselines.accept(catalogue, whole.id, "Ada", "stays as it is", None)
-        for lost in (file, tmp_path / "whole" / "emps.model.toml"):
-            lost.unlink()
-
+        (tmp_path / "whole" / "emps.model.toml").unlink()
+    with found.gone(), Catalogue() as catalogue:
         same = check(night(catalogue, rubbing, search=True))
         assert same.verdict is Verdict.OK, same.sentence
         assert same.warnings == () and same.findings == ()
@@ -149,17 +206,17 @@ def test_what_a_refit_takes_up_is_compared_all_the_same(night: Night, tmp_path: 
         assert record.details["state"] == "unchanged"
 
 
-def test_a_search_knows_what_was_found_though_the_file_is_gone(night: Night, tmp_path: Path) -> None:
+def test_a_search_knows_what_was_found_though_the_file_is_gone(
+    found: Found, night: Night, tmp_path: Path
+) -> None:
     """As ``check --search`` asks for it; made again it is the same."""
-    with Catalogue() as catalogue:
-        first = check(night(catalogue))
-        changed, later = (check(night(catalogue, STRIBECK.format(rise=2.0))) for _ in range(2))
-        diagnosed(catalogue, first, changed, tmp_path / "why").unlink()
-        known = effects_of(models.latest_of(catalogue, changed.run))
-        for found, names in ((known, 0), (None, 1)):
+    with found.gone(), Catalogue() as catalogue:
+        later = check(night(catalogue, STRIBECK.format(rise=2.0)))
+        known = effects_of(models.latest_of(catalogue, found.changed.run))
+        for given, names in ((known, 0), (None, 1)):
             out = tmp_path / f"later{names}"
             request = DiagnoseRequest(
-                (later.capture,), robot="emps", split_half=True, out=out, evaluations=0, found=found
+                (later.capture,), robot="emps", split_half=True, out=out, evaluations=0, found=given
             )
             result = run_diagnose(request, Silent())
             assert len(result.diagnosis.findings) == names
@@ -168,16 +225,13 @@ def test_a_search_knows_what_was_found_though_the_file_is_gone(night: Night, tmp
             assert again.sameness == "identical", again.remarks
 
 
-def test_a_catalogue_model_is_the_model_of_its_file(night: Night, tmp_path: Path) -> None:
+def test_a_catalogue_model_is_the_model_of_its_file(found: Found) -> None:
     from daq.files.found_model import found_json, read_found_model
 
+    first, changed = found.first, found.changed
     with Catalogue() as catalogue:
-        first = check(night(catalogue))
         assert effects_of(models.get(catalogue, first.model)) is None
-        changed = check(night(catalogue, STRIBECK.format(rise=2.0)))
-        file = diagnosed(catalogue, first, changed, tmp_path / "why")
-        robot = first.fitted.base.model.robot
-        of_file = read_found_model(file, robot)
+        of_file = read_found_model(found.file, first.fitted.base.model.robot)
         of_catalogue = effects_of(models.latest_of(catalogue, changed.run))
         assert of_catalogue is not None
         assert replace(of_catalogue, source=of_file.source) == of_file

@@ -81,7 +81,7 @@ def test_a_grown_residual_is_a_warning_on_every_night_that_has_it(
         first = check(catalogue)
         baselines.accept(catalogue, first.model, "Ada", "first", None)
         assert check(catalogue).verdict is Verdict.OK
-        monkeypatch.setattr(residual, "GROWN_OF_FEW", 0.5)
+        monkeypatch.setattr(residual, "INCREASE_OF_FEW", 0.5)
         for _ in range(2):
             found = check(catalogue)
             assert found.verdict is Verdict.WARNING

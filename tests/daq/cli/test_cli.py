@@ -445,28 +445,42 @@ def test_arguments_of_test_go_to_pytest(tmp_path: Path) -> None:
 
 
 def test_test_runs_the_tests_of_the_clone_and_keeps_their_exit_code(tmp_path: Path) -> None:
-    options = ["-q", "-p", "no:cacheprovider"]
-    found = as_program("test", "--collect-only", "tests/test_requirements.py", *options, cwd=tmp_path)
-    assert found.code == 0 and "test_only_versions_and_hashes" in found.out
-    nothing = as_program("test", "-k", "no_such_test", "tests/test_requirements.py", *options, cwd=tmp_path)
+    words = ("test", "-n", "0", "-k", "no_such_test", "tests/test_requirements.py", "-p", "no:cacheprovider")
+    nothing = as_program(*words, cwd=tmp_path)
     assert nothing.code == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert re.search(r"^[1-9]\d* deselected", nothing.out, re.MULTILINE), nothing.out
 
 
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ([], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow"]),
-        (["--slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow"]),
-        (["-x"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
+        ([], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow"]),
+        (["--slow"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "slow"]),
+        (["-x"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
         (["-n", "0", "-k", "emps"], ["-q", "-m", "not slow", "-n", "0", "-k", "emps"]),
-        (["tests/test_docs.py::x", "-v"], ["-n", "2", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),
-        (["-m", "slow or not slow"], ["-n", "2", "--dist", "worksteal", "-q", "-m", "slow or not slow"]),
+        (["tests/test_docs.py::x", "-v"], ["-n", "3", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),
+        (["-m", "slow or not slow"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "slow or not slow"]),
     ],
 )
-def test_test_keeps_two_workers_and_leaves_the_slow_ones_out(
+def test_test_keeps_its_workers_and_leaves_the_slow_ones_out(
     given: list[str], expected: list[str], repository: Path
 ) -> None:
     assert pytest_arguments(repository, given) == expected
+
+
+def test_a_time_out_ends_one_test_and_not_the_worker(tmp_path: Path, repository: Path) -> None:
+    """With what pyproject.toml says of time-outs, but for how long."""
+    file = tmp_path / "test_two.py"
+    file.write_text("import time\n\ndef test_hangs():\n    time.sleep(60)\n\ndef test_next():\n    pass\n")
+    settings = ("-c", str(repository / "pyproject.toml"), "--rootdir", str(tmp_path), "-o", "timeout=0.2")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *settings, "-p", "no:cacheprovider", str(file)],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+    )
+    assert "1 failed, 1 passed" in done.stdout and "Timeout" in done.stdout, done.stdout + done.stderr
 
 
 def test_test_outside_of_a_clone(tmp_path: Path, repository: Path) -> None:

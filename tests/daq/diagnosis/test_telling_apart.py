@@ -14,8 +14,7 @@ import robots
 from daq.diagnosis import telling_apart
 from daq.diagnosis.diagnosis_words import recommendation
 from daq.diagnosis.ranking_table import ranking_rows
-from daq.diagnosis.scored_families import scored_family
-from daq.diagnosis.settled_by import settled_by
+from daq.diagnosis.scored_families import scored_family, settled_by
 from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
 from ident import RegressorModel, base_parameters
 from ident.discrepancy import Candidate

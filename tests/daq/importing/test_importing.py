@@ -89,13 +89,6 @@ def test_the_tx40_log(shared_data: Path, tx40: Robot) -> None:
     assert round(estimate.relative_error_percent, 3) == 7.331
 
 
-def test_the_tx40_log_at_a_higher_rate(shared_data: Path, tx40: Robot) -> None:
-    loaded = load_recording(shared_data / "tx40", tx40)
-    finer = loaded.settings.model_copy(update={"cutoff_hz": 100.0, "decimation": 10})
-    fitted = identify(tx40.model_copy(update={"identification": finer}), loaded.recordings)
-    assert round(fitted.result.least_squares.relative_error_percent, 3) == 9.028
-
-
 @pytest.mark.parametrize("name", robots.shipped())
 def test_every_shipped_arm_has_a_column_map(name: str) -> None:
     robot = robots.load(name)

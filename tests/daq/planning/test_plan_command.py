@@ -81,7 +81,8 @@ def test_the_same_seed_is_the_same_file_and_another_is_not(plan: Plan, tmp_path:
 
 
 def test_json_has_the_keys_of_the_reference_page_and_no_others(plan: Plan, tmp_path: Path) -> None:
-    answer = plan("emps", "--periods", 2, "--parameters", "friction1", "--power", "--json", "--out", "mine")
+    asked = ("--parameters", "friction1", "--for", "hysteresis@1=1e6")
+    answer = plan("emps", "--periods", 2, *asked, "--json", "--out", "mine")
     result = json.loads(answer.out)
     assert result == json.loads((tmp_path / "mine" / "plan.json").read_text(encoding="utf-8"))
     text = PAGE.read_text(encoding="utf-8").split("\n## plan --json\n", 1)[1]

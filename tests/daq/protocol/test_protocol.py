@@ -17,8 +17,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.files.checksum import file_sha256
 from daq.protocol.content import Protocol, ProtocolError, protocol_of
-from daq.protocol.page import render_protocol
-from daq.protocol.paper import HEIGHT, MARGIN, WIDTH, pdf_of
+from daq.protocol.paper import HEIGHT, MARGIN, WIDTH, pdf_of, render_protocol
 from daq.session.stages import STAGES, StageName, fingerprint
 from robots import Robot
 from tests.daq.calls import Call

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,10 +18,20 @@ READ, DRIVE = "read-token-of-the-test", "drive-token-of-the-test"
 Clients = Callable[[Service], TestClient]
 
 
+@pytest.fixture(scope="session")
+def filled_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Filled once: twelve nights are some sixty transactions."""
+    folder = tmp_path_factory.mktemp("filled")
+    with Catalogue(str(folder / "catalogue.db")) as catalogue:
+        fill(catalogue, folder)
+    return folder / "catalogue.db"
+
+
 @pytest.fixture
-def filled(tmp_path: Path) -> Iterator[Catalogue]:
+def filled(filled_file: Path, own_catalogue: Path) -> Iterator[Catalogue]:
+    """A copy for each test."""
+    shutil.copyfile(filled_file, own_catalogue)
     with Catalogue() as catalogue:
-        fill(catalogue, tmp_path)
         yield catalogue
 
 

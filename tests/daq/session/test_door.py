@@ -6,6 +6,7 @@ brings about what stands against a motion; see ``AGAINST``.
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import shutil
@@ -18,6 +19,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import daq
 import robots
 from daq.catalogue import leases, runs
 from daq.catalogue.database import Catalogue
@@ -306,6 +308,29 @@ def test_the_one_way_round_is_slow_and_asks_where_the_arm_stands(
     _, line = call(bench, armhil, way, tmp_path / "d", "--not-commissioned", *slow, *here)
     assert bench.moved == ["stream"], line
     assert 0 < bench.told[0] <= NOT_COMMISSIONED_SPEED + 1e-3
+
+
+def test_nothing_else_opens_an_arm() -> None:
+    """Whoever adds a way to move gives it a row above, or says here why it needs none."""
+    found: dict[str, set[str]] = {}
+    for file in sorted(Path(daq.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+                if name in ("opened", "ArmSession", "run_stream"):
+                    found.setdefault(name, set()).add(str(file.relative_to(Path(daq.__file__).parent)))
+    assert found == {
+        "opened": {
+            "check/recorded.py",
+            "cli/demonstration.py",
+            "cli/diagnose.py",
+            "session/commission.py",
+            "session/home.py",
+            "session/jog.py",
+            "session/run.py",
+        },
+        "ArmSession": {"session/bench.py", "session/acknowledgement.py"},
+    }
 
 
 def test_a_catalogue_that_is_not_looked_at_opens_nothing(bench: Bench, armhil: Call, tmp_path: Path) -> None:

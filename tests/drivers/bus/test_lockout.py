@@ -10,11 +10,13 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import robots
 from drivers import ArmSession, BusError, BusLock, Channel, DriveError
 from drivers.bus import state_folder
+from drivers.bus.last_rest import LastRest
 from drivers.bus.lockout import Lockout
 from drivers.frames import channel
 
@@ -212,7 +214,24 @@ def test_where_no_note_can_be_kept_nothing_moves(machine: Path, monkeypatch: pyt
         BusLock(CAN0)
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '"x"', '{"reason": 1}', "\x00\x01"])
+BEYOND = "1e999"
+INFINITE = json.dumps(
+    {"channel": "", "arm": "", "serials": [], "begun": "", "process": 7, "reason": None}
+).replace("7", BEYOND)
+
+
+@pytest.mark.parametrize(
+    "text", [BEYOND, "[" * 6000, f'{{"when": "", "offsets": [{BEYOND}], "position": [0.0]}}']
+)
+def test_a_damaged_record_of_a_rest_asks_for_a_look(machine: Path, text: str) -> None:
+    rest = LastRest(CAN0, ["joint"], ["1"])
+    rest.keep([0], np.zeros(1))
+    (record,) = (machine / "lib" / "armhil").iterdir()
+    record.write_text(text)
+    assert rest.doubt([0], np.zeros(1)) == "the record of where it last stood is damaged"
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '"x"', '{"reason": 1}', "\x00\x01", "[" * 6000, INFINITE])
 def test_a_damaged_note_still_stands(machine: Path, text: str) -> None:
     Lockout(CAN0).begin()
     (note,) = (machine / "lib" / "armhil").iterdir()

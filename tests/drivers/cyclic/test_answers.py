@@ -83,6 +83,18 @@ def test_answers_that_are_late_and_nothing_else_are_no_second_ones() -> None:
     assert 0 < done.result.incomplete_cycles < 40
 
 
+def test_a_late_answer_costs_its_row_and_the_next_one_where_two_are_there() -> None:
+    """Which of the two belongs to the later SYNC, nobody knows; the rows before are as they were."""
+
+    def late(number: int, arm: FakeArm) -> None:
+        arm.axes[1].delay = 0.0041 if number == 250 else 0.0002
+
+    done = run(late)
+    assert done.result.outcome == "completed" and done.result.doubtful == ()
+    first, second = np.flatnonzero(~done.rows["complete"][:, 1])
+    assert second == first + 1 and done.rows["complete"][:, [0, 2]].all()
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.0001, 0.0003, 0.0023, 0.0039])
 def test_a_single_second_frame_costs_its_row_and_is_told(delay: float) -> None:
     def twice(number: int, arm: FakeArm) -> None:

@@ -60,6 +60,10 @@ def test_the_window_of_the_following_error_holds_on_both_sides(sign: int) -> Non
     assert checks.check(seen, [1000, 1000 + sign * 50, 1000]) is None
     said = checks.check(seen, [1000, 1000 + sign * 51, 1000])
     assert said == "following error of drive 2 is 51 counts; allowed: 50"
+    for step, off in enumerate((50, 51), start=1):  # of an axis that moves, too
+        seen.position = [1000 + step] * 3
+        said = checks.check(seen, [1000 + step, 1000 + step + sign * off, 1000 + step])
+        assert (said is not None) == (off > 50)
 
 
 def look_healthy(arm: FakeArm) -> None:
@@ -129,6 +133,20 @@ def test_an_emergency_of_an_axis_that_looks_healthy_ends_the_stream(code: int, e
     if ends:
         assert done.result.reason.startswith(f"drive 2 sent an emergency; EMCY 0x{code:04X}")
         assert done.result.cycles < 250
+
+
+def test_an_emergency_is_looked_at_when_it_comes_and_not_with_the_next_heartbeat() -> None:
+    """Heartbeats come with every 25th SYNC; the later of two emergencies between them ends it later."""
+    healthy, cycles = beating(10_000), []
+    for at in (201, 219):
+
+        def script(number: int, arm: FakeArm, at: int = at) -> None:
+            healthy(number, arm)
+            if number == at:
+                arm.put(0x082, b"\x10\x43" + bytes(6))
+
+        cycles.append(run(script, links=LINKS).result.cycles)
+    assert cycles[1] - cycles[0] > 9, "the ramps differ"
 
 
 @pytest.mark.parametrize("request_", [Request.HALT, Request.ABORT, Request.STOP])

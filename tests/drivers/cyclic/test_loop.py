@@ -8,17 +8,18 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robots
 from drivers import Budgets, Channel, StreamResult
 from drivers.cia402 import State
+from drivers.cyclic.foreign import is_answer
 from drivers.cyclic.loop import Loop
 from drivers.frames.job import Job
 from drivers.frames.layout import DriveLink
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from drivers.frames.units import Units
 from tests.drivers.fake_arm import Clock, FakeArm
 
@@ -148,13 +149,25 @@ def test_an_axis_that_waits_for_its_brake_holds_up_the_others() -> None:
     assert len(together) == 1 and together.pop() > 90
 
 
-def test_a_drive_that_does_not_climb_is_named() -> None:
+@pytest.mark.parametrize(
+    ("bits", "hint"),
+    [
+        (0x210, ""),
+        (0x010, "; its statusword says that it does not"),
+        (0x200, "; its power stage has no voltage"),
+    ],
+)
+def test_a_drive_that_does_not_climb_is_named(bits: int, hint: str) -> None:
+    """Whether it has a voltage (bit 4) and listens to the bus (bit 9, remote) stands in its statusword."""
+
     def stuck(number: int, arm: FakeArm) -> None:
         arm.axes[2].stuck = arm.axes[2].state is State.READY
+        arm.axes[2].extra_bits = bits
 
     done = run(stuck)
     assert done.result.outcome == "aborted"
-    assert done.result.reason == "drive 3 stayed in state 'ready to switch on' for 2 s after 'switch on'"
+    told = "drive 3 stayed in state 'ready to switch on' for 2 s after 'switch on'"
+    assert done.result.reason.startswith(told + hint) and bool(hint) == (done.result.reason != told)
     assert done.result.cycles == 0
     assert not any(axis.targets for axis in done.arm.axes)
 
@@ -379,11 +392,59 @@ def test_brakes_have_their_time_also_where_not_all_axes_came_up() -> None:
         arm.axes[2].stuck = arm.axes[2].state is State.SWITCHED_ON and 0x00 not in arm.axes[2].controlwords
 
     done = run(stuck, brake_engage=0.12)
-    assert done.result.reason == "drive 3 stayed in state 'switched on' for 2 s after 'enable operation'"
+    reason = "drive 3 stayed in state 'switched on' for 2 s after 'enable operation'"
+    assert done.result.reason.startswith(reason)
     for axis in done.arm.axes[:2]:
         down = axis.controlwords[len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) :]
         assert down.index(0x06) >= 0.12 / PERIOD, "disable operation, until the brake has fallen in"
     assert all_off(done.arm)
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (b"\x2b\x40\x60\x00\x06\x00\x00\x00", "writes object 6040:00 of node 2"),
+        (b"\x21\x00\x16\x01\x08\x00\x00\x00", "writes object 1600:01 of node 2"),
+        (b"\xc2\x7c\x60\x00\x04\x00\x00\x00", "writes object 607C:00 of node 2"),
+        (b"\x0d\x00\x00\x00\x00\x00\x00\x00", "writes an object of node 2"),
+        (b"\x2b", "writes an object of node 2"),
+    ],
+)
+def test_a_program_that_writes_objects_of_a_drive_stops_the_arm(request_: bytes, words: str) -> None:
+    def intrude(number: int, arm: FakeArm) -> None:
+        if number == 200:
+            arm.put(0x602, request_)
+
+    done = run(intrude)
+    assert done.result.outcome == "aborted"
+    assert done.result.reason == f"another master is on the bus: it {words} (SDO)"
+    assert all_off(done.arm)
+
+
+@pytest.mark.parametrize("first", [0x40, 0x60, 0xA4, 0x80])
+def test_a_program_that_only_reads_is_told(first: int) -> None:
+    """As a maker's tool does that shows curves; an empty frame asks for nothing."""
+
+    def look(number: int, arm: FakeArm) -> None:
+        if number in (200, 210, 220):
+            arm.put(0x602, bytes([first, 0x41, 0x60, 0, 0, 0, 0, 0]) if number != 220 else b"")
+
+    done = run(look)
+    assert done.result.outcome == "completed"
+    assert "something else reads objects of node 2 (SDO) (3 times)" in done.result.notes
+
+
+def test_answers_to_somebody_else_confirm_nothing() -> None:
+    """The end of the watch (1016) is confirmed by the answer to that write, done or refused."""
+    asked = b"\x16\x10\x01"
+    for data, counts in (
+        (b"\x60" + asked + bytes(4), True),
+        (b"\x80" + asked + b"\x00\x00\x02\x06", True),
+        (b"\x60\x40\x60\x00" + bytes(4), False),
+        (b"\x4b" + asked + bytes(4), False),
+        (b"\x60" + asked, False),
+    ):
+        assert is_answer(data, asked) == counts, data
 
 
 def test_a_second_master_stops_the_arm() -> None:

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.cyclic.pacemaker import Pacemaker
-from drivers.frames.requests import Request
-from drivers.frames.ring import Ring
+from drivers.frames.ring import Request, Ring
 from tests.drivers.fake_arm import Clock
 
 

@@ -13,7 +13,8 @@ import pytest
 import robots
 from ident import IdentificationError, Recording, RegressorModel
 from ident.closed_loop import SimulatedRun, simulate, simulate_many
-from ident.closed_loop.simulate import leading_of, run_in_python
+from ident.closed_loop.leading import leading_of
+from ident.closed_loop.simulate import run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.effects import Effect, FrictionSign, State
 from ident.effects.family import Place, StandardParameter

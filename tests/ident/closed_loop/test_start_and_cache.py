@@ -6,16 +6,21 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numba.types import Literal
 
 import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
-from ident.closed_loop.simulate import leading_of, run_in_python, start_velocity
+from ident.closed_loop.leading import leading_of, start_velocity
+from ident.closed_loop.simulate import run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
 from ident.kernels.compilation import stamp_of
+from ident.kernels.friction import implicit_step
+from ident.kernels.loop import closed_loop
 from ident.preparation.set_points import set_point_accelerations
 
 TX40 = robots.load("tx40")
@@ -154,6 +159,23 @@ def test_machine_code_follows_a_change_in_another_file(tmp_path: Path) -> None:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         outputs.append(done.stdout.split())
     assert outputs == [["4.0", "0"], ["4.0", "1"], ["12.0", "0"]]
+
+
+def test_one_arm_is_compiled_once() -> None:
+    """However its set-points are interpolated (held ones cannot be written), whatever a count begins with."""
+    emps = robots.load("emps")
+    time = emps.bus.cycle_time * np.arange(60)
+    reference = 0.01 * (1 - np.cos(2 * np.pi * time))[:, np.newaxis]
+    recording = Recording("swing", time, reference, reference.copy(), np.zeros_like(reference))
+    for interpolation in ("hold", "linear"):
+        controller = emps.controller.model_copy(update={"interpolation": interpolation})
+        model = RegressorModel.of(emps.model_copy(update={"controller": controller}))
+        simulate(model, model.prior(), recording)
+    dispatcher: Any = closed_loop
+    assert len([signature for signature in dispatcher.signatures if signature[0].count == 1]) == 1
+    step: Any = implicit_step
+    kept = [key[0] for key in step._cache._cache_file._load_index()]
+    assert kept and not any(isinstance(one, Literal) for signature in kept for one in signature)
 
 
 def test_a_stamp_is_that_of_all_files(tmp_path: Path) -> None:

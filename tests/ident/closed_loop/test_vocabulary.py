@@ -53,7 +53,14 @@ UNFILTERED = TX40.model_copy(
     update={"identification": TX40.identification.model_copy(update={"cutoff_hz": 1e6})}
 )
 """For columns that know of the filter of the positions: there is none here."""
-KNOWING_THE_FILTER = ("gear_ripple", "torque_ripple", "current_loop_lag", "time_delay")
+KNOWING_THE_FILTER = (
+    "gear_ripple",
+    "torque_ripple",
+    "current_loop_lag",
+    "time_delay",
+    "encoder_eccentricity",
+    "command_dead_zone",
+)
 
 
 def torques(
@@ -84,6 +91,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "static_friction": [(2, None, (2.0, 0.5), 0.15), (2, None, (0.0, 2.0), 0.1)],
     "nonlinear_viscous_friction": [(2, (0.5,), (2.0, -0.1), 0.005), (2, (2.0,), (5.0, 0.2), 0.005)],
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
+    "load_quadratic_friction": [(1, None, (0.003,), 0.03), (2, None, (0.01,), 0.03)],
     "directional_efficiency": [(1, None, (0.1, 0.05), 0.03), (4, None, (0.5, -0.2), 0.03)],
     "drifting_friction": [
         (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
@@ -104,6 +112,9 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (2.0, 1.0), (0.03, 0.02), 0.06),
     ],
     "saturation": [(2, (25.0,), (1.0,), 0.001)],
+    "encoder_eccentricity": [(2, (45.0,), (1e-4, 5e-5), 0.06), (1, (1.0,), (5e-3, 3e-3), 0.06)],
+    "torque_constant_droop": [(1, None, (0.2,), 0.01), (4, None, (0.3,), 0.01)],
+    "command_dead_zone": [(1, None, (1.0,), 0.1), (2, None, (0.5,), 0.1)],
     "rotor_inertia": [(2, None, (0.02,), 0.002)],
     "current_loop_lag": [(2, None, (0.001,), 0.05)],
     "payload": [(0, None, (0.5, 0.01, 0.0, 0.05, 0.006, 0.0, 0.006, 0.0, -0.001, 0.001), 0.001)],

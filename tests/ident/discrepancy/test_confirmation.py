@@ -205,5 +205,5 @@ def test_of_an_effect_with_no_essential_parameter_the_surest_counts() -> None:
         values, names = [0.05, 0.05], ("dFv2", "dFc2")
         values[surest] = 0.3
         found = accepted("asymmetric_friction", values, [0.2, 0.2])
-        assert found.unsure.startswith(found.placed.parameter_names[surest])
-        assert set(found.placed.parameter_names) == set(names)
+        assert found.unsure.startswith(found.placed.parameters[surest].name)
+        assert {one.name for one in found.placed.parameters} == set(names)

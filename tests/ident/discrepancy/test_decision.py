@@ -13,6 +13,7 @@ import robots
 from ident.discrepancy.basis import alternatives
 from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.decision import _best_pair, _is_limit, _needed, _TieTolerance
+from ident.discrepancy.examination import Examination
 from ident.discrepancy.library import Library, Trial
 from ident.discrepancy.refined import beside_factor
 from ident.discrepancy.scoring import Score, best_per_place, singles
@@ -140,7 +141,7 @@ def test_what_another_effect_does_to_other_joints_is_not_for_a_candidate_to_expl
     for elsewhere in (10.0, 5000.0):
         examination: Any = SimpleNamespace(
             repeats=True,
-            loop=None,
+            misfit=lambda settings: settings.smallest_share,
             joint_of_rows=joint,
             excess_of_joints=np.array([402.0, elsewhere]),
             excess=402.0 + elsewhere,
@@ -152,5 +153,5 @@ def test_what_another_effect_does_to_other_joints_is_not_for_a_candidate_to_expl
 
 def test_where_nothing_repeats_likelihood_alone_decides() -> None:
     """The energy of noise is not known there: a share of it hid what two joints of a real arm showed."""
-    examination: Any = SimpleNamespace(repeats=False, loop=None)
-    assert DEFAULTS.share_of(examination) == 0.0
+    examination: Any = SimpleNamespace(repeats=False)
+    assert Examination.smallest_share(examination, DEFAULTS) == 0.0

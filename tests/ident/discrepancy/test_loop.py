@@ -13,10 +13,9 @@ from drivers.simulated.drawing import exercise
 from drivers.simulated.offline import simulate_offline
 from ident import Recording, RegressorModel, base_parameters, identify
 from ident.closed_loop import simulate
-from ident.discrepancy.examination import Examination
 from ident.discrepancy.loop import COARSE, FINE, repeated, sample_of, settled, with_standstill_of
 from ident.discrepancy.loop_evidence import LoopEvidence
-from ident.discrepancy.loop_examination import beside_found, examine_in_loop
+from ident.discrepancy.loop_examination import LoopExamination, beside_found, examine_in_loop
 from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.settings import searching
 from ident.effects import FrictionSign
@@ -32,7 +31,7 @@ SMOOTH = 0.005
 
 
 @cache
-def examined() -> Examination:
+def examined() -> LoopExamination:
     plain = robots.load("tx40")
     run = simulate_offline(plain, draw_truth(plain, 3), exercise(plain, duration=6.0), periods=2, seed=1)
     recording = Recording("clean", run.time, run.reference, run.position, run.control_signal)
@@ -43,9 +42,7 @@ def examined() -> Examination:
 
 
 def evidence() -> LoopEvidence:
-    found = examined().loop
-    assert found is not None
-    return found
+    return examined().loop
 
 
 def test_a_period_stands_for_all() -> None:
@@ -79,7 +76,6 @@ def test_friction_that_is_smoothed_over_a_speed_is_found_to_be() -> None:
     robot = searching(rig, recording)
     base = base_parameters(RegressorModel.of(robot))
     found = examine_in_loop(base, (prepared_recording(robot, recording),), None, base.regroup(model.prior()))
-    assert found.loop is not None
     (law,) = found.loop.standstill
     assert isinstance(law, FrictionSign)
     assert law.width == pytest.approx(SMOOTH, rel=0.1)
@@ -114,6 +110,18 @@ def test_friction_that_falls_steeply_with_speed_is_no_jump_at_a_reversal() -> No
     coarse, fine = (found.change(steep, substeps) for substeps in (COARSE, FINE))
     assert coarse is not None and fine is not None
     assert np.linalg.norm(coarse - fine) < 0.2 * np.linalg.norm(fine)
+
+
+def test_a_small_effect_takes_off_by_simulation_what_its_columns_say() -> None:
+    found, place = examined(), Place("drive", (1,))
+    loop = found.loop
+    effect = family_named("nonlinear_viscous_friction").effect(loop.robot, place, (2.0,), loop.present)
+    columns = found.columns_of(effect)
+    assert columns is not None
+    values = loop.probe(effect)
+    explained = found.partial_out(columns) @ values
+    gain = float(2 * explained @ found.residual - explained @ explained)
+    assert found.gain_of([effect], [values], gain=0.0) == pytest.approx(gain, rel=0.1)
 
 
 def test_beside_what_was_found_the_model_is_fitted_again() -> None:

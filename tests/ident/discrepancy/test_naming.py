@@ -128,6 +128,7 @@ def test_a_constant_offset_may_be_friction_that_differs_with_the_direction() -> 
     assert names == {"current_offset", "asymmetric_friction"}
 
 
+@pytest.mark.slow
 def test_a_vibration_has_no_name_and_is_said() -> None:
     found = search({"vibration": [{"joint": 2, "amplitude": 1.0, "frequency": 11.7}]})
     assert found.verdict == "unnamed"

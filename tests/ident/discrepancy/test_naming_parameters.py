@@ -68,7 +68,7 @@ def test_every_compared_parameter_is_one_that_the_search_reports(effect: str) ->
     shapes = family_named(effect).shapes(robot, place)
     values = tuple(SHAPES.get(shape.name, shape.grid[0]) for shape in shapes)
     placed = family_named(effect).effect(robot, place, values, _Nothing())  # type: ignore[arg-type]
-    parameters = dict.fromkeys(placed.parameter_names, (1.0, 0.1))
+    parameters = {one.name: (1.0, 0.1) for one in placed.parameters}
     parameters |= {shape.name: (value, 0.1) for shape, value in zip(shapes, values, strict=True)}
     joints = [joint + 1 for joint in place.joints]
     scenario = {effect: entry if effect in ("payload", "base_tilt") else [entry]}

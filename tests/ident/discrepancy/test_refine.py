@@ -13,6 +13,8 @@ import robots
 from ident.discrepancy import refine as module
 from ident.discrepancy import shape_search
 from ident.discrepancy.component import Component
+from ident.discrepancy.examination import Examination
+from ident.discrepancy.loop_examination import LoopExamination
 from ident.discrepancy.refine import added_values, refine
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
@@ -35,15 +37,18 @@ def test_the_simulation_has_the_last_word_on_a_shape(
         return np.ones(1), float(100.0 - np.log(speed / best[0]) ** 2 - wrong), np.ones((3, 1)), [1]
 
     monkeypatch.setattr(shape_search, "solve", solve)
-    monkeypatch.setattr(shape_search, "simulated_gain", lambda *given: solve(*given)[1])
     monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
-    monkeypatch.setattr(module, "_beside", lambda *given: None)
+    monkeypatch.setattr(module, "_beside", lambda examination, components, present: present)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
-        base=SimpleNamespace(model=SimpleNamespace(robot=robot)), loop=object() if in_loop else None
+        base=SimpleNamespace(model=SimpleNamespace(robot=robot)),
+        rounds=LoopExamination.rounds if in_loop else Examination.rounds,
+        simulations=LoopExamination.simulations if in_loop else Examination.simulations,
+        gain_of=lambda effects, values, gain: gain,
     )
     component = Component(family_named("stribeck_friction"), Place("drive", (2,)), (0.1, 2.0))
-    found: Any = refine(examination, [component], None)  # type: ignore[arg-type]
+    present: Any = SimpleNamespace(without=lambda *given: None)
+    found: Any = refine(examination, [component], present)
     assert found.shape == pytest.approx(expected, rel=0.01)
     if in_loop:
         assert sum(simulated) < 20 < len(simulated)

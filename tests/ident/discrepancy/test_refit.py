@@ -12,7 +12,6 @@ from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from ident.parameters.present import Present
 from tests.ident.discrepancy.blind_search import search
-from tests.ident.discrepancy.foreign_logs import foreign, foreign_log, foreign_robot  # noqa: F401
 
 ROBOT = robots.load("tx40")
 LOADS = [family_named(name) for name in ("payload", "load_dependent_friction", "coulomb_friction")]

@@ -58,8 +58,7 @@ def _row(family: Family) -> str:
     shapes = family.shapes(_TX40, place)
     effect = family.effect(_TX40, place, tuple(shape.grid[0] for shape in shapes), _PRESENT)
     parameters = ", ".join(
-        f"`{name}`" + ("" if unit == "1" else f" {unit}")
-        for name, unit in zip(effect.parameter_names, effect.units, strict=True)
+        f"`{one.name}`" + ("" if one.unit == "1" else f" {one.unit}") for one in effect.parameters
     )
     cells = [
         f"`{family.name}`",

@@ -16,7 +16,7 @@ from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present
 from robots.description import Robot
 
-FORMS = [form for family in VOCABULARY for form in (family, *family.forms, *family.further)]
+FORMS = [form for family in VOCABULARY for form in family.nested]
 
 
 @cache
@@ -32,7 +32,7 @@ def test_every_parameter_has_a_size_that_can_be(family: Family, name: str) -> No
     for place in family.places(robot):
         shape = tuple(one.grid[0] for one in family.shapes(robot, place))
         effect = family.effect(robot, place, shape, present(name))
-        assert len(effect.scale) == len(effect.centre) == len(effect.bounds) == len(effect.parameter_names)
+        assert len(effect.scale) == len(effect.centre) == len(effect.bounds) == len(effect.parameters)
         for scale, centre, (low, high) in zip(effect.scale, effect.centre, effect.bounds, strict=True):
             assert 0.0 < scale < np.inf
             assert low <= centre <= high or effect.name == "time_delay"
@@ -44,6 +44,20 @@ def test_sizes_follow_the_description_and_not_the_model_under_examination() -> N
     family, place = VOCABULARY[1], VOCABULARY[1].places(robot)[2]
     quiet, loud = (Present(model, factor * model.prior()) for factor in (0.1, 10.0))
     assert family.effect(robot, place, (), quiet).scale == family.effect(robot, place, (), loud).scale
+
+
+@pytest.mark.parametrize(("effect", "share"), [("coulomb_friction", 0.3), ("rotor_inertia", 0.5)])
+def test_a_term_that_the_model_lacks_is_as_large_as_the_whole_of_it(effect: str, share: float) -> None:
+    """A change of dry friction by all of it is far off; in a model without any it is nothing unusual."""
+    robot = robots.load("emps")
+    whole = RegressorModel.of(robot)
+    lacking = RegressorModel(robot, tuple(one for one in whole.effects if one.name != effect))
+    family = next(one for one in VOCABULARY if one.name == effect)
+    (place,) = family.places(robot)
+    changed, all_of_it = (
+        family.effect(robot, place, (), Present(model, model.prior())).scale[0] for model in (whole, lacking)
+    )
+    assert changed == pytest.approx(share * all_of_it)
 
 
 def doubled(robot: Robot, drive: int) -> Robot:

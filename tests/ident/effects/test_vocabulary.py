@@ -86,7 +86,7 @@ def test_every_file_of_an_effect_is_found() -> None:
     """One that forgets its row, or takes that of another, is not lost without a word."""
     files = [path.read_text() for path in Path(effects.__path__[0]).glob("*.py")]
     declared = sum(text.count(" = Family(\n") for text in files)
-    forms = {id(form) for family in VOCABULARY for form in (family, *family.forms, *family.further)}
+    forms = {id(form) for family in VOCABULARY for form in family.nested}
     assert declared == len(forms | {id(form) for form in UNNAMED_FAMILIES})
     assert len(NAMES) == len(set(NAMES)) == len({family.row for family in VOCABULARY})
     assert NAMES[0] == "viscous_friction" and NAMES[-1] == "contact"
@@ -105,11 +105,11 @@ def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
             assert all(inside), (place, shape)
             assert not shape.logarithmic or shape.lower > 0
         effect = family.effect(robot, place, middle(family, robot, place), present(robot.name))
-        count = len(effect.parameter_names)
+        count = len(effect.parameters)
         assert len(effect.units) == len(effect.bounds) == count
         assert all(low < high for low, high in effect.bounds)
         assert all(index < count for index in family.essential)
-        names += effect.parameter_names
+        names += [one.name for one in effect.parameters]
         columns = effect.columns(state)
         assert columns.shape == (200, robot.n, count)
         assert np.isfinite(columns).all()
@@ -122,7 +122,7 @@ def test_a_family_is_whole_at_every_place(family: Family, robot: Robot) -> None:
 def test_an_effect_is_something_in_the_simulation(family: Family) -> None:
     place = family.places(TX40)[-1]
     effect = family.effect(TX40, place, middle(family, TX40, place), present("tx40"))
-    parts = effect.simulated(np.full(len(effect.parameter_names), 0.1))
+    parts = effect.simulated(np.full(len(effect.parameters), 0.1))
     assert any(value is not None and len(value) for value in vars(parts).values())
 
 
@@ -488,7 +488,7 @@ def test_a_payload_is_a_body_of_the_last_link() -> None:
     """Against pin, with the body welded to the wrist: mass and first moments about its frame."""
     mass, centre = 0.8, np.array([0.03, -0.02, 0.1])
     effect = placed("payload", 0)
-    symbols = [name.removesuffix("_payload") for name in effect.parameter_names]
+    symbols = [name.removesuffix("_payload") for name in [one.name for one in effect.parameters]]
     inertia = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     figures = dict(zip(("M", "MX", "MY", "MZ"), (mass, *(mass * centre)), strict=True)) | {
         f"{a}{b}": inertia[i, j] for i, a in enumerate("XYZ") for j, b in enumerate("XYZ")

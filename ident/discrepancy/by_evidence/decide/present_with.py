@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,6 +59,10 @@ class PresentWith:
         """Dry and viscous friction of a drive."""
         return self.model.drive_friction(drive)
 
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        """Whether the model has a usual term for a drive."""
+        return self.model.has(symbols, drive)
+
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,): samples × joints."""
         return self.model.gravity_torque(position, gravity)
@@ -96,7 +100,7 @@ def _in_links(problem: Problem, links: FloatArray) -> FloatArray:
     """(p,) standard parameters of links (n, 10)."""
     model = problem.base.model
     body = next(effect for effect in model.effects if isinstance(effect, RigidBody))
-    start = model.names.index(body.parameter_names[0])
+    start = model.parameters.index(body.parameters[0])
     added = np.zeros(len(model.names))
     added[start : start + links.size] = links.reshape(-1)
     return added

@@ -159,10 +159,10 @@ class _Odds:
             # The shape follows the size: all that is there shows, and the shapes of the grid share the prior.
             a = self.expected.energy(number, direction)
             return a, a * SIZES**2 - np.log(self.shapes[place])
-        means = self.expected.means(number, direction)
-        part = slice(self.starts[place], self.starts[place] + self.shapes[place])
-        nats = logsumexp(means.at(SIZES)[:, part], axis=1) - np.log(self.shapes[place])
-        return float(means.a[number]), nats
+        first = int(self.starts[place])
+        means = self.expected.means(number, direction, slice(first, first + int(self.shapes[place])))
+        nats = logsumexp(means.at(SIZES), axis=1) - np.log(self.shapes[place])
+        return float(means.a[number - first]), nats
 
     def _alone(self, number: int, sign: float) -> float:
         """Size from which on the entry is named against nothing at all."""
@@ -223,8 +223,8 @@ def _said(rows: Rows, entry: Entry, factor: float, rival: Key) -> Smallest:
     robot, shapes = rows.prepared.robot, entry.candidate.shapes
     values = np.ones(1) if placed.whole else typical(entry) * entry.white.scale
     own = values[first] if not placed.whole else placed.shape[0]
-    parameter = placed.shape_names[0] if placed.whole else placed.parameter_names[first]
-    unit = shapes[0].unit if placed.whole else placed.units[first]
+    parameter = placed.shape_names[0] if placed.whole else placed.parameters[first].name
+    unit = shapes[0].unit if placed.whole else placed.parameters[first].unit
     rest = zip(placed.shape_names, placed.shape, (one.unit for one in shapes), strict=True)
     torque, used = effect_rows(rows.prepared, placed) @ values, rows.prepared.used
     squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)

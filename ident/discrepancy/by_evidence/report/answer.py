@@ -198,10 +198,8 @@ def parameters_of(
 ) -> tuple[FittedParameter, ...]:
     """Linear parameters with deviations, then shapes."""
     linear = [
-        FittedParameter(name, float(value), float(sigma), unit, shape=False)
-        for name, value, sigma, unit in zip(
-            placed.parameter_names, theta, deviation, placed.units, strict=True
-        )
+        FittedParameter(one.name, float(value), float(sigma), one.unit, shape=False)
+        for one, value, sigma in zip(placed.parameters, theta, deviation, strict=True)
     ]
     shapes = [
         FittedParameter(name, float(value), 0.0, unit, shape=True)

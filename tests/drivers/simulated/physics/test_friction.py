@@ -16,6 +16,7 @@ from robots import Robot
 from tests.drivers.simulated.rigs import axis_truth, carried, released
 
 FC = 20.0
+OF_LOAD = {"drive": 2, "coefficient": 0.2, "time_constant": 0.002}
 EFFICIENCY = {"drive": 2, "driving": 0.3, "driven": 0.1, "time_constant": 0.002}
 HEAVY = 1e7
 """kg: an axis this heavy keeps the speed that it was given."""
@@ -121,16 +122,17 @@ def test_a_spot_and_a_wave_sit_where_they_should(emps: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "speed", "coefficient"),
+    ("entry", "speed", "coefficient", "power"),
     [
-        ({"load_dependent_friction": [{"drive": 2, "coefficient": 0.2, "time_constant": 0.002}]}, 0.2, 0.2),
-        ({"load_dependent_friction": [{"drive": 2, "coefficient": 0.2, "time_constant": 0.002}]}, -0.2, 0.2),
-        ({"directional_efficiency": [EFFICIENCY]}, 0.2, EFFICIENCY["driven"]),
-        ({"directional_efficiency": [EFFICIENCY]}, -0.2, EFFICIENCY["driving"]),
+        ({"load_dependent_friction": [OF_LOAD]}, 0.2, OF_LOAD["coefficient"], 1),
+        ({"load_dependent_friction": [OF_LOAD]}, -0.2, OF_LOAD["coefficient"], 1),
+        ({"load_quadratic_friction": [OF_LOAD | {"coefficient": 0.008}]}, -0.2, 0.008, 2),
+        ({"directional_efficiency": [EFFICIENCY]}, 0.2, EFFICIENCY["driven"], 1),
+        ({"directional_efficiency": [EFFICIENCY]}, -0.2, EFFICIENCY["driving"], 1),
     ],
 )
 def test_friction_grows_with_the_load_through_the_gear(
-    tx40: Robot, entry: dict[str, object], speed: float, coefficient: float
+    tx40: Robot, entry: dict[str, object], speed: float, coefficient: float, power: int
 ) -> None:
     """Joint 2 in motion, stretched: the level rises with what its links take from the gear.
 
@@ -153,7 +155,7 @@ def test_friction_grows_with_the_load_through_the_gear(
     assert abs(load) > 20
     friction = motor["dry"] + motor["slope"] * motor["velocity"]
     assert load < 0.0
-    assert friction == pytest.approx(np.copysign(5.0 + coefficient * abs(load), speed), rel=0.02)
+    assert friction == pytest.approx(np.copysign(5.0 + coefficient * abs(load) ** power, speed), rel=0.02)
 
 
 def test_temperature_follows_the_power_of_friction(emps: Robot) -> None:

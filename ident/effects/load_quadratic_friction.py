@@ -1,0 +1,78 @@
+"""Load-quadratic friction: dry friction that grows faster than in proportion to the torque through the gear.
+
+The load's share of a rolling bearing's friction is f·(P/C)^y·P with y from 1/3 to 1/2 (Palmgren, Ball and
+Roller Bearing Engineering, 1959): what a proportion leaves of that is a square, to first order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.placed import (
+    OFFSET_AT_LINK,
+    POSITIVE,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    drive_row,
+    drive_torque,
+    each_drive,
+    torque_unit,
+)
+from ident.effects.scales import rated_torque
+from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.usual import friction_sign
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_SHARE, _LOAD = 0.15, 0.3
+"""Deviation of the friction over the load, as of ``mu``, and for what load: of the rated torque."""
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    row, sign, drive = drive_row(robot, place), friction_sign(robot), place.joints[0]
+    (offset_at_link,) = shape
+
+    def law(state: State) -> FloatArray:
+        torque = present.link_torque(state) + offset_at_link * present.offset_torque()
+        return along(row, drive_torque(robot, torque, drive) ** 2 * sign(state.velocity @ row))
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
+        squared = FrictionTorque(row, values[0] * row, sign, load_row=load_row, load_side="square")
+        return SimulatedParts(friction=(squared,))
+
+    unit, scale = f"1/({torque_unit(robot, place)})", _SHARE / (_LOAD * rated_torque(robot, place))
+    return Parameters(("mu_square",), (unit,), (POSITIVE,), (scale,)), law, parts
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (OFFSET_AT_LINK,)
+
+
+LOAD_QUADRATIC_FRICTION = Family(
+    "load_quadratic_friction",
+    "dry friction that grows with the square of the torque through the gear",
+    "drive",
+    each_drive,
+    _make,
+    _shapes,
+    confused_with=("load_dependent_friction", "coulomb_friction"),
+    settled_by=(
+        "lift three known weights at one slow speed and lower them: half the difference bends upwards over"
+        " the weight"
+    ),
+    told_from={
+        "load_dependent_friction": (
+            "lift three known weights at one slow speed and lower them: half the difference is no straight"
+            " line over the weight"
+        ),
+    },
+    equation="mu_square·(torque through the gear)²·sign(q̇)",
+    row=75,
+)
