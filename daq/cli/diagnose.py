@@ -143,7 +143,7 @@ def diagnose(
     from daq.diagnosis.evidence import print_evidence
     from daq.diagnosis.more import print_more
     from daq.files.model_file import SUFFIX
-    from daq.identification.guessed_terminal import print_guessed
+    from daq.identification.terminal import print_guessed
     from daq.keeping.keep import keep_diagnose_request
     from daq.session.cell import cell_of
     from daq.text.wrapped import write

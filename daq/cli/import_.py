@@ -66,7 +66,7 @@ def import_(
 
     import robots
     from daq.files.toml_text import toml_text
-    from daq.identification.guessed_terminal import print_guessed
+    from daq.identification.terminal import print_guessed
     from daq.importing.guess import guess_map, write_map
     from daq.importing.guess_log import guessed_arm
     from daq.importing.load import MAP_NAME

@@ -46,6 +46,7 @@ def test_an_imported_log_needs_no_description(armhil: Call, log: Path, tmp_path:
     assert values[0]["Fc1"] == pytest.approx(DRY, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_of_a_log_with_its_urdf(armhil: Call, log: Path, tmp_path: Path) -> None:
     words = ["--urdf", URDF, "--split-half", "--search", "rules", "--save-map", tmp_path / "map.toml"]
     _, out, err = armhil("diagnose", log, *words, "--json", "--quiet", "--no-catalogue")
