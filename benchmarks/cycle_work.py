@@ -1,22 +1,27 @@
 """What the cyclic process itself does in each SYNC period: the longest ones, and where they are.
 
-    PYTHONPATH=. python benchmarks/cycle_work.py [--seconds 60]
+    PYTHONPATH=. python benchmarks/cycle_work.py [--seconds 60] [--before TREE [--pairs 6]]
 
 The loop of the master streams to six simulated drives in one process and in virtual time. Counted is the
 processor time of its own work from each SYNC to the next: state machine, checks, RPDOs, record, and not
 what the drives do, nor any waiting. It is processor time, so a busy machine hardly changes it; what the
 machine itself does to a cycle is measured by ``cyclic.py``. Beside it are the page faults of each period
-(no memory is locked here) and whether any garbage was collected.
+(no memory is locked here) and whether any garbage was collected. With ``--before`` another source tree and
+this one are measured in turn, and each pair gives a ratio.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import os
+import re
 import resource
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -25,13 +30,13 @@ import robots
 from drivers.bus.ports import Frame
 from drivers.cyclic import realtime
 from drivers.cyclic.cycle import Cycle
-from drivers.frames.layout import SYNC_COB_ID
 from drivers.simulated import draw_truth
 from drivers.simulated.in_process import InProcessBus, stream_in_process
 from robots import Robot
 from robots.arrays import FloatArray
 
 LONGEST = 8
+SYNC_COB_ID = 0x080  # of its own: --before measures trees in which layouts are elsewhere
 
 
 class TimedPort:
@@ -45,6 +50,10 @@ class TimedPort:
         self.work: list[float] = []
         """s of processor time, from each SYNC to the next."""
         self.page_faults: list[int] = []
+
+    def beside(self, entered: float) -> None:
+        """What was done since then (s of processor time) is not the master's."""
+        self._drives += time.thread_time() - entered
 
     def send(self, cob_id: int, data: bytes) -> bool:
         entered = time.thread_time()
@@ -75,9 +84,7 @@ class TimedPort:
         return frames
 
     def wait(self, seconds: float) -> None:
-        entered = time.thread_time()
         self._bus.sleep(seconds)
-        self._drives += time.thread_time() - entered
 
     def overflows(self) -> int:
         return 0
@@ -97,15 +104,48 @@ def collections_so_far() -> int:
     return sum(generation["collections"] for generation in gc.get_stats())
 
 
+def measured(tree: Path, seconds: float) -> FloatArray:
+    """Own work in a tree's cycles at 50, 99, 99.9 and 100 %, ms; in a process of its own, by this script."""
+    done = subprocess.run(
+        [sys.executable, "-P", str(Path(__file__).resolve()), "--seconds", f"{seconds:g}"],
+        env=os.environ | {"PYTHONPATH": str(tree)},
+        cwd=tree,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = re.search(r"own work .* %: ([\d. /]+) ms", done.stdout)
+    assert found is not None, done.stdout
+    return np.array([float(value) for value in found[1].split(" / ")])
+
+
+def compare(before: Path, seconds: float, pairs: int) -> None:
+    """Both trees in turn, the first of each pair changing; print each pair and the median of the ratios."""
+    trees = (before.resolve(), Path(__file__).resolve().parents[1])
+    ratios = []
+    for pair in range(pairs):
+        found = {tree: measured(tree, seconds) for tree in (trees if pair % 2 else trees[::-1])}
+        ratios.append(found[trees[1]] / found[trees[0]])
+        told = [" / ".join(f"{value:.3f}" for value in found[tree]) for tree in trees]
+        print(f"before {told[0]} ms, after {told[1]} ms", flush=True)
+    told = [" / ".join(f"{value:.2f}" for value in row) for row in (np.median(ratios, axis=0), *ratios)]
+    print(f"ratio 50 / 99 / 99.9 / 100 %, median of {pairs} pairs: {told[0]}; each: {'; '.join(told[1:])}")
+
+
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--before", type=Path, help="another source tree, measured in turn with this one")
+    parser.add_argument("--pairs", type=int, default=6)
     asked = parser.parse_args()
+    if asked.before is not None:
+        compare(asked.before, asked.seconds, asked.pairs)
+        return 0
     robot = robots.load("tx40")
     ports: list[TimedPort] = []
     phases: list[str] = []
-    turn = Cycle.turn
+    turn, fall_asleep = Cycle.turn, InProcessBus.sleep
 
     def noted_turn(cycle: Cycle) -> None:
         caller = sys._getframe(1)
@@ -116,8 +156,18 @@ def main() -> int:
         ports.append(TimedPort(bus))
         return ports[0]
 
+    def sleep(bus: InProcessBus, seconds: float) -> None:
+        entered = time.thread_time()
+        fall_asleep(bus, seconds)  # in virtual time the drives have their heartbeats meanwhile
+        if ports:
+            ports[0].beside(entered)
+
     path, truth = reference(robot, asked.seconds), draw_truth(robot, 1)
-    with patch("drivers.cyclic.loop.frame_port", port), patch.object(Cycle, "turn", noted_turn):
+    with (
+        patch("drivers.cyclic.loop.frame_port", port),
+        patch.object(Cycle, "turn", noted_turn),
+        patch.object(InProcessBus, "sleep", sleep),
+    ):
         realtime.freeze_heap()
         gc.disable()
         before = collections_so_far()

@@ -38,7 +38,7 @@ import numpy as np
 import robots
 from drivers import ArmSession, Channel, Samples, StreamResult, open_bus
 from drivers.cyclic import power
-from drivers.cyclic.exchange import receive_cob_ids
+from drivers.cyclic.foreign import receive_cob_ids
 from drivers.cyclic.loop import Loop
 from drivers.cyclic.stream import OnSamples, _samples
 from drivers.frames.job import Job

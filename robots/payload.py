@@ -46,13 +46,17 @@ class Payload:
         joint, placement = self._place(robot, model)
         xx, xy, yy, xz, yz, zz = self.inertia
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        body = pinocchio.Inertia(self.mass, np.array(self.center), tensor)
+        impossible = PayloadError(
+            f"payload: no body has the mass {self.mass:g} kg and the inertia {list(self.inertia)};"
+            " allowed: a mass above 0, and principal moments none larger than the sum of the others"
+        )
+        try:
+            body = pinocchio.Inertia(self.mass, np.array(self.center), tensor)
+        except (RuntimeError, ValueError) as error:  # no tensor of a body at all
+            raise impossible from error
         ten = np.asarray(placement.act(body).toDynamicParameters(), dtype=np.float64)
         if not self.mass > 0.0 or impossible_links(ten[np.newaxis]):
-            raise PayloadError(
-                f"payload: no body has the mass {self.mass:g} kg and the inertia {list(self.inertia)};"
-                " allowed: a mass above 0, and principal moments none larger than the sum of the others"
-            )
+            raise impossible
         added = np.zeros(LINK_SIZE * robot.n)
         added[LINK_SIZE * (joint - 1) : LINK_SIZE * joint] = ten
         return added

@@ -88,6 +88,16 @@ def of_arm(catalogue: Catalogue, arm_id: int) -> tuple[Baseline, ...]:
         return found_in(connection, select(baselines).where(baselines.c.arm_id == arm_id))
 
 
+def get(catalogue: Catalogue, baseline_id: int) -> Baseline:
+    """The baseline of a number.
+
+    Raises:
+        CatalogueError: there is none.
+    """
+    with catalogue.reading() as connection:
+        return get_in(connection, baseline_id)
+
+
 def get_in(connection: Connection, baseline_id: int) -> Baseline:
     """The baseline of a number, inside a transaction.
 

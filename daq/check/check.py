@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from daq.catalogue import arms, baselines, models
+from daq.catalogue import models
 from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
@@ -87,7 +87,7 @@ def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exceptio
 
 
 def _order(request: CheckRequest, recorded: Recorded) -> AnalysisOrder:
-    baseline = baselines.current(request.catalogue, arms.get(request.catalogue, recorded.arm.id).id)
+    baseline = recorded.compared_with(request.catalogue)
     if baseline is None:
         return AnalysisOrder(request.arm.source, recorded.capture)
     accepted = models.get(request.catalogue, baseline.model_id)

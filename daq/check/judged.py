@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daq.catalogue import baselines, checks, models, runs
+from daq.catalogue import checks, models, runs
 from daq.catalogue.checks import INCREASED
 from daq.catalogue.values import Baseline, Model
 from daq.check.carried import lost_words
@@ -63,7 +63,7 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
         )
         model = keep_identified(catalogue, fitted, provenance, recorded.run)
         before = checks.of_arm(catalogue, recorded.arm.id, limit=1)
-        baseline = baselines.current(catalogue, recorded.arm.id)
+        baseline = recorded.compared_with(catalogue)
         sha256 = str(runs.get(catalogue, recorded.run).facts[TRAJECTORY_SHA256])
         warnings = list(recorded.warnings)
         compared = None

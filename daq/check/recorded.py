@@ -42,6 +42,8 @@ class Recorded:
         capture: the recording.
         celsius: (n,) temperature of the joints, or None.
         warnings: what was noticed so far.
+        baseline: number of the one that counted when the check began; None where there was none. Its motion
+            was driven, so it is compared with that one, whichever is accepted meanwhile.
     """
 
     arm: Arm
@@ -49,6 +51,14 @@ class Recorded:
     capture: Path
     celsius: tuple[float, ...] | None
     warnings: tuple[str, ...] = ()
+    baseline: int | None = None
+
+    def compared_with(self, catalogue: Catalogue) -> Baseline | None:
+        """The baseline as it is now; None where it was taken back meanwhile, too."""
+        if self.baseline is None:
+            return None
+        found = baselines.get(catalogue, self.baseline)
+        return None if found.state == "rolled_back" else found
 
 
 @dataclass(frozen=True)
@@ -90,7 +100,8 @@ def record_check(request: CheckRequest, steps: Steps, watcher: Watcher, conducti
             motion = planned_motion(request, arm, steps)
             refuse_undrivable(robot, motion.trajectory, motion.file, request.cell)
         require_room(request.folder, estimate(robot, motion.trajectory.duration))
-        return _stream(request, arm, known, motion, warnings, watcher, conducting, steps)
+        recorded = _stream(request, arm, known, motion, warnings, watcher, conducting, steps)
+        return replace(recorded, baseline=None if baseline is None else baseline.id)
 
 
 def require_own_baseline(

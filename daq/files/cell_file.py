@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -69,8 +69,8 @@ class CellFile(_Frozen):
     @property
     def sha256(self) -> str:
         """Checksum of what the file says; not how it is written."""
-        said = json.dumps(self.model_dump(mode="json", exclude_defaults=True), sort_keys=True)
-        return sha256(said.encode()).hexdigest()
+        said = _without_signs_of_zeros(self.model_dump(mode="json", exclude_defaults=True))
+        return sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
     @property
     def surroundings(self) -> Surroundings:
@@ -82,6 +82,15 @@ class CellFile(_Frozen):
     def watched_tool(self) -> Tool:
         """The point whose speed is watched."""
         return Tool(self.tool.frame, self.tool.offset)
+
+
+def _without_signs_of_zeros(said: Any) -> Any:
+    """The same with 0.0 in place of -0.0, which stands for the same place."""
+    if isinstance(said, dict):
+        return {key: _without_signs_of_zeros(value) for key, value in said.items()}
+    if isinstance(said, list | tuple):
+        return [_without_signs_of_zeros(value) for value in said]
+    return said + 0.0 if isinstance(said, float) else said
 
 
 def read_cell(path: Path) -> CellFile:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
+from daq.session.first_friction import told_rows, turned_by, ways_of
 from daq.session.first_motion import HALF_DEGREE, FirstMotion, Turn
 from drivers.frames.samples import Samples
 from robots import Robot, rigid_body_model
@@ -25,8 +26,6 @@ OFFSET_SHARE = 0.03
 """Share of a joint's torque limit that a torque may be off by: offsets of the current measurement."""
 STICTION = 1.5
 """At rest, friction may hold up to so many times the described Coulomb friction against or with gravity."""
-FRICTION_RATIO = (0.35, 2.8)
-"""Of the measured friction to the described one."""
 TOUCH_RATIO = (0.8, 1.25)
 MOVE_RATIO = (0.7, 1.4)
 """Of the control signal to what the described loop answers the following error with."""
@@ -36,8 +35,6 @@ STRAY = 0.3
 """Share of a joint's way that any other joint may move meanwhile, besides what friction makes it lag."""
 SETTLED = 0.25
 """Share of that lag which may be left when a joint has been held."""
-MOVING = 0.5
-"""A reference at this share of its highest speed counts as moving."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +125,7 @@ def judge_loop(
     answer = described_answer(robot, samples)
     findings = []
     for turn in motion.turns:
-        drives = np.flatnonzero(np.abs(robot.transmission_matrix[:, turn.joint]) > 1e-9)
-        for drive in drives:
+        for drive in turned_by(robot, turn.joint):
             ratio, share = _ratio(samples.control_signal[turn.rows, drive], answer[turn.rows, drive])
             if not bounds[0] <= ratio <= bounds[1] or share < 0.5:
                 findings.append(Finding(robot.joint[turn.joint].name, _loop_words(int(drive), ratio, share)))
@@ -262,33 +258,21 @@ def _torque_words(
 ) -> list[str]:
     """Gravity and friction from the torques in both directions; friction is symmetric, gravity is not."""
     k, coupling = turn.joint, robot.transmission_matrix
-    speed = np.gradient(samples.reference[turn.rows, k], robot.bus.cycle_time)
-    up, down = (side * speed > MOVING * np.abs(speed).max() for side in (1.0, -1.0))
+    ways = {int(drive): ways_of(robot, samples, turn, drive) for drive in turned_by(robot, k)}
+    up = np.logical_and.reduce([way.up for way in ways.values()])
+    down = np.logical_and.reduce([way.down for way in ways.values()])
+    if not (up.any() and down.any()):
+        up, down = told_rows(robot, samples, turn)
     forward, backward = (float(np.mean(torque[turn.rows, k][rows])) for rows in (up, down))
     mean = (forward + backward) / 2
-    dynamics = [drive.dynamics for drive in robot.drive]
-    moving = float(np.abs(speed[up]).mean())
-    wanted = np.array([one.coulomb for one in dynamics])
-    wanted = wanted + np.array([one.viscous for one in dynamics]) * np.abs(coupling[:, k]) * moving
-    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[:, k]) @ wanted))
+    described = np.array([way.described for way in ways.values()])
+    room = GRAVITY_TOLERANCE * (abs(gravity[k]) + float(np.abs(coupling[list(ways), k]) @ described))
     room += OFFSET_SHARE * robot.torque_limits[k]
     words = []
     if abs(mean - gravity[k]) > room:
         words.append(_gravity_words("in motion", mean, float(gravity[k]), room))
     # Drive by drive: in the sum of a coupled joint the others hide the one that is wrong.
-    for drive in np.flatnonzero(np.abs(coupling[:, k]) > 1e-9):
-        signal = samples.control_signal[turn.rows, drive] * np.sign(coupling[drive, k])
-        friction = robot.gains[drive] * float(np.mean(signal[up]) - np.mean(signal[down])) / 2
-        ratio = friction / wanted[drive] if wanted[drive] > 0.0 else 1.0
-        if not FRICTION_RATIO[0] <= ratio <= FRICTION_RATIO[1]:
-            likely = (
-                "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id or dynamics.coulomb"
-            )
-            words.append(
-                f"drive[{drive + 1}] takes {friction:.3g} N·m (or N) against friction, described"
-                f" {wanted[drive]:.3g}: {likely}"
-            )
-    return words
+    return words + [text for drive, way in ways.items() if (text := way.words(drive)) is not None]
 
 
 def summary(findings: Sequence[Finding]) -> str:

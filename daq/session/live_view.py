@@ -70,11 +70,9 @@ class LiveView:
             self._live.stop()
             self._live = None
         if result is not None:
-            missed = f", {result.missed_cycles} missed" if result.missed_cycles else ""
             write(
                 self._console,
-                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}{missed};"
-                f" {result.ending}",
+                f"{self._title}: {result.outcome} ({result.reason}); {result.cycles_words}; {result.ending}",
             )
 
     def picture(self) -> RenderableType:

@@ -68,6 +68,8 @@ SETTINGS: Final[dict[str, tuple[int, int, bool]]] = {
     "6091:02": (0x6091, 2, False),
     "6092:01": (0x6092, 1, False),
     "6092:02": (0x6092, 2, False),
+    "6093:01": (0x6093, 1, False),
+    "6093:02": (0x6093, 2, False),
     "6096:01": (0x6096, 1, False),
     "6096:02": (0x6096, 2, False),
     "60A8": (0x60A8, 0, False),

@@ -126,7 +126,7 @@ def next_controlword(statusword: int, goal: Goal) -> int:
         statusword: latest 6041h.
         goal: how far up the drive shall be.
     """
-    return _NEXT[goal - Goal.QUICK_STOP][statusword & 0x7F]
+    return _NEXT[goal + _BELOW][statusword & 0x7F]
 
 
 def _next_controlword(state: State, goal: Goal) -> int:
@@ -143,6 +143,8 @@ def _next_controlword(state: State, goal: Goal) -> int:
     return int(_HOLD[state])
 
 
+_BELOW = -int(Goal.QUICK_STOP)
+"""Goals below zero; a look at an Enum's member costs more than all the rest of a cycle's arithmetic."""
 _NEXT = tuple(tuple(_next_controlword(state, goal) for state in _STATES) for goal in sorted(Goal))
 """By goal and by the low bits of the statusword: the cycle asks for six of them each time."""
 

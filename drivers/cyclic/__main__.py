@@ -19,7 +19,7 @@ from types import FrameType
 from drivers.bus.access import open_bus
 from drivers.bus.lockout import Lockout
 from drivers.cyclic import realtime
-from drivers.cyclic.exchange import receive_cob_ids
+from drivers.cyclic.foreign import receive_cob_ids
 from drivers.cyclic.loop import Loop
 from drivers.errors import BusError
 from drivers.frames.job import Job

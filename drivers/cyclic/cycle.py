@@ -38,8 +38,9 @@ def receive_seconds(job: Job) -> float:
     return max(RECEIVE_SHARE * job.cycle_time, min(slowest + LEAST_RECEIVE_SHARE * job.cycle_time, longest))
 
 
-_Row = tuple[tuple[float, ...], list[bool]]
-"""What the ring takes, and which drives answered."""
+_Row = list[float]
+"""What the ring takes; at its end, for each drive, whether it answered."""
+_DOWN = Goal.SWITCH_ON_DISABLED
 
 
 class Cycle:
@@ -47,7 +48,7 @@ class Cycle:
 
     Args:
         job: what to do.
-        port: the bus, opened for exchange.receive_cob_ids.
+        port: the bus, opened for foreign.receive_cob_ids.
         ring: where rows go.
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?
@@ -92,32 +93,31 @@ class Cycle:
         """Recorded since the latest SYNC."""
         self._held: deque[_Row | None] = deque()
         """Of the SYNCs before, the oldest first; None where nothing was recorded."""
-        self._beating = [axis for axis, link in enumerate(job.links) if link.heartbeat > 0]
         self._guard = SetPointGuard(job)
         self.bit_four = {axis for axis, link in enumerate(job.links) if link.interpolated}
         """Axes whose controlword has bit 4 under torque: they interpolate, or search their home."""
-        self._receive_seconds = receive_seconds(job)
+        self._period, self._late = job.cycle_time, job.budgets.held_cycles
+        self._receive_seconds, self._patience = receive_seconds(job), job.budgets.receive_seconds
         self._heartbeat_every = job.budgets.watch_seconds / HEARTBEATS_PER_WATCH
         self._next_heartbeat = 0.0
 
     def turn(self) -> None:
         """Wait, SYNC, TPDOs, checks."""
-        due = self.pace.deadline + self.job.cycle_time
-        self._answers_were_late = self._answered_at > due
-        self.lateness = self.pace.wait()
+        pace, period = self.pace, self._period
+        self._answers_were_late = self._answered_at > pace.deadline + period
+        self.lateness = pace.wait()
         self.exchange.sync()
         self.latched_before, self.latched = self.latched, self.sent
         now = self.clock()
         if now >= self._next_heartbeat:
             self.exchange.send_heartbeat()
             self._next_heartbeat = now + self._heartbeat_every
-        period = self.job.cycle_time
         self.publish()
         # A drive that is lost is not waited for.
         until = max(
-            self.pace.deadline + self._receive_seconds,
+            pace.deadline + self._receive_seconds,
             now + LEAST_RECEIVE_SHARE * period,
-            now if self.watch.any_lost else now + self.job.budgets.receive_seconds,
+            now if self.watch.any_lost else now + self._patience,
         )
         whole = self.exchange.receive(until)
         self._answered_at = self.clock()
@@ -137,9 +137,9 @@ class Cycle:
         for axis in self.bit_four:
             if controlwords[axis] == Command.ENABLE_OPERATION and has_torque(words[axis]):
                 controlwords[axis] |= MODE_BIT
-        for axis, goal in enumerate(goals if Goal.SWITCH_ON_DISABLED in goals else ()):
+        for axis, goal in enumerate(goals if _DOWN in goals else ()):
             # A drive that does not say where it is, or says it wrongly, cannot be led down step by step.
-            if goal is Goal.SWITCH_ON_DISABLED and (blindly or self.watch.uncontrolled(axis)):
+            if goal is _DOWN and (blindly or self.watch.uncontrolled(axis)):
                 controlwords[axis] = Command.DISABLE_VOLTAGE
         if self.watch.enabled:
             targets = self._guarded(targets)
@@ -170,7 +170,7 @@ class Cycle:
     def record(self) -> None:
         """Keep the latest cycle as a row."""
         seen = self.exchange
-        row = (
+        self._newest = [
             self.rows,
             self.lateness,
             *self.latched,
@@ -178,11 +178,11 @@ class Cycle:
             *seen.control_signal,
             *seen.velocity,
             *seen.statusword,
-        )
-        self._newest = row, list(seen.complete)
+            *seen.complete,
+        ]
         self.rows += 1
-        self.missed += self.pace.missed_now
         if self.pace.missed_now:
+            self.missed += self.pace.missed_now
             self.delays.note(self.pace.missed_now, self.pace.overrun, self._answers_were_late)
         self.late += self.pace.late_now
 
@@ -195,16 +195,18 @@ class Cycle:
         heartbeat of each drive: one that has left operational sends no TPDOs (CiA 301, 7.3.2.2.4), and what
         still comes in its name is something else's.
         """
-        held = self._held
+        held, late, exchange = self._held, self._late, self.exchange
         held.append(self._newest)
         self._newest = None
-        answers, late = self.exchange.answers, self.job.budgets.held_cycles
+        answers = exchange.answers
         if answers.doubtful:
             _doubt(held[-1], answers.doubled)
             for row in islice(reversed(held), late + 1):
                 _doubt(row, answers.swapped)
-        for _ in range(ROWS_PER_SYNC):
-            if len(held) <= late or (held[0] is not None and self._unconfirmed(self._oldest)):
+        # The rows of SYNCs before this one may go; a place without a row always may.
+        end = exchange.confirmed_until - answers.syncs + len(held)
+        for place in range(min(ROWS_PER_SYNC, len(held) - late)):
+            if place >= end and held[0] is not None:
                 return
             self._hand_out(held.popleft())
 
@@ -215,10 +217,10 @@ class Cycle:
 
     def _unconfirmed(self, sync: int) -> list[bool]:
         """Drives that have heartbeats, and had none since the answers to a SYNC; empty where all had."""
-        at = self.exchange.operational_at
-        if all(at[axis] > sync for axis in self._beating):
+        seen = self.exchange
+        if seen.confirmed_until > sync:
             return []
-        return [axis in self._beating and last <= sync for axis, last in enumerate(at)]
+        return [axis in seen.beating and last <= sync for axis, last in enumerate(seen.operational_at)]
 
     @property
     def unconfirmed(self) -> list[bool]:
@@ -237,8 +239,8 @@ class Cycle:
     def _hand_out(self, row: _Row | None) -> None:
         if row is None:
             return
-        self.incomplete += not all(row[1])
-        if not self.ring.write(*row[0], *row[1]):
+        self.incomplete += False in row[-len(self.sent) :]
+        if not self.ring.write(*row):
             self.watch.abort("the samples were not fetched in time: the ring is full")
             return
         self.recorded += 1
@@ -246,4 +248,5 @@ class Cycle:
 
 def _doubt(row: _Row | None, doubted: Sequence[bool]) -> None:
     if row is not None:
-        row[1][:] = [complete and not d for complete, d in zip(row[1], doubted, strict=True)]
+        n = len(doubted)
+        row[-n:] = [complete and not d for complete, d in zip(row[-n:], doubted, strict=True)]

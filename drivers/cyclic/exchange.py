@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -36,22 +37,11 @@ _USUAL = ("statusword", "position", "control_signal")
 """Of the one TPDO that most drives send."""
 
 
-def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
-    """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
-    kinds = (emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id, sdo_request_cob_id)
-    answers = [pdo.cob_id for link in links for pdo in link.transmitted()]
-    return [
-        *answers,
-        *(kind(link.node) for link in links for kind in kinds),
-        *own_cob_ids(links, master_node),
-    ]
-
-
 class Exchange:
     """The latest word of each drive, and the frames to and from them.
 
     Args:
-        port: opened for receive_cob_ids; it is used, not closed.
+        port: opened for foreign.receive_cob_ids; it is used, not closed.
         links: the drives in the order of the axes.
         master_node: node id in the master's own heartbeat.
         clock, sleep: time, s.
@@ -82,6 +72,12 @@ class Exchange:
         """When the latest heartbeat was taken in, s on the clock."""
         self.operational_at = [0] * n
         """SYNC after which each drive's latest heartbeat said that it is operational; 0 before the first."""
+        self.beating = [axis for axis, link in enumerate(links) if link.heartbeat > 0]
+        """Axes whose drives have heartbeats."""
+        self.confirmed_until = 0 if self.beating else sys.maxsize
+        """The earliest of ``operational_at`` among them: what answered SYNCs before it was operational."""
+        self.signs = 0
+        """Heartbeats and EMCYs so far: what was said of a drive's life may have changed with each."""
         self.booted = [False] * n
         """Drives that have sent a boot-up message: they have lost their configuration."""
         self.bus_failure: str | None = None
@@ -256,6 +252,7 @@ class Exchange:
                 self.reports[f"{name}: {message} (a warning of this kind of drive)"] += 1
                 return
             self.emergencies[axis].append(message)
+            self.signs += 1
 
         return sort
 
@@ -267,7 +264,10 @@ class Exchange:
             self.booted[axis] = self.booted[axis] or state == _BOOT_UP
             self.nmt_state[axis], self.heard[axis] = state, self._clock()
             if state == OPERATIONAL:
-                self.operational_at[axis] = self.answers.syncs
+                at = self.operational_at
+                at[axis] = self.answers.syncs
+                self.confirmed_until = min([at[k] for k in self.beating], default=sys.maxsize)
+            self.signs += 1
 
         return sort
 

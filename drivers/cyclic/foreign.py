@@ -1,10 +1,18 @@
-"""What others do on the bus while this master streams, from the frames that only a master sends."""
+"""What is listened to on the bus, and what others do there that only a master does."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.frames.layout import NMT_COB_ID, SYNC_COB_ID, DriveLink, heartbeat_cob_id
+from drivers.frames.layout import (
+    NMT_COB_ID,
+    SYNC_COB_ID,
+    DriveLink,
+    emcy_cob_id,
+    heartbeat_cob_id,
+    sdo_answer_cob_id,
+    sdo_request_cob_id,
+)
 
 _WRITTEN, _ABORTED = 0x60, 0x80
 """First byte of an SDO answer: a write that was done, and an abort (CiA 301, 7.2.4.3)."""
@@ -38,3 +46,14 @@ def own_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
     """COB-IDs of this master; own frames are not received, so one that is comes from another master."""
     rpdos = [link.rpdo_cob_id for link in links]
     return [NMT_COB_ID, SYNC_COB_ID, heartbeat_cob_id(master_node), *rpdos]
+
+
+def receive_cob_ids(links: Sequence[DriveLink], master_node: int) -> list[int]:
+    """What the cyclic process listens to: what drives send, and what nobody but itself may send."""
+    kinds = (emcy_cob_id, heartbeat_cob_id, sdo_answer_cob_id, sdo_request_cob_id)
+    answers = [pdo.cob_id for link in links for pdo in link.transmitted()]
+    return [
+        *answers,
+        *(kind(link.node) for link in links for kind in kinds),
+        *own_cob_ids(links, master_node),
+    ]

@@ -23,7 +23,7 @@ class Loop:
 
     Args:
         job: what to do.
-        bus: opened for exchange.receive_cob_ids.
+        bus: opened for foreign.receive_cob_ids.
         ring: where rows go.
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?

@@ -28,10 +28,13 @@ class MotionChecks:
         n = len(job.links)
         self._drives = job.drives
         self._window = [int(counts) for counts in job.following_error]
+        self._near = [-1] * n
+        """The windows of axes whose start is known: what is within them, and moves, needs no closer look."""
         self._still_window = [max(20, counts // _STILL_SHARE) for counts in self._window]
         self._frozen_cycles = job.budgets.frozen_cycles
         self._torque_cycles = job.budgets.torque_cycles
         self._torque_limits = job.torque_limits
+        self._torques = [(limit.parts, limit.limit * (1 + TORQUE_TOLERANCE)) for limit in job.torque_limits]
         self._homing = job.homing.axis if job.homing is not None else None
         self._maybe_ignored = _IGNORED if job.arrival is not None else ""
         self._start: list[tuple[int, int] | None] = [None] * n
@@ -52,16 +55,23 @@ class MotionChecks:
         Returns:
             The first reason to stop, or None.
         """
-        reason = None
-        for axis, complete in enumerate(seen.complete):
+        reason, still, homing = None, self._still, self._homing
+        for axis, (complete, set_point, position, reading, window) in enumerate(
+            zip(seen.complete, set_points, seen.position, self._reading, self._near, strict=True)
+        ):
             # A drive that searches its home follows no set-point, and its position jumps once it is found.
-            if complete and axis != self._homing:
-                reason = reason or self._follow(axis, set_points[axis], seen.position[axis])
+            if not complete or axis == homing:
+                continue
+            if position != reading and -window <= set_point - position <= window:
+                self._reading[axis], self._set_point_then[axis], still[axis] = position, set_point, 0
+            else:
+                reason = reason or self._follow(axis, set_point, position)
         return reason or self._torque(seen.control_signal)
 
     def _follow(self, axis: int, set_point: int, position: int) -> str | None:
         error = abs(set_point - position)
         start = self._start[axis] = self._start[axis] or (set_point, position)
+        self._near[axis] = self._window[axis]
         if error > self._window[axis]:
             words = (
                 f"following error of {self._drives[axis]} is {error} counts; allowed: {self._window[axis]}"
@@ -84,11 +94,14 @@ class MotionChecks:
         return None
 
     def _torque(self, control_signal: Sequence[int]) -> str | None:
-        for joint, limit in enumerate(self._torque_limits):
-            torque = sum([factor * control_signal[axis] for axis, factor in limit.parts])
-            if abs(torque) <= limit.limit * (1 + TORQUE_TOLERANCE):
+        for joint, (parts, allowed) in enumerate(self._torques):
+            torque = 0.0
+            for axis, factor in parts:
+                torque += factor * control_signal[axis]
+            if -allowed <= torque <= allowed:
                 self._above[joint] = 0
                 continue
+            limit = self._torque_limits[joint]
             self._above[joint] += 1
             if self._above[joint] > self._torque_cycles:
                 return (

@@ -22,6 +22,14 @@ _NAMES = {
 }
 
 
+_HINTS = {
+    0x200: "; its statusword says that it does not listen to the bus (bit 9, remote): a maker's tool, or a "
+    "setting of the drive, has the command",
+    0x10: "; its power stage has no voltage (statusword bit 4)",
+}
+"""By the statusword bit without which a drive may not go up."""
+
+
 def first_answers(cycle: Cycle) -> bool:
     """SYNCs alone, until each drive has answered one and shown its heartbeat.
 
@@ -77,6 +85,7 @@ def _refuse_enable(cycle: Cycle, goal: Goal) -> None:
         if LEVEL.get(state_of(word)) != goal:
             cycle.watch.abort(
                 f"{drive} stayed in state {state_of(word).value!r} for {seconds:g} s after {_NAMES[goal]!r}"
+                + "".join(hint for bit, hint in _HINTS.items() if not word & bit)
             )
             return
 

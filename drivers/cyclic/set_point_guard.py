@@ -35,6 +35,12 @@ class SetPointGuard:
         acceleration = job.units.output_span(job.acceleration) * size * job.cycle_time**2
         self._largest_change = [int(counts) for counts in np.ceil(acceleration * (1 + MARGIN)) + _ROUNDING]
         self._ranges = _ranges(job)
+        self._each = [
+            (step, change, *limits)
+            for step, change, limits in zip(
+                self._largest_step, self._largest_change, self._ranges, strict=True
+            )
+        ]
         self._before: Sequence[int] | None = None
 
     def admit(
@@ -69,8 +75,11 @@ class SetPointGuard:
         has_torque: Callable[[int], bool],
     ) -> str | None:
         steps, changes, ranges = self._largest_step, self._largest_change, self._ranges
-        for axis, (target, last, earlier) in enumerate(zip(targets, sent, before or sent, strict=True)):
+        rows = zip(targets, sent, before or sent, self._each, strict=True)
+        for axis, (target, last, earlier, (most, change, low, high)) in enumerate(rows):
             step = target - last
+            if -most <= step <= most and -change <= step - last + earlier <= change and low <= target <= high:
+                continue
             low, high = ranges[axis]
             if (
                 abs(step) > steps[axis]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 from drivers.cia402.states import (
@@ -79,11 +80,13 @@ class Watch:
             budgets.heartbeat_periods * link.heartbeat + budgets.stall_seconds for link in job.links
         ]
         self._verdict: tuple[Outcome, str, int | None] | None = None
-
-    @property
-    def fine(self) -> bool:
+        self.fine = True
         """Whether there is no reason yet to end."""
-        return self._verdict is None
+        self._all_following = [_FOLLOWING] * n
+        self._usual = False
+        """Whether the cycle before found nothing to look at more closely."""
+        self._signs, self._alive_until = -1, -math.inf
+        """Until when no drive's heartbeat is too old, s on the clock; found anew with each sign of life."""
 
     @property
     def halting(self) -> bool:
@@ -92,15 +95,18 @@ class Watch:
 
     def abort(self, reason: str) -> None:
         """End for a reason that the master found."""
-        self._verdict = self._verdict or ("aborted", reason, None)
+        self._end("aborted", reason, None)
 
     def fault(self, axis: int, reason: str) -> None:
         """End for a reason that the drive of an axis gave."""
-        self._verdict = self._verdict or ("fault", reason, axis)
+        self._end("fault", reason, axis)
 
     def stop(self, reason: str) -> None:
         """End because somebody asked for it."""
-        self._verdict = self._verdict or ("stopped", reason, None)
+        self._end("stopped", reason, None)
+
+    def _end(self, outcome: Outcome, reason: str, axis: int | None) -> None:
+        self._verdict, self.fine = self._verdict or (outcome, reason, axis), False
 
     def verdict(self) -> tuple[Outcome, str]:
         """How the stream ended and why, with the emergencies of the drive that is to blame."""
@@ -133,35 +139,38 @@ class Watch:
         """
         seen = self._exchange
         now = self._clock()
-        enabled = self.enabled
         self.any_lost = False
-        for axis, word in enumerate(seen.statusword):
-            if (
-                enabled
-                and seen.complete[axis]
-                and word & _FOLLOWING_MASK == _FOLLOWING
-                and self._alive(axis, now)
-            ):
-                self._unanswered[axis] = self._astray[axis] = 0
-                self._follows[axis] = True
-                continue
-            self._check_answer(axis)
-            self._check_life(axis, now)
-            self._check_state(axis, goals)
+        if self._signs != seen.signs:
+            self._signs, self._alive_until = seen.signs, self._good_until()
+        good = self.enabled and not seen.answers.missing and now <= self._alive_until
+        if not (good and self._usual and self._all_follow()):
+            self._usual = good and self._all_follow()
+            for axis, word in enumerate(seen.statusword):
+                if good and word & _FOLLOWING_MASK == _FOLLOWING:
+                    self._unanswered[axis] = self._astray[axis] = 0
+                    self._follows[axis] = True
+                    continue
+                self._check_answer(axis)
+                self._check_life(axis, now)
+                self._check_state(axis, goals)
         if self.enabled and (reason := self._motion.check(seen, set_points)) is not None:
             self.abort(reason)
             for axis in self._motion.blind:
                 goals[axis] = Goal.SWITCH_ON_DISABLED
         self._check_surroundings()
 
-    def _alive(self, axis: int, now: float) -> bool:
-        """Whether its latest heartbeat is good and young, and no emergency has come."""
+    def _all_follow(self) -> bool:
+        return [word & _FOLLOWING_MASK for word in self._exchange.statusword] == self._all_following
+
+    def _good_until(self) -> float:
+        """When the first heartbeat will be too old, s; in the past where one says something else, or an
+        emergency has come."""
         seen = self._exchange
-        return (
-            seen.nmt_state[axis] == OPERATIONAL
-            and now - seen.heard[axis] <= self._heartbeat_patience[axis]
-            and not seen.emergencies[axis]
-            and not seen.booted[axis]
+        states = set(seen.nmt_state) - {OPERATIONAL, None}
+        if states or any(seen.emergencies) or any(seen.booted):
+            return -math.inf
+        return min(
+            [seen.heard[axis] + self._heartbeat_patience[axis] for axis in seen.beating], default=math.inf
         )
 
     def lost(self, axis: int) -> bool:
@@ -238,10 +247,10 @@ class Watch:
                 self.fault(axis, f"{drive} does not follow its set-points (statusword 0x{word:04X}, bit 12)")
 
     def _check_surroundings(self) -> None:
-        self.request = self._ring.requested()
-        if self.request is Request.ABORT:
+        self.request = request = self._ring.requested()
+        if request is not None and request is Request.ABORT:
             self.stop("abort requested")
-        elif self.request is Request.HALT:
+        elif request is not None and request is Request.HALT:
             self.stop("halt requested")
         if self._terminated():
             self.stop("the cyclic process was told to end (SIGTERM)")

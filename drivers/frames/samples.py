@@ -114,8 +114,13 @@ class StreamResult:
 
     @property
     def cycles_words(self) -> str:
-        """How many cycles there are, in words."""
-        return "an unknown number of cycles" if self.cycles is None else f"{self.cycles} cycles"
+        """How many cycles there are, and of how many deadlines, in words."""
+        if self.cycles is None:
+            return "an unknown number of cycles"
+        if not self.missed_cycles:
+            return f"{self.cycles} cycles"
+        missed = self.missed_cycles
+        return f"{self.cycles} of {self.cycles + missed} cycles ({missed} deadlines missed)"
 
     @property
     def ending(self) -> str:

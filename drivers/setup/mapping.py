@@ -144,7 +144,10 @@ def _map_rpdo(
         set_type(sdo, communication, RECEIVED, findings)
         _enable(sdo, communication, cob_id)
         return number, cob_id
-    raise DriveError(f"{sdo.drive}: no RPDO can carry {words} alone ({'; '.join(standing)}): map one so")
+    raise DriveError(
+        f"{sdo.drive}: no RPDO can carry {words} alone ({'; '.join(standing)}): map both into one in the "
+        "drive; controlword and set-point in two RPDOs are not spoken here"
+    )
 
 
 def _map_tpdos(

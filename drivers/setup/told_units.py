@@ -2,6 +2,7 @@
 
 position [user units] = encoder increments × 6092 / (608F × 6091), with 608F in increments per motor turn,
 6091 in motor turns per shaft turn and 6092 in user units per shaft turn. 60A8 and 60A9 name a unit instead.
+Older drives have 6093 in place of all three: encoder increments per user unit (DSP 402, version 2).
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ class FactorGroup:
     """Motor turns per shaft turn (6091)."""
     feed: float | None
     """Position units per shaft turn (6092)."""
+    factor: float | None
+    """Encoder increments per position unit (6093); 1/1 says no more than none."""
     unit: int | None
     """60A8."""
     unconfigured: bool
@@ -64,9 +67,12 @@ class FactorGroup:
         unconfigured = resolution == 1.0
         if feed == 1.0 and (unconfigured or unit is not None):
             feed = None  # 1/1 as delivered
+        factor = _ratio(settings, "6093")
+        if factor == 1.0:
+            factor = None
         words = {
             index: f"{index} {settings[f'{index}:01']}/{settings.get(f'{index}:02') or 1}"
-            for index in ("608F", "6091", "6092")
+            for index in ("608F", "6091", "6092", "6093")
             if settings.get(f"{index}:01")
         }
         if unit is not None:
@@ -75,6 +81,7 @@ class FactorGroup:
             resolution=None if unconfigured else resolution,
             gear_ratio=_ratio(settings, "6091"),
             feed=feed,
+            factor=factor,
             unit=unit,
             unconfigured=unconfigured,
             words=words,
@@ -94,13 +101,20 @@ class FactorGroup:
         if self.feed is not None:
             by = self._by("608F", "6091", "6092")
             found.append(Told("6092", self.feed * shaft_turns, by, self.feed))
+        if self.factor is not None and resolution is not None:
+            found.append(Told("6093", resolution * gear / self.factor, self._by("6093", "608F")))
         if self.unit is not None:
             counts = self._by_unit(resolution, gear, shaft_turns, revolute)
             if counts is not None:
                 found.append(Told("60A8", counts, self._by("60A8", "608F", "6091")))
-        if not found and self.resolution is not None:
+        if not found and self.resolution is not None and not self.unknown_unit(revolute=revolute):
             found.append(Told("608F", self.resolution * gear, self._by("608F", "6091")))
         return found
+
+    def unknown_unit(self, *, revolute: bool) -> bool:
+        """Whether 60A8 names a unit that says nothing of an output: steps, poles, inches …"""
+        code = INCREMENTS if self.unit is None else self.unit >> 16 & 0xFF
+        return code != INCREMENTS and code not in _PER_TURN and (revolute or code != METRE)
 
     def _by_unit(
         self, resolution: float | None, gear: float, shaft_turns: float, revolute: bool

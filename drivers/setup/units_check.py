@@ -78,7 +78,13 @@ def _position(robot: Robot, axis: int, group: FactorGroup) -> list[Finding]:
     revolute = robot.joint[axis].kind == "revolute"
     told = group.told(drive.encoder_counts, drive.gear, revolute=revolute)
     per = "turn" if revolute else "metre"
-    if group.unconfigured or not told:
+    if not told and group.unknown_unit(revolute=revolute) and drive.counts_per_output_turn is None:
+        text = (
+            f"{group.words['60A8']} is no unit that is known here: write counts_per_output_turn of this "
+            "drive into robot.toml, or set 60A8 to increments (0x00B50000)"
+        )
+        return [Finding("refusal", "60A8", text)]
+    if not told or (group.unconfigured and group.factor is None):
         why = "608F is 1/1 as delivered" if group.unconfigured else "no 608F, 6092 or 60A8 with a value"
         text = (
             f"{why}: that the drive counts {drive.output_counts:.10g} per {per} of the output stands in "

@@ -147,6 +147,7 @@ KINDS: dict[str, Quirks] = {
     "absent_06040043": Quirks(absent=(0x6007, 0x605A), absent_code=0x0604_0043),
     "unsized": Quirks(unsized=True),
     "needs_sync_period": Quirks(needs_sync_period=True),
+    "sync_period_fixed": Quirks(read_only=(((0x1006, 0), 10_000),)),
     "late_tpdos": Quirks(tpdo_delay=0.003),
     "locked": Quirks(unlock=(0x2F00, 1)),
     "warns_when_enabled": Quirks(warning=0xFF01),

@@ -50,7 +50,14 @@ def test_an_unknown_frame_is_refused_with_those_there_are(tx40: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mass", "inertia"), [(-1.0, (1, 0, 1, 0, 0, 1)), (0.0, (0, 0, 0, 0, 0, 0)), (1.0, (1, 0, 1, 0, 0, 3))]
+    ("mass", "inertia"),
+    [
+        (-1.0, (1, 0, 1, 0, 0, 1)),
+        (0.0, (0, 0, 0, 0, 0, 0)),
+        (1.0, (1, 0, 1, 0, 0, 3)),
+        (1.0, (-1, 0, 1, 0, 0, 1)),
+        (1.0, (1, 5, 1, 0, 0, 1)),
+    ],
 )
 def test_what_no_body_has_is_refused(tx40: Robot, mass: float, inertia: tuple[float, ...]) -> None:
     with pytest.raises(PayloadError, match="no body has the mass"):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.catalogue import arms, runs
+from daq.catalogue import arms, baselines, runs
 from daq.catalogue.identity import identity_of_arm, sha256_of
 from daq.check.recorded import TRAJECTORY, TRAJECTORY_SHA256, Recorded
 from daq.check.request import CheckRequest
@@ -69,4 +69,6 @@ def record_offline(request: CheckRequest, steps: Steps, watcher: object, conduct
         recorder.finish({"outcome": "completed", "reason": "", "cycles": str(len(simulated.cycle))})
     runs.finish(catalogue, run.id, "completed", capture_sha256=file_sha256(path))
     celsius = None if request.celsius is None else (request.celsius,) * robot.n
-    return Recorded(arms.register(catalogue, identity), run.id, path, celsius)
+    arm = arms.register(catalogue, identity)
+    counts = baselines.current(catalogue, arm.id)
+    return Recorded(arm, run.id, path, celsius, baseline=None if counts is None else counts.id)

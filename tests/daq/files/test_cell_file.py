@@ -62,3 +62,17 @@ def test_a_mistake_is_one_line(tmp_path: Path, text: str, line: str) -> None:
     with pytest.raises(CellFileError, match=line) as refused:
         read_cell(path)
     assert "\n" not in str(refused.value)
+
+
+def test_the_checksum_is_of_what_is_said(tmp_path: Path) -> None:
+    """What was passed in commissioning counts for one cell: the same, however its zeros are written."""
+    path = tmp_path / "cell.toml"
+
+    def checksum(offset: str, floor: str) -> str:
+        path.write_text(f"format = 1\nfloor = {floor}\n[tool]\noffset = {offset}\n", encoding="utf-8")
+        return read_cell(path).sha256
+
+    same = checksum("[0.0, 0.0, 0.1]", "0.0")
+    assert checksum("[0.0, -0.0, 0.1]", "-0.0") == same
+    assert checksum("[0.0, 0.0, 0.1]", "0.001") != same
+    assert checksum("[0.0, 1e-9, 0.1]", "0.0") != same

@@ -104,6 +104,6 @@ def test_a_pipe_gets_two_lines(tx40: Robot, batch: Samples) -> None:
     view.end(StreamResult("stopped", "by the operator, key s, at the end of the period", 100, 3, 0))
     assert out.getvalue().splitlines() == [
         f"Run: {trajectory.duration:.1f} s …",
-        "Run: stopped (by the operator, key s, at the end of the period); 100 cycles, 3 missed;"
-        " the arm is at rest and its torque is off",
+        "Run: stopped (by the operator, key s, at the end of the period); 100 of 103 cycles (3 deadlines"
+        " missed); the arm is at rest and its torque is off",
     ]

@@ -56,18 +56,18 @@ class WrongArm:
         Args:
             looked: whether somebody answers which way each joint went.
         """
-        samples = self._stream(at_rest(self.wrong, self.reading()))
+        samples = self.stream(at_rest(self.wrong, self.reading()))
         self.findings, self.unjudged = judge_rest(self.wrong, samples)
         if self.findings:
             return "at rest"
         for joint in in_order(self.wrong):
             motion = touch(self.wrong, self.reading(), [joint])
-            self.findings = judge_loop(self.wrong, self._stream(motion), motion)
+            self.findings = judge_loop(self.wrong, self.stream(motion), motion)
             if self.findings:
                 return "by a touch"
         for joint in in_order(self.wrong):
             motion = half_degree(self.wrong, self.reading(), [joint])
-            samples = self._stream(motion)
+            samples = self.stream(motion)
             self.findings = judge_move(self.wrong, samples, motion)
             if self.findings:
                 return "by half a degree"
@@ -92,7 +92,8 @@ class WrongArm:
         counts = (self.true.transmission_matrix @ posture) * units.counts_per_output_unit
         return np.asarray((counts + self.zero)[list(self.order)])
 
-    def _stream(self, motion: FirstMotion) -> Samples:
+    def stream(self, motion: FirstMotion) -> Samples:
+        """What the master records of a motion."""
         reference = np.asarray(motion.trajectory.position)
         units, order = Units.of(self.wrong), list(self.order)
         targets = np.empty(reference.shape)

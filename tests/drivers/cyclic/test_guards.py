@@ -12,6 +12,7 @@ import pytest
 
 import robots
 from drivers import ArmSession, Budgets, BusError, Channel, DriveError, Request
+from drivers.cia402 import State
 from drivers.cyclic.following import STANDSTILL_SHARE
 from drivers.cyclic.motion_checks import MotionChecks
 from drivers.cyclic.ramp import GENTLE, approach
@@ -60,6 +61,10 @@ def test_the_window_of_the_following_error_holds_on_both_sides(sign: int) -> Non
     assert checks.check(seen, [1000, 1000 + sign * 50, 1000]) is None
     said = checks.check(seen, [1000, 1000 + sign * 51, 1000])
     assert said == "following error of drive 2 is 51 counts; allowed: 50"
+    for step, off in enumerate((50, 51), start=1):  # of an axis that moves, too
+        seen.position = [1000 + step] * 3
+        said = checks.check(seen, [1000 + step, 1000 + step + sign * off, 1000 + step])
+        assert (said is not None) == (off > 50)
 
 
 def look_healthy(arm: FakeArm) -> None:
@@ -129,6 +134,20 @@ def test_an_emergency_of_an_axis_that_looks_healthy_ends_the_stream(code: int, e
     if ends:
         assert done.result.reason.startswith(f"drive 2 sent an emergency; EMCY 0x{code:04X}")
         assert done.result.cycles < 250
+
+
+def test_an_emergency_is_looked_at_when_it_comes_and_not_with_the_next_heartbeat() -> None:
+    """Heartbeats come with every 25th SYNC; the later of two emergencies between them ends it later."""
+    healthy, cycles = beating(10_000), []
+    for at in (201, 219):
+
+        def script(number: int, arm: FakeArm, at: int = at) -> None:
+            healthy(number, arm)
+            if number == at:
+                arm.put(0x082, b"\x10\x43" + bytes(6))
+
+        cycles.append(run(script, links=LINKS).result.cycles)
+    assert cycles[1] - cycles[0] > 9, "the ramps differ"
 
 
 @pytest.mark.parametrize("request_", [Request.HALT, Request.ABORT, Request.STOP])
@@ -202,3 +221,17 @@ def test_an_arm_has_one_session_at_a_time() -> None:
             ArmSession(emps, channel).open()
         with ArmSession(emps, channel) as session:
             assert session.drives
+
+
+def test_an_axis_whose_reading_stands_still_loses_its_torque_while_the_others_still_brake() -> None:
+    """Its drive regulates on a position that is not there: no ramp means anything to it."""
+
+    def stand_still(number: int, arm: FakeArm) -> None:
+        arm.axes[2].frozen = number > 150
+
+    done = run(stand_still, following_error=np.full(3, 100_000))
+    assert "drive 3 reads the same" in done.result.reason
+    off = [len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) for axis in done.arm.axes]
+    assert done.arm.axes[2].controlwords[off[2]] == 0x00, "disable voltage, in one step"
+    assert off[2] < min(off[:2]) - 2, "not only once the ramp of the others is over"
+    assert all(axis.state is State.SWITCH_ON_DISABLED for axis in done.arm.axes)

@@ -149,13 +149,25 @@ def test_an_axis_that_waits_for_its_brake_holds_up_the_others() -> None:
     assert len(together) == 1 and together.pop() > 90
 
 
-def test_a_drive_that_does_not_climb_is_named() -> None:
+@pytest.mark.parametrize(
+    ("bits", "hint"),
+    [
+        (0x210, ""),
+        (0x010, "; its statusword says that it does not"),
+        (0x200, "; its power stage has no voltage"),
+    ],
+)
+def test_a_drive_that_does_not_climb_is_named(bits: int, hint: str) -> None:
+    """Whether it has a voltage (bit 4) and listens to the bus (bit 9, remote) stands in its statusword."""
+
     def stuck(number: int, arm: FakeArm) -> None:
         arm.axes[2].stuck = arm.axes[2].state is State.READY
+        arm.axes[2].extra_bits = bits
 
     done = run(stuck)
     assert done.result.outcome == "aborted"
-    assert done.result.reason == "drive 3 stayed in state 'ready to switch on' for 2 s after 'switch on'"
+    told = "drive 3 stayed in state 'ready to switch on' for 2 s after 'switch on'"
+    assert done.result.reason.startswith(told + hint) and bool(hint) == (done.result.reason != told)
     assert done.result.cycles == 0
     assert not any(axis.targets for axis in done.arm.axes)
 
@@ -380,7 +392,8 @@ def test_brakes_have_their_time_also_where_not_all_axes_came_up() -> None:
         arm.axes[2].stuck = arm.axes[2].state is State.SWITCHED_ON and 0x00 not in arm.axes[2].controlwords
 
     done = run(stuck, brake_engage=0.12)
-    assert done.result.reason == "drive 3 stayed in state 'switched on' for 2 s after 'enable operation'"
+    reason = "drive 3 stayed in state 'switched on' for 2 s after 'enable operation'"
+    assert done.result.reason.startswith(reason)
     for axis in done.arm.axes[:2]:
         down = axis.controlwords[len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) :]
         assert down.index(0x06) >= 0.12 / PERIOD, "disable operation, until the brake has fallen in"

@@ -66,6 +66,7 @@ SAYS = {
     "mode_fixed": set(),
     "rpdo_type_fixed": set(),
     "late_tpdos": set(),
+    "sync_period_fixed": {("warning", "1006", "the drive expects a SYNC every 10000 µs")},
 }
 """By kind: severity, object, and some of the words; no file shows what the kinds without a word do."""
 

@@ -189,6 +189,38 @@ def test_each_contradiction_is_refused(
     assert {finding.subject for finding in refused(arm, devices)} == {subject}
 
 
+def old_settings(numerator: int, divisor: int, **others: int) -> dict[str, int | None]:
+    """Of a drive with the position factor of DSP 402, version 2."""
+    factors: dict[str, int | None] = {"6093:01": numerator, "6093:02": divisor}
+    return {"608F:01": 1_280_000, "608F:02": 1} | factors | others
+
+
+def test_an_older_drive_divides_its_increments_by_6093(tx40: Robot) -> None:
+    """As electronic gears are delivered: 1 280 000 increments a turn, 128/10 of them in a unit."""
+    arm, _ = arm_of(tx40, FULL, encoder_counts=1_280_000, gear=45.0)
+    (found,) = (f for f in compare_units(arm, 0, old_settings(128, 10)) if f.severity == "refusal")
+    assert found.subject == "6093"
+    assert "counts 4500000 per turn of the output (6093 128/10, 608F 1280000/1)" in found.text
+    assert "robot.toml says 57600000" in found.text and "counts_per_output_turn = 4500000" in found.text
+    neutral = compare_units(arm, 0, old_settings(1, 1))
+    assert not [f for f in neutral if f.severity == "refusal"], "1/1: its unit is the increment"
+    told, _ = arm_of(tx40, FULL, encoder_counts=1_280_000, counts_per_output_turn=4_500_000.0, gear=45.0)
+    assert not [f for f in compare_units(told, 0, old_settings(128, 10)) if f.severity == "refusal"]
+    both = compare_units(told, 0, old_settings(128, 10) | {"6092:01": 3600, "6091:01": 45})
+    assert [f.subject for f in both if f.severity == "refusal"] == ["6093"], "they contradict"
+
+
+@pytest.mark.parametrize("unit", [0x00AC_0000, 0x00C0_0000, 0x00C1_0000, 0x0001_0000])
+def test_a_unit_that_says_nothing_of_a_turn_is_not_taken_for_increments(tx40: Robot, unit: int) -> None:
+    """Steps, electrical poles, inches, metres of a joint that turns: the encoder does not tell then."""
+    settings: dict[str, int | None] = {"608F:01": 65536, "608F:02": 1, "60A8": unit}
+    arm, _ = arm_of(tx40, FULL, encoder_counts=65536)
+    (found,) = (f for f in compare_units(arm, 0, settings) if f.severity == "refusal")
+    assert found.subject == "60A8" and f"60A8 0x{unit:08X} is no unit that is known here" in found.text
+    told, _ = arm_of(tx40, FULL, encoder_counts=65536, counts_per_output_turn=200.0)
+    assert [f.severity for f in compare_units(told, 0, settings) if f.subject == "units"] == ["warning"]
+
+
 @pytest.mark.parametrize(
     ("unit", "expected"),
     [

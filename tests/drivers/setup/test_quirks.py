@@ -39,6 +39,7 @@ FINE = {
     "absent_06010000": "6007: absent",
     "absent_06040043": "6007: absent",
     "unsized": "",
+    "sync_period_fixed": "1006: the drive expects a SYNC every 10000 µs, bus.cycle_time is 4000 µs",
     "period_fixed": "",
     "period_power_fixed": "",
     "mode_fixed": "",
@@ -49,7 +50,7 @@ FINE = {
 REFUSED = {
     "no_interpolation_period": r"writing 0x4 to 60C2:01: the drive refuses: the object does not exist",
     "node_guarding_only": r"1016: no heartbeat consumer \(absent\) and no RPDO deadline .* \(node guarding",
-    "one_rpdo_slot": r"no RPDO can carry 6040:00 and 607A:00 alone \(1600: 6040:00\): map one so",
+    "one_rpdo_slot": r"no RPDO can carry 6040:00 and 607A:00 alone \(1600: 6040:00\): map both into one",
     "no_torque": r"reading 6077:00: the drive refuses: the (object|subindex) does not exist",
     "mode_shown_late": r"mode 8 \(csp\) was set but 6061 shows 0",
 }
@@ -162,7 +163,7 @@ def test_a_start_up_write_that_is_refused_says_who_wants_it(
 
 def test_a_mapping_that_is_fixed_and_lacks_the_set_point_is_refused(tx40: Robot, channel: Channel) -> None:
     made = described_devices(tx40, Quirks(fixed_mapping=True, modes=1 << 6))
-    message = r"no RPDO can carry 6040:00 and 60C1:01 alone \(1600: 6040:00 607A:00\): map one so"
+    message = r"no RPDO can carry 6040:00 and 60C1:01 alone \(1600: 6040:00 607A:00\): map both into one"
     with (
         drives(tx40, channel, devices=made),
         pytest.raises(DriveError, match=message),
@@ -202,6 +203,7 @@ MOVES = (
     "eight_tpdos",
     "interpolated_only",
     "unsized",
+    "sync_period_fixed",
     "period_fixed",
     "period_power_fixed",
     "period_fixed_when_enabled",
