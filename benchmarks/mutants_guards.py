@@ -285,7 +285,7 @@ GUARDS = (
         _WATCH,
         "                goals[axis] = Goal.SWITCH_ON_DISABLED\n        self._check_surroundings",
         "                pass\n        self._check_surroundings",
-        ("-k", "frozen or judge", "tests/drivers/test_fault_matrix.py"),
+        ("-k", "reading_stands_still", _GUARDS),
     ),
     Broken(
         "halt is the drives' own quick stop",

@@ -5,6 +5,11 @@ bus, with the model of an accepted run as prior. Processor seconds are of the pr
 they mean the same on a busy machine; wall seconds only mean something on an idle one.
 
     python -m benchmarks.naming_time --effects none backlash payload
+
+Another checkout of the program can be timed beside it, in turn on the same captures: on a busy machine the
+ratio of the two is all that a time says.
+
+    python -m benchmarks.naming_time --effects none --against ../before
 """
 
 from __future__ import annotations
@@ -47,13 +52,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=60)
     parser.add_argument("--size", type=float, default=3.0, help="gap of what is hidden, in noise floors")
     parser.add_argument("--profile", type=Path, help="write a profile of the command there (cProfile)")
+    parser.add_argument("--against", type=Path, help="another checkout, timed in turn")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for effect in given.effects:
             place = Path(folder) / effect
             place.mkdir()
             captures(place, effect, given.seed, given.size)
-            print(json.dumps(timed(place, given.profile) | {"hidden": effect}), flush=True)
+            for root in (ROOT, *([given.against.resolve()] if given.against else [])):
+                told = {"hidden": effect, "checkout": root.name}
+                print(json.dumps(timed(place, given.profile, root) | told), flush=True)
 
 
 def captures(folder: Path, effect: str, seed: int, size: float) -> None:
@@ -88,9 +96,23 @@ def write(path: Path, robot: Robot, motion: Trajectory, samples: Samples) -> Non
         recorder.finish({"outcome": "completed", "reason": "", "cycles": str(len(samples.cycle))})
 
 
-def timed(folder: Path, profile: Path | None) -> dict[str, Any]:
-    """Run the command in a process of its own."""
-    command = [sys.executable, *(["-m", "cProfile", "-o", str(profile)] if profile else []), "-m", "daq"]
+_MEASURED = "import resource, subprocess, sys; code = subprocess.run(sys.argv[1:]).returncode\n" + (
+    "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, file=sys.stderr); sys.exit(code)"
+)
+"""A process of its own for each command: the peak of memory is that of the largest child so far."""
+
+
+def timed(folder: Path, profile: Path | None, root: Path) -> dict[str, Any]:
+    """Run the command of a checkout in a process of its own."""
+    command = [
+        sys.executable,
+        "-c",
+        _MEASURED,
+        sys.executable,
+        *(["-m", "cProfile", "-o", str(profile)] if profile else []),
+        "-m",
+        "daq",
+    ]
     before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     done = subprocess.run(
         [
@@ -104,8 +126,8 @@ def timed(folder: Path, profile: Path | None) -> dict[str, Any]:
             "--no-catalogue",
             "--json",
         ],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": str(root)},
         capture_output=True,
         check=False,
         text=True,
@@ -117,6 +139,7 @@ def timed(folder: Path, profile: Path | None) -> dict[str, Any]:
     return {
         "processor_seconds": round(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, 1),
         "wall_seconds": round(wall, 1),
+        "peak_megabytes": int(done.stderr.split()[-1]) // 1024,
         "verdict": found["verdict"],
         "findings": [[one["effect"], one["joints"]] for one in found["findings"]],
     }

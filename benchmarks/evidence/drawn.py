@@ -48,7 +48,7 @@ _SIZES = {
     "torque_constant_droop": 0.15,
 }
 """Sizes in the effects' own units."""
-_OUTSIDE = ("eddy_brake", "crosstalk", "dragging_brake")
+_OUTSIDE = ("eddy_brake", "crosstalk")
 _TAKEN_UP = (
     "viscous_friction",
     "coulomb_friction",

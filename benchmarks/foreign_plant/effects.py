@@ -60,7 +60,6 @@ OUTSIDE = (
     "crosstalk",
     "slosh",
     "temperature_viscous",
-    "dragging_brake",
     "base_compliance",
 )
 """Names that armhil's vocabulary of 2026-11 does not hold."""

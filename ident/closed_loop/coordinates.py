@@ -34,6 +34,7 @@ class Gear:
     damping: float
     gap: float
     offset_at_link: float
+    cubic: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -169,5 +170,6 @@ def coordinates_of(robot: Robot, inertia: FloatArray, springs: Iterable[GearSpri
         if compliance * stiffest < 1.0:
             compliance = 1.0 / stiffest
             damping = max(damping, 2.0 * _CONTACT_DAMPING * rotor * turn)
-        gears.append(Gear(drive, rotor, 1.0 / compliance, damping, gap, at_link))
+        cubic = max(spring.cubic for spring in own)
+        gears.append(Gear(drive, rotor, 1.0 / compliance, damping, gap, at_link, cubic))
     return Coordinates(robot, tuple(gears))

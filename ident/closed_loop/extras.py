@@ -191,7 +191,8 @@ def _curves(extra: SimulatedParts, coordinates: Coordinates, tables: _Tables) ->
                 gear, lambda x, g=gear: g.stiffness * np.sign(x) * np.maximum(np.abs(x) - 0.5 * g.gap, 0.0)
             )
         else:
-            table = Table(-1.0, 0.5, gear.stiffness * np.linspace(-1.0, 1.0, 5))
+            bent = np.linspace(-1.0, 1.0, 5)
+            table = Table(-1.0, 0.5, gear.stiffness * bent + gear.cubic * bent**3)
         row = coordinates.across(index)
         rows.append(np.concatenate([[tables.add(table), -1], row, row]))
     return np.array(rows).reshape(-1, 2 + 2 * coordinates.count)

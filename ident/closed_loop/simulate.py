@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.closed_loop.control_law import ControlLaw
 from ident.closed_loop.direct_dynamics import DirectDynamics
 from ident.closed_loop.leading import RUNAWAY, Leading, SimulatedRun, check_stable, leading_of
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
+from ident.effects.chain import chain_frames
 from ident.errors import IdentificationError
-from ident.parameters.chain import chain_frames
 from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
 from robots.arrays import FloatArray
@@ -70,7 +69,7 @@ def simulate_many(
     from ident.closed_loop.compiled import run_compiled
 
     run = partial(run_compiled, frames, leading)
-    return tuple(_in_threads(run, parts, threads))
+    return tuple(at_once(run, parts, threads))
 
 
 def _only_usual(parts: Sequence[TorqueParts]) -> None:
@@ -86,16 +85,6 @@ def _only_usual(parts: Sequence[TorqueParts]) -> None:
                 f"{why} has no compiled simulation; allowed beside it: effects without simulated parts of"
                 " their own"
             )
-
-
-def _in_threads(
-    run: partial[SimulatedRun], parts: Sequence[TorqueParts], threads: int | None
-) -> list[SimulatedRun]:
-    workers = min(len(parts), threads or os.cpu_count() or 1)
-    if workers <= 1:
-        return [run(part) for part in parts]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(run, parts))
 
 
 def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leading) -> SimulatedRun:

@@ -208,7 +208,7 @@ class Examination:
     def _projector(self) -> tuple[FloatArray, FloatArray]:
         q, _ = np.linalg.qr(self.instruments)
         # Not solve: an effect that was added may be all but dependent on what was there.
-        return q, np.linalg.lstsq(self.regressor.T @ q, self.regressor.T, rcond=DEPENDENT)[0]
+        return q, np.linalg.pinv(self.regressor.T @ q, rcond=DEPENDENT) @ self.regressor.T
 
 
 def examine(

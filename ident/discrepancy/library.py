@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.examination import Examination
 from ident.effects.family import EffectFamily, Place, PlacedEffect
 from ident.parameters.present import Present
@@ -80,8 +81,9 @@ class Library:
         """The library with trials of further shapes at its end."""
         trials, blocks = list(self.trials), [self.columns]
         start = self.columns.shape[1]
-        for family, effect in effects:
-            beyond = partialled(examination, effect, exact)
+        placed = [effect for _, effect in effects]
+        columns = at_once(lambda effect: partialled(examination, effect, exact), placed)
+        for (family, effect), beyond in zip(effects, columns, strict=True):
             if beyond is None:
                 continue
             basis, parameters = orthonormal(beyond)

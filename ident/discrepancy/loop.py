@@ -19,10 +19,10 @@ from ident.closed_loop.leading import Leading, SimulatedRun, leading_of
 from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects import FrictionSign, RigidBody
+from ident.effects.chain import chain_frames
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
 from ident.errors import IdentificationError
 from ident.kernels.values import TANH
-from ident.parameters.chain import chain_frames
 from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
 from robots.arrays import FloatArray, IntArray

@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.confirmation import Shown, shown_share
 from ident.discrepancy.deviations import block_labels
 from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
@@ -199,7 +200,7 @@ def _columns(evidence: LoopEvidence, which: Sequence[int]) -> FloatArray:
     given = evidence.base_columns()
     size = np.sqrt(np.mean(given**2, axis=0)) / evidence.noise[:, np.newaxis]
     steps = _STEP / np.maximum(size.max(axis=0), 1e-12)
-    return np.stack([evidence.column(k, float(steps[k])) for k in which], axis=2)
+    return np.stack(at_once(lambda k: evidence.column(k, float(steps[k])), list(which)), axis=2)
 
 
 def loop_gap(

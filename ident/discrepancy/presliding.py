@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.loop import FINE, Loop, Standstill
 from ident.discrepancy.loop_parts import simulated_parts
 from ident.effects import FrictionSign
@@ -61,7 +62,7 @@ def _best(
     """The law at its best size, and Σ log loss over the drives with it."""
     grid, size = np.array(sizes), sizes[0]
     for step in (*_NEARER, 1.0):
-        found = np.array([losses(law(one)) for one in grid])
+        found = np.array(at_once(losses, [law(one) for one in grid]))
         best = [_lowest(np.log(grid), np.log(loss)) for loss in found.T]
         points, weights = np.array(best).T
         size = float(np.exp(np.quantile(points, 0.5, weights=weights, method="inverted_cdf")))

@@ -52,7 +52,7 @@ def link_inertia(robot: Robot, drive: int) -> float:
     return max(float(back @ whole @ back), 1e-6)
 
 
-def _gear_columns(
+def gear_columns(
     robot: Robot,
     drive: int,
     present: PresentModel,
@@ -60,6 +60,7 @@ def _gear_columns(
     damping: float,
     gap: float,
     offset_at_link: float = 1.0,
+    cubic: float = 0.0,
 ) -> Law:
     """Torque of links that follow through the gear less that of links that follow rigidly."""
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
@@ -73,7 +74,7 @@ def _gear_columns(
         load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
-        lag, rate, push = lag_of_link(inertia, load, step, stiffness, damping, gap)
+        lag, rate, push = lag_of_link(inertia, load, step, stiffness, damping, gap, cubic)
         moved = State(
             state.position - np.outer(lag, back),
             state.velocity - np.outer(rate, back),
@@ -92,7 +93,7 @@ def _elasticity(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (compliance, damping_ratio) = place.joints[0], shape
     damping = 2 * damping_ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
-    law = _gear_columns(robot, drive, present, 1.0 / compliance, damping, 0.0)
+    law = gear_columns(robot, drive, present, 1.0 / compliance, damping, 0.0)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
@@ -115,7 +116,7 @@ def _backlash(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (gap, offset_at_link, stiffness, ratio) = place.joints[0], shape
     damping = 2 * ratio * float(np.sqrt(link_inertia(robot, drive) * stiffness))
-    law = _gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
+    law = gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
         size = gap * float(values[0])

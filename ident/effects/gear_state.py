@@ -3,16 +3,17 @@
 With x the lag of the link behind the drive's output, m the inertia of the links that the drive moves and
 τ the torque that the same motion takes of rigid links,
 
-    m ẍ + F(x, ẋ) = τ,    F = K·play(x) + D ẋ on a flank, never pulling, and 0 between the flanks
+    m ẍ + F(x, ẋ) = τ,    F = K·play(x) + C·play(x)³ + D ẋ on a flank, never pulling, and 0 between the flanks
 
-where play takes the gap off the spring's way. The encoder sits on the drive, so the drive's motion is what
-was measured, and x follows from it.
+where play takes the gap off the spring's way, and C is there without a gap alone. The encoder sits on the
+drive, so the drive's motion is what was measured, and x follows from it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -23,6 +24,9 @@ _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 """s; of the integration."""
 _PARTS = 4
 """Of a sample, in which the load goes on straight."""
+_NEWTON_STEPS = 4
+"""Of a spring that stiffens, from the step of its linear part."""
+
 _PHASE = 0.1
 """rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
 
@@ -34,6 +38,7 @@ def lag_of_link(
     stiffness: float,
     damping: float,
     gap: float,
+    cubic: float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Lag of the link behind the drive and its first two derivatives, each (samples,), rad (or m) and s.
 
@@ -44,6 +49,7 @@ def lag_of_link(
         stiffness: N·m/rad (or N/m).
         damping: N·m·s/rad (or N·s/m), acts where the spring does.
         gap: rad (or m), the whole play; the link starts in contact on the side that its load presses it to.
+        cubic: N·m/rad³ (or N/m³) of a spring that stiffens, without a gap.
     """
     frequency = float(np.sqrt(stiffness / np.median(inertia)))
     step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
@@ -51,8 +57,12 @@ def lag_of_link(
     lag, rate, push = (np.empty_like(load) for _ in range(3))
     substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
     start = load[0] / stiffness + 0.5 * gap * np.sign(load[0])
+    if cubic > 0.0:
+        start = next(
+            x.real for x in np.roots([cubic, 0.0, stiffness, -load[0]]) if abs(x.imag) <= 1e-9 * abs(x)
+        )
     h = sample_time / (_PARTS * substeps)
-    _kernel()(inertia, load, h, substeps, stiffness, damping, 0.5 * gap, start, lag, rate, push)
+    _kernel()(inertia, load, h, substeps, stiffness, damping, 0.5 * gap, cubic, start, lag, rate, push)
     return lag[::_PARTS], rate[::_PARTS], push[::_PARTS]
 
 
@@ -67,11 +77,11 @@ def _finer(series: FloatArray) -> FloatArray:
 
 @cache
 def _kernel() -> Callable[..., None]:
-    """The integration in machine code."""
-    import numba  # takes a second to load; most commands need no gear state
+    """The integration in machine code, kept on disk."""
+    # Imported here: the compiler takes a second to load, and most commands need no gear state.
+    from ident.kernels.compilation import compiled_with_stamp
 
-    compiled: Callable[..., None] = numba.njit(error_model="numpy", nogil=True)(_run)
-    return compiled
+    return compiled_with_stamp(_run, Path(__file__).read_bytes())
 
 
 def _run(
@@ -82,6 +92,7 @@ def _run(
     stiffness: float,
     damping: float,
     half: float,
+    cubic: float,
     start: float,
     lag: FloatArray,
     rate: FloatArray,
@@ -107,6 +118,11 @@ def _run(
                 pressed = (f - stiffness * (y - edge) - damping * w) / (
                     m + 0.25 * h * h * stiffness + 0.5 * h * damping
                 )
+                for _ in range(_NEWTON_STEPS if cubic > 0.0 else 0):
+                    bent = y + 0.25 * h * h * pressed
+                    force = (stiffness + cubic * bent * bent) * bent + damping * (w + 0.5 * h * pressed)
+                    hardness = stiffness + 3.0 * cubic * bent * bent
+                    pressed -= (m * pressed + force - f) / (m + 0.25 * h * h * hardness + 0.5 * h * damping)
                 if half == 0.0 or (f - m * pressed) * edge > 0.0:  # a flank never pulls
                     a = pressed
             x, v = y + 0.25 * h * h * a, w + 0.5 * h * a

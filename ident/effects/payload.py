@@ -25,10 +25,9 @@ def _make(
 ) -> tuple[Parameters, Law, Parts]:
     """All ten about the last link's frame: a kilogram 0.1 m off it has as much inertia as a wrist."""
     body = RigidBody(robot)
-    last = slice(10 * (robot.n - 1), 10 * (robot.n - 1) + len(LINK_SYMBOLS))
 
     def law(state: State) -> FloatArray:
-        return np.ascontiguousarray(body.columns(state)[:, :, last])
+        return body.columns_from(robot.n - 1, state)
 
     def parts(values: FloatArray) -> SimulatedParts:
         links = np.zeros((robot.n, 10))

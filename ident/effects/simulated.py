@@ -182,6 +182,7 @@ class GearSpring:
     Attributes:
         drive: which, from 0.
         compliance: rad per N·m (or m per N) at the drive output.
+        cubic: N·m/rad³ (or N/m³) of one that stiffens.
         damping: N·m·s/rad (or N·s/m) beside the spring.
         gap: rad (or m), the whole play.
         offset_at_link: share of the constant torque that acts behind the gear, on the link.
@@ -192,6 +193,7 @@ class GearSpring:
     damping: float = 0.0
     gap: float = 0.0
     offset_at_link: float = 0.0
+    cubic: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

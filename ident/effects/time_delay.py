@@ -80,6 +80,42 @@ def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("shift", "s", _SHIFTS, -0.03, 0.03),)
 
 
+def _acting(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """A drive's torque follows its control signal late: the signal is the torque of some time ahead."""
+    (ahead,), drive = shape, place.joints[0]
+    transmission = robot.transmission_matrix
+    own = np.linalg.inv(transmission)[:, [drive]] @ transmission[[drive]]
+
+    def law(state: State) -> FloatArray:
+        if state.time is None or state.time.shape[0] < _FEWEST:
+            return np.zeros((*state.position.shape, 1))
+        time, state = state.time, present.low_cutoff(state)
+        torque = present.torque(state) @ own
+        later = CubicSpline(time, torque)(np.clip(time + ahead, time[0], time[-1]))
+        return np.asarray((later - torque) / ahead)[:, :, np.newaxis]
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        return SimulatedParts(drives=(DriveChange(drive, delay=max(0.0, float(values[0]))),))
+
+    return Parameters(("delay",), ("s",), (_of_about(ahead),), (0.005,)), law, parts
+
+
+def _acting_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    ahead = tuple(shift for shift in _SHIFTS if shift > 0.0)
+    return (Shape("ahead", "s", ahead, _LEAST, 0.03, True),)
+
+
+ACTING_LATE = Family(
+    "time_delay",
+    "torque that follows the control signal late",
+    "drive",
+    each_drive,
+    _acting,
+    _acting_shapes,
+    equation="the control signal is the drive's torque of `ahead` later",
+)
 TIME_DELAY = Family(
     "time_delay",
     "positions that are read later than the control signals beside them",
@@ -88,6 +124,7 @@ TIME_DELAY = Family(
     _make,
     _shapes,
     confused_with=("current_loop_lag", "rotor_inertia"),
+    further=(ACTING_LATE,),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
     equation=(

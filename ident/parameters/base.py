@@ -15,9 +15,10 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from ident.effects import Effect, RigidBody, State
+from ident.effects.chain import chain_frames
 from ident.effects.family import StandardParameter
 from ident.effects.found import Found
-from ident.parameters.chain import along_chain, chain_frames
+from ident.parameters.chain import along_chain
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot

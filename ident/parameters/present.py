@@ -10,10 +10,11 @@ import numpy as np
 import pinocchio
 
 from ident.effects import CurrentOffset, Effect, RigidBody, State
+from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import along_chain, chain_frames
+from ident.parameters.chain import along_chain
 from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled

@@ -215,3 +215,19 @@ def test_columns_of_which_none_depends_have_no_relation() -> None:
     rows = np.diag([2.0, 3.0])
     found = _relation(rows, np.array([2.0, 3.0]), np.array([0, 1]), np.array([0, 1]))
     np.testing.assert_array_equal(found, np.eye(2))
+
+
+def test_a_column_is_judged_by_its_direction_and_not_by_its_size() -> None:
+    """A parameter in a small unit is as independent as one in a large unit."""
+    draws = np.random.default_rng(3).normal(size=(200, 1, 3))
+    small = draws * np.array([1.0, 1e-6, 1.0])
+    small[..., 2] = small[..., 0] + 1e3 * small[..., 1]
+
+    class Model:
+        robot = robots.load("emps")
+        effects = ()
+
+        def columns(self, state: State) -> np.ndarray:
+            return small
+
+    assert base_parameters(Model()).independent.tolist() == [0, 1]  # type: ignore[arg-type]

@@ -46,7 +46,7 @@ def _one(name: str, axis: str, sized: Sized, shape: Shape = shapes.nothing) -> R
 
 
 _TURNING_ONLY = ("gravity_spring",)
-_WITH_A_ROTOR = ("joint_elasticity", "backlash", "gear_ripple")
+_WITH_A_ROTOR = ("joint_elasticity", "stiffening_elasticity", "backlash", "gear_ripple")
 
 
 EFFECTS: dict[str, Recipe] = {
@@ -83,6 +83,9 @@ EFFECTS: dict[str, Recipe] = {
         "position_dependent_friction", "drive", shapes.wave_sized, shapes.wave
     ),
     "joint_elasticity": _one("joint_elasticity", "drive", shapes.elastic_sized, shapes.elastic),
+    "stiffening_elasticity": _one(
+        "stiffening_elasticity", "drive", shapes.stiffening_sized, shapes.stiffening
+    ),
     "backlash": _one("backlash", "drive", shapes.play_sized),
     "hysteresis": _one("hysteresis", "drive", shapes.hysteresis_sized, shapes.hysteresis),
     "wrist_coupling": Recipe(uncoupled_neighbours, shapes.shaft, shapes.shaft_entries),
@@ -117,6 +120,7 @@ EFFECTS: dict[str, Recipe] = {
     "base_tilt": Recipe(whole_arm, shapes.tilt_shape, shapes.tilt_entries),
     "time_delay": Recipe(delay_places, shapes.delay_shape, shapes.delay_entries),
     "cable_spring": _one("cable_spring", "joint", shapes.cable_sized, shapes.cable),
+    "dress_pack_hysteresis": _one("dress_pack_hysteresis", "joint", shapes.pack_sized, shapes.pack),
     "contact": _one("contact", "joint", shapes.wall_sized, shapes.wall),
     "vibration": _one(
         "vibration",
@@ -137,8 +141,8 @@ EFFECTS: dict[str, Recipe] = {
         lambda m, s: {"amplitude": 0.2 * m * s["torque"], "frequency": s["frequency"]},
         lambda rng, place: {"torque": place.torque(), "frequency": shapes.between(rng, 5.0, 30.0)},
     ),
-    "brake_drag": _one(
-        "brake_drag",
+    "dragging_brake": _one(
+        "dragging_brake",
         "drive",
         lambda m, s: s | {"rise": 3.0 * m},
         lambda rng, place: {"period": shapes.between(rng, 1.3, 4.0), "share": float(rng.uniform(0.2, 0.6))},

@@ -112,6 +112,16 @@ def elastic_sized(magnitude: float, shape: Entries) -> Entries:
     return {"stiffness": shape["inertia"] * (2.0 * np.pi * frequency) ** 2}
 
 
+def stiffening(rng: np.random.Generator, place: Place) -> Entries:
+    return elastic(rng, place) | {"torque": place.torque()}
+
+
+def stiffening_sized(magnitude: float, shape: Entries) -> Entries:
+    # Twice as stiff where a tenth of the joint's torque would have bent the first stiffness.
+    stiffness = elastic_sized(magnitude, shape)["stiffness"]
+    return {"stiffness": stiffness, "cubic": stiffness**3 / (0.1 * shape["torque"]) ** 2}
+
+
 def play_sized(magnitude: float, shape: Entries) -> Entries:
     return {"width": 8e-3 * magnitude}
 
@@ -243,6 +253,16 @@ def cable_sized(magnitude: float, shape: Entries) -> Entries:
         "stiffness": linear * pull / reach,
         "cubic": (1.0 - linear) * pull / reach**3,
     }
+
+
+def pack(rng: np.random.Generator, place: Place) -> Entries:
+    low, high = place.travel()
+    return {"torque": place.torque(), "bend": between(rng, 0.1, 0.5), "centre": float(rng.uniform(low, high))}
+
+
+def pack_sized(magnitude: float, shape: Entries) -> Entries:
+    pull = 0.1 * magnitude * shape["torque"]
+    return {"slip": pull, "bend": shape["bend"], "stiffness": pull, "centre": shape["centre"]}
 
 
 def wall(rng: np.random.Generator, place: Place) -> Entries:

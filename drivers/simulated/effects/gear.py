@@ -20,6 +20,11 @@ class JointElasticity(DriveEntry):
     cubic: NonNegative = Field(default=0.0, description="stiffening, N·m/rad³")
 
 
+class StiffeningElasticity(JointElasticity):
+    sentence: ClassVar[str] = "as joint_elasticity, with a gear that stiffens as it is bent"
+    cubic: Positive = Field(description="stiffening, N·m/rad³")
+
+
 class Backlash(DriveEntry):
     sentence: ClassVar[str] = (
         "a dead zone between rotor and output, with stiff damped contact on either flank"

@@ -60,6 +60,20 @@ class CableSpring(JointEntry):
         joint["cable_centre"] = self.centre
 
 
+class DressPackHysteresis(JointEntry):
+    sentence: ClassVar[str] = "a bundle that pulls back, and whose strands slide on each other as it bends"
+    slip: Positive = Field(description="torque of the strands when all of them slide, N·m")
+    bend: Positive = Field(default=0.3, description="way over which they come to slide, rad")
+    stiffness: NonNegative = Field(default=0.0, description="of the single strands, N·m/rad")
+    centre: Finite = Field(default=0.0, description="joint position at which they do not pull, rad")
+
+    def fill(self, joint: np.void) -> None:
+        joint["pack_slip"] = self.slip
+        joint["pack_bend"] = self.bend
+        joint["pack_stiffness"] = self.stiffness
+        joint["pack_centre"] = self.centre
+
+
 class Contact(JointEntry):
     sentence: ClassVar[str] = "a wall at a joint: a stiff spring and damper that only push"
     upper: Finite | None = Field(default=None, description="position from which the wall pushes down, rad")

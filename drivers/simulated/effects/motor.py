@@ -136,9 +136,8 @@ class TorqueCrosstalk(DriveEntry):
         return (self.drive, self.source)
 
 
-class BrakeDrag(DriveEntry):
+class DraggingBrake(DriveEntry):
     sentence: ClassVar[str] = "a brake that rubs during a part of each period of time"
-    outside_vocabulary: ClassVar[bool] = True
     rise: Share = Field(description="dry friction while it rubs, relative to Fc")
     period: Positive = Field(default=2.7, description="s")
     share: float = Field(default=0.4, gt=0.0, lt=1.0, description="of the period in which it rubs")

@@ -74,7 +74,7 @@ def fill_gears(drives: Records, scenario: Scenario, resonance: Resonance) -> Non
     Raises:
         DriveError: a rotor has no inertia.
     """
-    for elastic in scenario.joint_elasticity:
+    for elastic in (*scenario.joint_elasticity, *scenario.stiffening_elasticity):
         stiffness, damping = _figures(resonance, elastic.drive, elastic.stiffness, elastic.damping)
         _soften(drives, elastic.drive, stiffness, damping)
         drives["cubic_stiffness"][elastic.drive - 1] = elastic.cubic

@@ -69,6 +69,8 @@ def add_joint_loads(
         if joint.cable_stiffness != 0.0 or joint.cable_cubic != 0.0:
             x = q - joint.cable_centre
             load += (joint.cable_stiffness + joint.cable_cubic * x * x) * x
+        if joint.pack_slip > 0.0:
+            load += joint.pack_stiffness * (q - joint.pack_centre) + states[j].pack_torque
         if joint.wall_stiffness > 0.0:
             load += wall_torque(joint, q, v)
         if joint.slosh_inertia > 0.0:
@@ -135,3 +137,12 @@ def plane_force(plane: Plane, point: Vector, speed: Vector) -> Vector:
         return (0.0, 0.0, 0.0)
     push = max(plane.stiffness * depth - plane.damping * dot(normal, speed), 0.0)
     return scale(push, normal)
+
+
+@inner
+def bend_packs(joints: Records, states: Records, velocity: FloatArray, step: float) -> None:
+    """Torque of the strands that slide in each dress pack, N·m, after a step: up to its slip."""
+    for j in range(len(joints)):
+        if joints[j].pack_slip > 0.0:
+            way = velocity[j] * step / joints[j].pack_bend
+            states[j].pack_torque += joints[j].pack_slip * way - abs(way) * states[j].pack_torque

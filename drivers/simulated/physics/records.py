@@ -109,6 +109,10 @@ JOINT = np.dtype(
         ("cable_stiffness", "f8"),
         ("cable_cubic", "f8"),
         ("cable_centre", "f8"),
+        ("pack_stiffness", "f8"),
+        ("pack_centre", "f8"),
+        ("pack_slip", "f8"),
+        ("pack_bend", "f8"),
         ("wall_upper", "f8"),
         ("wall_lower", "f8"),
         ("wall_stiffness", "f8"),
@@ -147,7 +151,7 @@ MOTOR_STATE = np.dtype(
     ]
 )
 
-JOINT_STATE = np.dtype([("slosh_position", "f8"), ("slosh_velocity", "f8")])
+JOINT_STATE = np.dtype([("slosh_position", "f8"), ("slosh_velocity", "f8"), ("pack_torque", "f8")])
 
 
 class Harmonics(NamedTuple):

@@ -270,6 +270,7 @@ def advance(arm: Arm, motion: Motion) -> int:
         for _ in range(arm.substeps):
             if state == FINE and not _substep(arm, motion, arm.step_time / arm.substeps):
                 state = NOT_POSITIVE_DEFINITE
+        loads.bend_packs(arm.joints, motion.joints, motion.velocity, arm.step_time)
         loads.move_sloshing(arm.joints, motion.joints, motion.position, motion.velocity, arm.step_time)
         _age(arm.drives, motion.motors, motion.clock, arm.step_time)
         if motion.braked.all() and settled(arm.drives, motion.motors, arm.transmission, motion.velocity):

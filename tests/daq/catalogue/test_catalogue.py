@@ -128,6 +128,8 @@ def test_the_course_of_a_parameter(catalogue: Catalogue) -> None:
     assert [point.sigma for point in course] == [entry.parameters[1].sigma for entry in made]
     assert [point.model_id for point in course] == [entry.id for entry in made]
     assert all(a.at <= b.at for a, b in pairwise(course))
+    assert [point.run_id for point in course] == [entry.run_id for entry in made]
+    assert [point.at for point in course] == [runs.get(catalogue, entry.run_id).started for entry in made]
     assert len(models.trend(catalogue, made[0].arm_id)) == 15
     assert models.trend(catalogue, made[0].arm_id, since=datetime.now(tz=UTC)) == ()
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from datetime import UTC, datetime, timedelta
+from typing import Any
 
 import pytest
 
 from daq.catalogue import arms, leases
 from daq.catalogue.database import Catalogue
-from daq.catalogue.values import CatalogueError, LeaseHeld
+from daq.catalogue.values import CatalogueError, Lease, LeaseHeld
 from tests.daq.catalogue.entries import identity
 
 T0 = datetime(2026, 3, 1, 2, 0, tzinfo=UTC)
@@ -98,3 +99,40 @@ def test_a_lease_of_a_minute_is_renewed_every_twenty_seconds(
     with leases.held(catalogue, arms.register(catalogue, identity()).id) as lease:
         assert lease.expires - lease.taken == timedelta(seconds=60)
     assert asked[0] == 20.0
+
+
+def test_a_lease_is_not_given_back_before_its_renewal_has_ended(
+    catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else what renews it would take the arm again, after it was given back."""
+    done: list[str] = []
+    renewing, renew, release = threading.Event(), leases.renew, leases.release
+
+    def slowly(*asked: Any) -> Lease:
+        renewing.set()
+        time.sleep(0.2)
+        done.append("renewed")
+        return renew(*asked)
+
+    def released(*asked: Any) -> bool:
+        done.append("released")
+        return release(*asked)
+
+    monkeypatch.setattr(leases, "renew", slowly)
+    monkeypatch.setattr(leases, "release", released)
+    with leases.held(catalogue, arms.register(catalogue, identity()).id, seconds=0.03):
+        assert renewing.wait(20.0)
+    assert done[-2:] == ["renewed", "released"]
+
+
+def test_leases_of_processes_that_are_gone_are_given_back_by_name(
+    catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of_dead, of_living = (arms.register(catalogue, identity(first=first)) for first in (100, 200))
+    leases.take(catalogue, of_dead.id, 600.0, holder="gone")
+    leases.take(catalogue, of_living.id, 600.0, holder="here")
+    monkeypatch.setattr(leases, "is_gone", lambda holder: holder == "gone")
+    assert leases.free_dead(catalogue, "tx40") == (of_dead.label,)
+    assert leases.holder_of(catalogue, of_dead.id) is None
+    assert leases.holder_of(catalogue, of_living.id) is not None
+    assert leases.free_dead(catalogue, "tx40") == ()

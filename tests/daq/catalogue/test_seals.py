@@ -49,6 +49,7 @@ def test_passes_count_as_they_were_kept(path: Path) -> None:
         (1, f"UPDATE runs SET facts = json_remove(facts, '$.speed_share') WHERE {FULL_RUN} 1"),
         (1, f"UPDATE runs SET facts = json_remove(facts, '$.seal') WHERE {FULL_RUN} 1"),
         (4, f"UPDATE runs SET arm_id = 4 WHERE {FULL_RUN} 2"),
+        (4, "UPDATE runs SET arm_id = 4 WHERE kind = 'commission' AND arm_id = 2"),
         (3, "UPDATE runs SET stage = 'full run' WHERE stage = 'slow run' AND arm_id = 3"),
         (2, f"UPDATE runs SET facts = json_set(facts, '$.cell_sha256', 'ab') WHERE {FULL_RUN} 2"),
     ],

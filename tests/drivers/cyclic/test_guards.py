@@ -12,6 +12,7 @@ import pytest
 
 import robots
 from drivers import ArmSession, Budgets, BusError, Channel, DriveError, Request
+from drivers.cia402 import State
 from drivers.cyclic.following import STANDSTILL_SHARE
 from drivers.cyclic.motion_checks import MotionChecks
 from drivers.cyclic.ramp import GENTLE, approach
@@ -220,3 +221,17 @@ def test_an_arm_has_one_session_at_a_time() -> None:
             ArmSession(emps, channel).open()
         with ArmSession(emps, channel) as session:
             assert session.drives
+
+
+def test_an_axis_whose_reading_stands_still_loses_its_torque_while_the_others_still_brake() -> None:
+    """Its drive regulates on a position that is not there: no ramp means anything to it."""
+
+    def stand_still(number: int, arm: FakeArm) -> None:
+        arm.axes[2].frozen = number > 150
+
+    done = run(stand_still, following_error=np.full(3, 100_000))
+    assert "drive 3 reads the same" in done.result.reason
+    off = [len(axis.controlwords) - axis.controlwords[::-1].index(0x0F) for axis in done.arm.axes]
+    assert done.arm.axes[2].controlwords[off[2]] == 0x00, "disable voltage, in one step"
+    assert off[2] < min(off[:2]) - 2, "not only once the ramp of the others is over"
+    assert all(axis.state is State.SWITCH_ON_DISABLED for axis in done.arm.axes)

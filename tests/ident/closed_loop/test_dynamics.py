@@ -9,9 +9,10 @@ import pinocchio
 import pytest
 
 import robots
+from ident.effects.chain import chain_frames
+from ident.effects.link_columns import link_columns
 from ident.kernels.friction import WORK_ROWS, friction, implicit_step
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias
-from ident.parameters.chain import chain_frames
 
 
 def random_chain(seed: int) -> pinocchio.Model:
@@ -83,6 +84,21 @@ def test_dynamics_are_linear_in_parameters_without_mass() -> None:
     evaluate(frames, links, model, q, v, mass, bias, work)
     regressor = pinocchio.computeJointTorqueRegressor(model, data, q, v, a)
     np.testing.assert_allclose(mass @ a + bias, regressor @ links.ravel(), rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_columns_of_links_are_those_of_pinocchio(name: str) -> None:
+    model = MODELS[name]()
+    data, n = model.createData(), model.nv
+    frames, gravity = chain_frames(model), np.array(model.gravity.linear)
+    assert frames is not None
+    motion = np.random.default_rng(4).normal(size=(3, 20, n)) * 2.0
+    rows = [pinocchio.computeJointTorqueRegressor(model, data, *motion[:, k]) for k in range(20)]
+    expected = np.stack(rows).reshape(20, n, 10 * n)
+    for first in (0, n - 1):
+        columns = np.zeros((20, n, 10 * (n - first)))
+        link_columns(frames, gravity, *motion, first, columns)
+        np.testing.assert_allclose(columns, expected[:, :, 10 * first :], rtol=1e-11, atol=1e-11)
 
 
 def test_a_branched_model_has_no_chain() -> None:

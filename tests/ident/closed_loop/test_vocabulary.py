@@ -93,6 +93,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
     "load_quadratic_friction": [(1, None, (0.003,), 0.03), (2, None, (0.01,), 0.03)],
     "directional_efficiency": [(1, None, (0.1, 0.05), 0.03), (4, None, (0.5, -0.2), 0.03)],
+    "dragging_brake": [(2, (5.5,), (0.5, 0.3, 0.2), 0.01)],
     "drifting_friction": [
         (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
@@ -100,6 +101,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     ],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
+    "stiffening_elasticity": [(2, None, (1.0,), 0.1)],
     "backlash": [(2, None, (1.0,), 0.4)],
     "hysteresis": [(2, None, (1.0,), 0.01), (5, None, (0.5,), 0.01)],
     "wrist_coupling": [(0, None, (0.005, 0.2, 0.3), 0.01)],
@@ -127,6 +129,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (-0.001,), (-0.001,), 0.1),
     ],
     "cable_spring": [(2, None, (3.0, 1.0), 1e-4)],
+    "dress_pack_hysteresis": [(2, None, (1.0, 2.0, 0.5), 0.01)],
     "contact": [(2, (1.55, 1.0), (100.0,), 0.001)],
 }
 

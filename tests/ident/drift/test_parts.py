@@ -175,3 +175,17 @@ def test_what_moves_together_begins_where_chance_ends(together: float, common: b
     assert np.diag(found) == pytest.approx(np.ones(4), rel=0.05)
     assert (np.abs(apart).max() > 0.02) == common
     assert common or np.abs(apart).max() == 0.0
+
+
+def test_what_is_correlated_within_a_run_does_not_move_together_between_runs() -> None:
+    """Six parameters that no run tells apart well, and nights that differ by nothing else."""
+    within = 0.1 * np.eye(6) + 0.9
+    root = np.linalg.cholesky(within)
+    values = np.random.default_rng(0).normal(size=(400, 6)) @ root.T
+    found = run_to_run_covariance(values, within, None)
+    assert found == pytest.approx(np.diag(np.diag(found)), abs=1e-12)
+    assert np.diag(found).max() < 0.2
+    loading = np.array([3.0, -3.0, 3.0, -3.0, 3.0, -3.0])
+    together = values + np.random.default_rng(13).normal(size=(400, 1)) * loading
+    moved = run_to_run_covariance(together, within, None)
+    assert moved[0, 1] == pytest.approx(-9.0, rel=0.15)

@@ -17,14 +17,14 @@ LOAD = np.clip(TIME / 0.5, 0.0, 1.0) ** 3 * (8.0 * np.sin(6.9 * TIME) + 5.0 * np
 INERTIA = 0.5
 
 
-def reference(stiffness: float, damping: float, gap: float) -> FloatArray:
+def reference(stiffness: float, damping: float, gap: float, cubic: float = 0.0) -> FloatArray:
     """Lag, rate and push, 3 × samples."""
 
     load = CubicSpline(TIME, LOAD)
 
     def push(time: float, lag: float, rate: float) -> float:
         beyond = lag - np.clip(lag, -0.5 * gap, 0.5 * gap)
-        force = stiffness * beyond + damping * rate
+        force = stiffness * beyond + cubic * beyond**3 + damping * rate
         touching = gap == 0.0 or force * beyond > 0.0
         return (float(load(time)) - touching * force) / INERTIA
 
@@ -70,6 +70,20 @@ def test_a_load_of_a_sixth_of_the_sampling_rate_is_wholly_felt() -> None:
     answer = speed**2 / (INERTIA * speed**2 + damping * speed + stiffness)
     wave = 2.0 * np.mean(push * np.exp(-speed * time[500:]) * 1j)
     assert abs(wave - answer) < 0.04 * abs(answer)
+
+
+@pytest.mark.parametrize("share", [0.3, 3.0])
+def test_a_gear_that_stiffens(share: float) -> None:
+    """The further stiffness is a share of the first at the largest way of a load that grows slowly."""
+    stiffness, damping = gear(12.0, 0.03)
+    cubic = share * stiffness / (13.0 / stiffness) ** 2
+    got = np.array(lag_of_link(np.full_like(LOAD, INERTIA), LOAD, STEP, stiffness, damping, 0.0, cubic))
+    wanted = reference(stiffness, damping, 0.0, cubic)
+    missed = np.linalg.norm(got - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
+    assert missed[0] < 2e-3
+    assert missed[2] < 0.02
+    straight = found(stiffness, damping, 0.0)
+    assert np.linalg.norm(got[0] - straight[0]) > 0.05 * np.linalg.norm(straight[0])
 
 
 @pytest.mark.parametrize("gap", [1e-3, 5e-3])

@@ -131,11 +131,11 @@ class OneJoint:
 
 def _best_excess(scores: Callable[[FloatArray, FloatArray], FloatArray], kappa: float) -> tuple[float, float]:
     """s of the largest score and that score: on a grid that gets finer about it."""
-    low, high = 0.0, float(np.log(_LARGEST_EXCESS))
+    grid = np.append(0.0, np.geomspace(_FINE, np.log(_LARGEST_EXCESS), _EXCESSES - 1))
     while True:
-        grid = np.linspace(low, high, _EXCESSES)
         found = scores(np.full(grid.size, kappa), np.exp(grid))
         number = int(np.argmax(found))
-        if grid[1] - grid[0] <= _FINE:
+        low, high = grid[max(number - 1, 0)], grid[min(number + 1, grid.size - 1)]
+        if high - low <= 2.0 * _FINE:  # most rows are as noisy as what does not repeat: s is 1 at once
             return float(np.exp(grid[number])), float(found[number])
-        low, high = float(grid[max(number - 1, 0)]), float(grid[min(number + 1, grid.size - 1)])
+        grid = np.linspace(low, high, _EXCESSES)

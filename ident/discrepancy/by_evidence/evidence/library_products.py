@@ -121,14 +121,14 @@ def _at_joint(rows: Rows, effects: tuple[WhiteEffects, ...], starts: IntArray, j
     outside, inner, columns, own = [np.zeros((k + 1, 0))], [np.zeros((m, 0))], [], []
     here = tuple(effect for effect in effects if effect.joints[j] is not None)
     for number, effect in enumerate(effects):
-        part = effect.joints[j]
-        if part is None:
+        if effect.joints[j] is None:
             own.append(np.zeros(effect.count**2))
             continue
         products = rows.products_with(effect)[j]
         outside.append(products[0])
         inner.append(products[1])
         columns.append(np.arange(starts[number], starts[number + 1]))
+        part = effect.columns(j)
         own.append((part.T @ part).reshape(-1))
     which = np.concatenate([np.zeros(0, dtype=np.int64), *columns])
     return _AtJoint(

@@ -8,11 +8,12 @@ rows of that joint alone, so κ of one joint is no matter of the others.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
@@ -54,25 +55,30 @@ class WhiteEffects:
     """
 
     count: int
-    joints: tuple[FloatArray | None, ...]
+    joints: tuple[FloatArray | NDArray[np.float32] | None, ...]
     centre: FloatArray
     bounds: FloatArray
     scale: FloatArray
     unsaid: float = 0.0
     _products: IdentityCache[tuple[tuple[FloatArray, FloatArray], ...]] = field(
-        default_factory=lambda: IdentityCache(1), repr=False
+        init=False, default_factory=lambda: IdentityCache(1), repr=False
     )
 
     def columns(self, joint: int) -> FloatArray:
-        """(N, p) of a joint; no column where it has none."""
+        """(N, p) of a joint, to calculate with; no column where it has none."""
         part = self.joints[joint]
-        return np.zeros((0, 0)) if part is None else part
+        return np.zeros((0, 0)) if part is None else part.astype(np.float64, copy=False)
 
     def products(
         self, rows: Rows, make: Callable[[], tuple[tuple[FloatArray, FloatArray], ...]]
     ) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Those of :meth:`Rows.products_with`: every set that the effect is in asks for them."""
         return self._products.of(rows, make)
+
+    def for_a_library(self) -> WhiteEffects:
+        """With columns of half the size: a vocabulary has thousands. Their rounding, 10⁻⁷, is noise."""
+        joints = tuple(None if part is None else part.astype(np.float32) for part in self.joints)
+        return replace(self, joints=joints)
 
     @property
     def there(self) -> bool:

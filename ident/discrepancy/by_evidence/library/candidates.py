@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
 from robots.description import Robot
@@ -71,15 +72,18 @@ def library(
     rows: Rows,
     wanted: Sequence[Candidate],
     present: PresentModel,
-    progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Entry, ...]:
     """Candidates with every combination of their grids, those that the data show anything of."""
+    entries = at_once(lambda candidate: _entries(rows, candidate, present), wanted)
+    return tuple(entry for some in entries for entry in some)
+
+
+def _entries(rows: Rows, candidate: Candidate, present: PresentModel) -> list[Entry]:
+    """Of one candidate."""
     entries = []
-    for number, candidate in enumerate(wanted):
-        progress(number / len(wanted))
-        for shape in product(*(one.grid for one in candidate.shapes)):
-            placed = candidate.at(rows.prepared.robot, shape, present)
-            white = rows.effect(placed)
-            if white.there:
-                entries.append(Entry(candidate, placed, white))
-    return tuple(entries)
+    for shape in product(*(one.grid for one in candidate.shapes)):
+        placed = candidate.at(rows.prepared.robot, shape, present)
+        white = rows.effect(placed)
+        if white.there:
+            entries.append(Entry(candidate, placed, white.for_a_library()))
+    return entries

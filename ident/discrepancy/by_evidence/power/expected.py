@@ -70,21 +70,22 @@ class Expectation:
             start = part.stop
         return cls(own, index, posterior, centre, constant, bounded)
 
-    def means(self, number: int, direction: FloatArray) -> Means:
-        """Of all entries where one of them is there.
+    def means(self, number: int, direction: FloatArray, of: slice = slice(None)) -> Means:
+        """Of entries where one of them is there.
 
         Args:
             number: of that entry.
             direction: (p,) u, its parameters at size 1 in units of their scales.
+            of: whose nats are asked for, all where nothing is said.
         """
-        columns = self.index[number][: direction.size]
-        shown = np.append(self.own[:, columns] @ direction, 0.0)[self.index]
-        weighted = np.einsum("epq,eq->ep", self.posterior, shown)
-        wrong = np.sign(weighted[:, 0]) * self.bounded > 0.0
+        columns, index, posterior = self.index[number][: direction.size], self.index[of], self.posterior[of]
+        shown = np.append(self.own[:, columns] @ direction, 0.0)[index]
+        weighted = np.einsum("epq,eq->ep", posterior, shown)
+        wrong = np.sign(weighted[:, 0]) * self.bounded[of] > 0.0
         a = np.where(wrong, 0.0, 0.5 * np.sum(shown * weighted, axis=1))
         # About a centre c the score counts z'c − (G c)' (G + 1)⁻¹ z, and 1 − G (G + 1)⁻¹ = (G + 1)⁻¹.
-        b = np.where(wrong, 0.0, np.sum(self.centre * weighted, axis=1))
-        return Means(a, b, self.constant)
+        b = np.where(wrong, 0.0, np.sum(self.centre[of] * weighted, axis=1))
+        return Means(a, b, self.constant[of])
 
     def energy(self, number: int, direction: FloatArray) -> float:
         """½ uᵀ G u: nats that an effect of size 1 shows, were its parameters known."""

@@ -159,10 +159,10 @@ class _Odds:
             # The shape follows the size: all that is there shows, and the shapes of the grid share the prior.
             a = self.expected.energy(number, direction)
             return a, a * SIZES**2 - np.log(self.shapes[place])
-        means = self.expected.means(number, direction)
-        part = slice(self.starts[place], self.starts[place] + self.shapes[place])
-        nats = logsumexp(means.at(SIZES)[:, part], axis=1) - np.log(self.shapes[place])
-        return float(means.a[number]), nats
+        first = int(self.starts[place])
+        means = self.expected.means(number, direction, slice(first, first + int(self.shapes[place])))
+        nats = logsumexp(means.at(SIZES), axis=1) - np.log(self.shapes[place])
+        return float(means.a[number - first]), nats
 
     def _alone(self, number: int, sign: float) -> float:
         """Size from which on the entry is named against nothing at all."""

@@ -187,7 +187,7 @@ def test_a_drifting_room_warms_a_gear_without_friction(emps: Robot) -> None:
 
 def test_a_rubbing_brake_comes_and_goes(emps: Robot) -> None:
     rub = {"drive": 1, "rise": 0.5, "period": 0.4, "share": 0.25}
-    plant = released(emps, axis_truth(emps, Fc1=FC, Ia1=HEAVY), brake_drag=[rub])
+    plant = released(emps, axis_truth(emps, Fc1=FC, Ia1=HEAVY), dragging_brake=[rub])
     _, forces = carried(plant, lambda t: 0.1, 0.8)
     half = len(forces) // 2
     assert forces[half + 200] == pytest.approx(1.5 * FC, rel=0.01)

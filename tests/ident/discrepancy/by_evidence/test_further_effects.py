@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 import robots
+from drivers.simulated import draw_truth
+from drivers.simulated.scenario import Scenario
+from ident.discrepancy import Question
+from ident.discrepancy.by_evidence import diagnose_by_evidence, prior_by_evidence
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.effects.vocabulary import confused_with, family_named
-from tests.ident.discrepancy.by_evidence.test_search import search
+from tests.ident.discrepancy.blind_search import hidden, recorded
+from tests.ident.discrepancy.by_evidence.test_search import TRUTH, search
 
 pytestmark = pytest.mark.slow
 
@@ -18,10 +23,10 @@ LARGEST = 3.7
 """Control signal that the motion asks for at most."""
 
 
-def only(name: str, hidden: dict[str, object]) -> EvidenceFinding:
+def only(name: str, effect: dict[str, object]) -> EvidenceFinding:
     """The one sure finding where this is hidden in the axis, asked for with all names that it passes for."""
     families = [family_named(one) for one in (name, *confused_with(name))]
-    answer = search({name: [{"drive": 1, **hidden}]}, families=families)
+    answer = search({name: [{"drive": 1, **effect}]}, families=families)
     (found,) = (one for one in answer.findings if one.sure)
     assert (found.name, found.joints) == (name, (1,))
     return found
@@ -48,8 +53,35 @@ def test_a_dead_zone_of_the_command() -> None:
 def test_an_encoder_that_runs_out_of_true() -> None:
     turns = float(EMPS.drive[0].gear)
     size, phase = 0.003 / turns, 0.4
-    hidden = {"amplitude": size, "turns": turns, "phase": phase}
-    found = values(only("encoder_eccentricity", hidden))
+    scale = {"amplitude": size, "turns": turns, "phase": phase}
+    found = values(only("encoder_eccentricity", scale))
     for name, true in (("reads_cos1", size * np.sin(phase)), ("reads_sin1", size * np.cos(phase))):
         value, sigma = found[name]
         assert value == pytest.approx(true, abs=3.0 * sigma), name
+
+
+def test_a_brake_that_rubs_now_and_then() -> None:
+    found = values(only("dragging_brake", {"rise": 0.6, "period": 3.1, "share": 0.5}))
+    coulomb = draw_truth(EMPS, TRUTH).parameters["Fc1"]
+    assert found["period"][0] == pytest.approx(3.1, rel=0.05)
+    # The first wave of a drag of half the time.
+    wave = 2.0 * 0.6 * coulomb / np.pi
+    assert np.hypot(found["drag_cos1"][0], found["drag_sin1"][0]) == pytest.approx(wave, rel=0.15)
+
+
+def test_a_dress_pack_that_comes_back_by_another_way() -> None:
+    """On six axes, of which the second has to carry the arm beside it."""
+    robot, duration = robots.load("tx40"), 5.0
+    pack = {"joint": 2, "slip": 3.0, "bend": 0.3, "stiffness": 4.0, "centre": 0.2}
+    scenario = hidden({"dress_pack_hysteresis": [pack]})
+    accepted = recorded(robot, 78, Scenario(), 0, 1, duration)
+    fit, validation = (recorded(robot, 78, scenario, motion, motion + 2, duration) for motion in (0, 1))
+    names = ("dress_pack_hysteresis", *confused_with("dress_pack_hysteresis"))
+    families = tuple(family_named(name) for name in names)
+    question = Question(
+        robot, (fit,), (validation,), families, lambda base: prior_by_evidence(base, (accepted,))
+    )
+    (found,) = (one for one in diagnose_by_evidence(question).findings if one.sure)
+    assert (found.name, found.joints) == ("dress_pack_hysteresis", (2,))
+    assert values(found)["pack_hysteresis2"][0] == pytest.approx(3.0, rel=0.05)
+    assert values(found)["pack_stiffness2"][0] == pytest.approx(4.0, rel=0.1)
