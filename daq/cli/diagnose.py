@@ -35,6 +35,17 @@ from daq.cli.common import (
     there,
     watcher_of,
 )
+from daq.cli.log_options import (
+    GainOfLog,
+    OffsetOfLog,
+    RatioOfLog,
+    SampleRate,
+    SaveMap,
+    SaveRobot,
+    TorqueSensors,
+    UrdfOfLog,
+    guess_request_of,
+)
 
 Searches = Literal["evidence", "rules"]
 
@@ -104,6 +115,14 @@ def diagnose(
         bool, typer.Option("--power", help="How small each effect would still have been named.")
     ] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
+    urdf: UrdfOfLog = None,
+    sample_rate: SampleRate = None,
+    ratio: RatioOfLog = None,
+    gain: GainOfLog = None,
+    offset: OffsetOfLog = None,
+    torque_sensors: TorqueSensors = False,
+    save_map: SaveMap = None,
+    save_robot: SaveRobot = None,
     no_catalogue: NoCatalogue = False,
     quiet: Quiet = False,
     parameters: Parameters = False,
@@ -112,6 +131,7 @@ def diagnose(
     """Find what the model lacks, name it, add it, and show the gap shrink on data that was not fitted.
 
     Example: [bold]armhil diagnose runs/a/capture.mcap --validate runs/b/capture.mcap --out runs/why[/]
+    A log of any arm: [bold]armhil diagnose log.csv --split-half --urdf arm.urdf[/]
     """
     from daq.recording.errors import CaptureError
 
@@ -123,10 +143,20 @@ def diagnose(
     from daq.diagnosis.evidence import print_evidence
     from daq.diagnosis.more import print_more
     from daq.files.model_file import SUFFIX
+    from daq.identification.terminal import print_guessed
     from daq.keeping.keep import keep_diagnose_request
     from daq.session.cell import cell_of
     from daq.text.wrapped import write
 
+    guess = guess_request_of(
+        urdf,
+        robot if live is None else live,
+        sample_rate,
+        {"ratio": ratio, "gain": gain, "offset": offset},
+        torque_sensors,
+        save_map,
+        save_robot,
+    )
     console = console_of(as_json)
     request = DiagnoseRequest(
         tuple(paths or ()),
@@ -141,6 +171,7 @@ def diagnose(
         evaluations,
         power=power,
         search=search,
+        guess=guess,
     )
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
@@ -171,6 +202,7 @@ def diagnose(
     if as_json:
         print_json(content)
     model = None if result.folder is None else result.folder / f"{result.robot.name}{SUFFIX}"
+    print_guessed(console, result.guessed)
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
     print_more(console, result.more)

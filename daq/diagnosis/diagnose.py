@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from daq.files.cell_file import CellFile, read_cell
 from daq.files.found_model import read_found_model
 from daq.files.model_file import read_model
 from daq.files.run_folder import make_run_folder
+from daq.importing.guess_log import guessed_arm
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
@@ -51,7 +53,7 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
     _require_validation(request)
     conditions = conditions_of(request.cell)
     folder = None if request.out is None else make_run_folder(request.out, "diagnose")
-    with described(request.robot, request.fit[0]) as (robot, _):
+    with _arm_of(request) as (robot, guessed):
         question, uncut = _asked(robot, request, steps)
         robot = question.robot
         with steps.step("Search for the missing effect") as update:
@@ -68,7 +70,18 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
             if apart:
                 result = _result(robot, request, diagnosis, answer, series, apart, folder, more)
                 _write(folder, request, result)
-    return result
+    return replace(result, guessed=guessed)
+
+
+@contextmanager
+def _arm_of(request: DiagnoseRequest) -> Iterator[tuple[Robot, tuple[str, ...]]]:
+    """The arm, and what was guessed of the log."""
+    if request.guess is None:
+        with described(request.robot, request.fit[0]) as (robot, _):
+            yield robot, ()
+        return
+    with guessed_arm(request.fit[0], request.guess) as guessed:
+        yield guessed.robot, tuple(guessed.words)
 
 
 def _search(

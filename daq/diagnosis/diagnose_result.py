@@ -9,6 +9,7 @@ from typing import Any, Literal
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.more import More
 from daq.diagnosis.telling_apart import TellingApart
+from daq.importing.guess_log import GuessRequest
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.before_after import Series
 from ident.discrepancy.by_evidence import EvidenceAnswer
@@ -37,6 +38,7 @@ class DiagnoseRequest:
         found: a model with found effects to examine where ``prior`` is no file.
         power: whether to say how small each effect would still have been named.
         search: which search names what the moving arm shows.
+        guess: what a log is to be taken for by its URDF; None where its arm is described.
     """
 
     fit: tuple[Path, ...]
@@ -52,6 +54,7 @@ class DiagnoseRequest:
     found: FoundModel | None = None
     power: bool = False
     search: SearchName = "evidence"
+    guess: GuessRequest | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,7 @@ class DiagnoseResult:
         folder: of the results; None where nothing was written.
         more: smallest sizes and terms.
         evidence: what the search by evidence says; None where the rules searched.
+        guessed: what a log was taken for, one sentence each.
     """
 
     robot: Robot
@@ -79,3 +83,4 @@ class DiagnoseResult:
     folder: Path | None
     more: More = field(default_factory=More)
     evidence: EvidenceAnswer | None = None
+    guessed: tuple[str, ...] = ()

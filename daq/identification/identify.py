@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Literal
 
 from daq.files.found_model import read_found_model
@@ -16,7 +15,7 @@ from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
-from daq.importing.guess_log import GuessRequest, guess_log, save_guess
+from daq.importing.guess_log import GuessRequest, guessed_arm
 from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
 from daq.recording.capture import Capture
 from daq.recording.described_arm import described
@@ -90,7 +89,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         ArmMismatch: the recordings are of two arms.
     """
     folder = None if request.out is None else make_run_folder(request.out, "identify")
-    with _arm_of(request, steps) as (robot, first, columns, guessed):
+    with _arm_of(request) as (robot, first, columns, guessed):
         if request.urdf is not None:
             check_urdf_path(request.urdf, robot)
         found = read_found_model(request.model, robot) if isinstance(request.model, Path) else request.model
@@ -130,17 +129,14 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
 
 @contextmanager
 def _arm_of(
-    request: IdentifyRequest, steps: Steps
+    request: IdentifyRequest,
 ) -> Iterator[tuple[Robot, Capture | None, Path | None, tuple[str, ...]]]:
     """The arm, the capture that described it, the column map, and what was guessed."""
     if request.guess is None:
         with described(request.robot, request.paths[0]) as (robot, first):
             yield robot, first, request.columns, ()
         return
-    with TemporaryDirectory(prefix="armhil-") as folder:
-        with steps.step("Guess the columns"):
-            guessed = guess_log(request.paths[0], request.guess.urdf, Path(folder), request.guess.hints)
-            save_guess(Path(folder), request.guess)
+    with guessed_arm(request.paths[0], request.guess) as guessed:
         yield guessed.robot, None, request.columns, tuple(guessed.words)
 
 

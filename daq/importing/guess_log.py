@@ -5,9 +5,11 @@ What comes out is a column map and a description, as a person would write them, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -131,6 +133,19 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     columns["torque"] = {**_taken(torque, moving), **means}
     (folder / MAP_NAME).write_text(toml_text(columns), encoding="utf-8")
     return GuessedLog(robot, columns, [*words, *more])
+
+
+@contextmanager
+def guessed_arm(path: Path, request: GuessRequest) -> Iterator[GuessedLog]:
+    """The arm and the column map of a log, in a folder of its own as long as they are used; kept where asked.
+
+    Raises:
+        CaptureError, RobotFileError: as of :func:`guess_log` and :func:`save_guess`.
+    """
+    with TemporaryDirectory(prefix="armhil-") as folder:
+        guessed = guess_log(path, request.urdf, Path(folder), request.hints)
+        save_guess(Path(folder), request)
+        yield guessed
 
 
 def save_guess(folder: Path, request: GuessRequest) -> None:

@@ -85,9 +85,11 @@ class EventFinder:
 
     def __init__(self, robot: Robot) -> None:
         self._joints = tuple(joint.name for joint in robot.joint)
-        nodes = [drive.node_id for drive in robot.drive]
-        self._emergency_ids = {emcy_cob_id(n): j for n, j in zip(nodes, self._joints, strict=True)}
-        self._heartbeat_ids = {heartbeat_cob_id(n): j for n, j in zip(nodes, self._joints, strict=True)}
+        # An arm that is described for logs alone has no nodes.
+        drives = zip(robot.drive, self._joints, strict=True) if robot.has_drives else ()
+        nodes = {drive.node_id: joint for drive, joint in drives}
+        self._emergency_ids = {emcy_cob_id(node): joint for node, joint in nodes.items()}
+        self._heartbeat_ids = {heartbeat_cob_id(node): joint for node, joint in nodes.items()}
         self._ids = np.array([*self._emergency_ids, *self._heartbeat_ids], dtype=np.uint32)
         self._nmt: dict[str, int] = {}
         self._states: IntArray | None = None

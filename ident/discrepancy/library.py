@@ -79,7 +79,7 @@ class Library:
         exact: bool = True,
     ) -> Library:
         """The library with trials of further shapes at its end."""
-        trials, blocks = list(self.trials), [self.columns]
+        trials, blocks, scores = list(self.trials), [self.columns], [self.score]
         start = self.columns.shape[1]
         placed = [effect for _, effect in effects]
         columns = at_once(lambda effect: partialled(examination, effect, exact), placed)
@@ -92,10 +92,11 @@ class Library:
             share = prior_share(basis, examination.data_rows)
             trials.append(Trial(family, effect.place, effect, start, end, shapes, parameters, share))
             blocks.append(basis.astype(np.float32))
+            scores.append(basis.T @ examination.residual)
             start = end
         matrix = np.concatenate(blocks, axis=1)
         gram = (matrix.T @ matrix).astype(np.float64)
-        return Library(tuple(trials), gram, np.asarray(matrix.T @ examination.residual), matrix)
+        return Library(tuple(trials), gram, np.concatenate(scores), matrix)
 
     def joints_of(self, trials: Sequence[Trial], joint_of_rows: IntArray) -> BoolArray:
         """(n,) joints on whose rows trials act: those with a twentieth of the energy of one, at least."""
@@ -133,6 +134,7 @@ def build_library(
     """
     trials: list[Trial] = []
     blocks: list[FloatArray] = []
+    scores = [np.zeros(0)]
     data = examination.data_rows
     robot = examination.base.model.robot
     start = 0
@@ -149,14 +151,14 @@ def build_library(
                     continue
                 basis, parameters = orthonormal(beyond)
                 blocks.append(basis.astype(np.float32))
+                scores.append(basis.T @ examination.residual)  # of the whole matrix it would be made double
                 end = start + basis.shape[1]
                 share = prior_share(basis, data)
                 trials.append(Trial(family, place, effect, start, end, len(shapes), parameters, share))
                 start = end
     matrix = np.concatenate([np.zeros((examination.torque.shape[0], 0), dtype=np.float32), *blocks], axis=1)
     gram = (matrix.T @ matrix).astype(np.float64)
-    score = matrix.T @ examination.residual
-    return Library(tuple(trials), gram, score, matrix)
+    return Library(tuple(trials), gram, np.concatenate(scores), matrix)
 
 
 def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:

@@ -28,6 +28,7 @@ from daq.recording.who import now
 from daq.text.progress import Silent
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
+from ident import Fitted
 from robots import Robot
 from tests.daq.calls import Call
 from tests.daq.captures import facts, outcome
@@ -47,18 +48,25 @@ def recorded(emps: Robot, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pat
     return paths
 
 
+@pytest.fixture(scope="module")
+def fits(recorded: tuple[Path, Path]) -> list[tuple[IdentifyRequest, Fitted]]:
+    """What is identified from each of them."""
+    requests = [IdentifyRequest((path,), rate_hz=100.0) for path in recorded]
+    return [(request, run_identify(request, Silent()).fitted) for request in requests]
+
+
 @pytest.fixture
-def pair(recorded: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
+def pair(
+    recorded: tuple[Path, Path], fits: list[tuple[IdentifyRequest, Fitted]], tmp_path: Path
+) -> tuple[Path, Path]:
     """Copies that a test may delete, each run and identified in the catalogue: runs 1 and 2."""
     copies = []
     with Catalogue() as catalogue:
-        for path in recorded:
+        for path, (request, fitted) in zip(recorded, fits, strict=True):
             copy = Path(shutil.copy(path, tmp_path / path.name))
             identity = identity_of_capture(read_capture(copy))
             with kept_run(catalogue, identity, "run", trajectory="sines", facts={"seed": 2}) as kept:
                 kept.outcome, kept.capture = "completed", copy
-            request = IdentifyRequest((copy,), rate_hz=100.0)
-            fitted = run_identify(request, Silent()).fitted
             robot = fitted.base.model.robot
             keep_identified(
                 catalogue, fitted, Provenance(robot, [copy], identify_settings(request)), kept.number

@@ -14,7 +14,7 @@ from daq.check.judged import comparison_json
 from daq.report.check_view import check_view
 from daq.report.page import render
 from ident.drift import compare, patterns_of
-from tests.daq.report.test_report import content
+from tests.daq.report.contents import content
 from tests.ident.drift.arms_of_nights import draw_nights, geometry
 
 BASELINE, TONIGHT = ("run 3", "accepted 2026-10-01 by <Ada>"), ("run 47", "2026-11-22 02:31 UTC")

@@ -97,6 +97,7 @@ def test_from_the_arms_to_a_run_and_a_trend(page: Browser) -> None:
     assert page.problems == []
 
 
+@pytest.mark.slow
 def test_a_check_is_started_and_looked_at_while_it_runs(
     page: Browser, tmp_path: Path, emps: Robot, channel: Channel
 ) -> None:

@@ -325,6 +325,7 @@ def test_nothing_else_opens_an_arm() -> None:
             "cli/demonstration.py",
             "cli/diagnose.py",
             "session/commission.py",
+            "session/hold_to_run.py",
             "session/home.py",
             "session/jog.py",
             "session/run.py",

@@ -17,6 +17,7 @@ from drivers.simulated.frame_sender import FrameSender
 from drivers.simulated.group import DriveGroup
 from drivers.simulated.process import serve
 from robots import Robot
+from tests.drivers.simulated.wire import Wire
 
 _NUMBERS = count(1)
 
@@ -68,3 +69,8 @@ def serve_drives(tx40: Robot) -> Iterator[Callable[..., Channel]]:
     stop.set()
     for thread in threads:
         thread.join()
+
+
+@pytest.fixture
+def wire(tx40: Robot, truth: PlantTruth) -> Callable[..., Wire]:
+    return lambda faults=NO_FAULTS: Wire(tx40, truth, faults)

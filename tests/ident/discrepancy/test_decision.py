@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,6 +29,9 @@ from robots import Robot
 
 class _Nothing:
     """A present model without torques; no column is asked for here."""
+
+    def has(self, symbols: Collection[str], drive: int) -> bool:
+        return True
 
 
 def _trial(

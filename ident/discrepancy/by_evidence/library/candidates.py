@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
 from robots.description import Robot
@@ -74,16 +73,11 @@ def library(
     present: PresentModel,
 ) -> tuple[Entry, ...]:
     """Candidates with every combination of their grids, those that the data show anything of."""
-    entries = at_once(lambda candidate: _entries(rows, candidate, present), wanted)
-    return tuple(entry for some in entries for entry in some)
-
-
-def _entries(rows: Rows, candidate: Candidate, present: PresentModel) -> list[Entry]:
-    """Of one candidate."""
     entries = []
-    for shape in product(*(one.grid for one in candidate.shapes)):
-        placed = candidate.at(rows.prepared.robot, shape, present)
-        white = rows.effect(placed)
-        if white.there:
-            entries.append(Entry(candidate, placed, white.for_a_library()))
-    return entries
+    for candidate in wanted:
+        for shape in product(*(one.grid for one in candidate.shapes)):
+            placed = candidate.at(rows.prepared.robot, shape, present)
+            white = rows.effect(placed)
+            if white.there:
+                entries.append(Entry(candidate, placed, white.for_a_library()))
+    return tuple(entries)

@@ -1,0 +1,61 @@
+"""A log and a URDF are enough for every command that reads logs: the same answer by each way."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.daq.calls import Call
+
+URDF = Path(__file__).parents[3] / "robots" / "emps" / "emps.urdf"
+MASS, VISCOUS, DRY = 95.0, 200.0, 20.0
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """A sliding axis with friction, 12 s at 500 Hz."""
+    noise = np.random.default_rng(11)
+    t = 0.002 * np.arange(6000)
+    q = 0.1 + 0.05 * np.sin(2.0 * t) + 0.02 * np.sin(7.0 * t + 1.0)
+    v = 0.1 * np.cos(2.0 * t) + 0.14 * np.cos(7.0 * t + 1.0)
+    a = -0.2 * np.sin(2.0 * t) - 0.98 * np.sin(7.0 * t + 1.0)
+    force = MASS * a + VISCOUS * v + DRY * np.sign(v) + 0.2 * noise.standard_normal(t.size)
+    path = tmp_path / "log.csv"
+    table = np.column_stack([t, q + 1e-7 * noise.standard_normal(t.size), force])
+    np.savetxt(path, table, delimiter=",", header="t,q1,tau1", comments="")
+    return path
+
+
+def test_an_imported_log_needs_no_description(armhil: Call, log: Path, tmp_path: Path) -> None:
+    """It carries its own, without drives."""
+    capture, kept = tmp_path / "log.capture.mcap", tmp_path / "kept"
+    code, out, err = armhil("import", log, "--urdf", URDF, "--out", capture, "--save-robot", kept)
+    assert code == 0, err
+    assert "tau1" in out
+    assert {file.name for file in kept.iterdir()} == {"robot.toml", "arm.urdf", "import.toml"}
+    values = []
+    for words in ([capture], [log, "--urdf", URDF], [log, "--robot", kept / "robot.toml"]):
+        _, out, _ = armhil("identify", *words, "--json", "--quiet", "--no-catalogue")
+        parameters = json.loads(out)["estimates"]["ls"]["parameters"]
+        values.append({p["name"]: p["value"] for p in parameters})
+    assert values[0] == pytest.approx(values[1], rel=1e-6)
+    assert values[1] == values[2]
+    assert values[0]["Fc1"] == pytest.approx(DRY, rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_diagnosis_of_a_log_with_its_urdf(armhil: Call, log: Path, tmp_path: Path) -> None:
+    words = ["--urdf", URDF, "--split-half", "--search", "rules", "--save-map", tmp_path / "map.toml"]
+    _, out, err = armhil("diagnose", log, *words, "--json", "--quiet", "--no-catalogue")
+    assert json.loads(out)["verdict"] == "clean", out
+    assert "position: q1" in err
+    assert 'columns = ["tau1"]' in (tmp_path / "map.toml").read_text(encoding="utf-8")
+
+
+def test_what_says_of_which_arm_a_log_is(armhil: Call, log: Path) -> None:
+    assert "--urdf of the log's arm" in armhil("import", log)[2]
+    assert "allowed: one of" in armhil("import", log, "--urdf", URDF, "--columns", "map.toml")[2]
+    assert "--robot and --urdf" in armhil("diagnose", log, "--urdf", URDF, "--robot", "emps")[2]
