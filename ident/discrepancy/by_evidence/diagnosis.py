@@ -66,7 +66,12 @@ class _Led(Search):
         if found:
             robot = self.step.base.model.robot
             components = [_component(robot, one.placed) for one in found]
-            self.course.take(components, [basis_of(one) for one in found])
+            try:
+                self.course.take(components, [basis_of(one) for one in found])
+            except ArithmeticError as error:
+                # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.
+                _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
+                return
             for number, one in enumerate(found):
                 for rival in _at_reversals(robot, one):
                     self._settle_in_loop(number, rival)
