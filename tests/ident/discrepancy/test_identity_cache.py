@@ -16,7 +16,8 @@ def test_what_was_asked_last_is_not_made_again_and_the_oldest_is_forgotten() -> 
         return value
 
     first, second, third = (np.zeros(3) for _ in range(3))
-    for value, asked in ((1, first), (2, second), (9, first), (3, third), (9, first), (4, second)):
+    order = ((1, first), (2, second), (9, second), (9, first), (3, third), (9, first), (4, second))
+    for value, asked in order:
         cache.of(asked, lambda value=value: make(value))  # type: ignore[misc]
     assert made == [1, 2, 3, 4]  # equal arrays are not the same; the second was asked for longest ago
     assert cache.of(first, lambda: make(5)) == 1
