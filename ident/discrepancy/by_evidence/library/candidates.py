@@ -19,7 +19,7 @@ class Candidate:
         family: the form.
         place: where.
         shapes: its shape parameters there.
-        names, places, forms: how many names there are, places for this one, and forms of it.
+        names, places, forms: how many names there are, places for this one, and forms of it at this place.
     """
 
     family: EffectFamily
@@ -58,12 +58,12 @@ def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidat
     with_places = [(family, family.places(robot)) for family in families if family.places(robot)]
     found = []
     for family, places in with_places:
-        for form in family.nested:
-            for place in form.places(robot):
+        forms = [(form, form.places(robot)) for form in family.nested]
+        for form, own in forms:
+            for place in own:
+                count = sum(place in others for _, others in forms)
                 shapes = form.shapes(robot, place)
-                found.append(
-                    Candidate(form, place, shapes, len(with_places), len(places), len(family.nested))
-                )
+                found.append(Candidate(form, place, shapes, len(with_places), len(places), count))
     return tuple(found)
 
 
