@@ -37,6 +37,14 @@ class Shown:
         """Nearer to all than to nothing, and told from nothing."""
         return self.share > max(0.5, _INTERVAL * self.sigma)
 
+    def outweighs(self, nats: float) -> bool:
+        """Whether it says more for the finding than other data say against it.
+
+        The share is normal with its deviation about 1 where all is there and about 0 where nothing is, so it
+        has (2 share − 1) / 2σ² nats for the one against the other.
+        """
+        return 2.0 * self.share - 1.0 > 2.0 * self.sigma**2 * nats
+
     @property
     def contradicted(self) -> bool:
         """Nearer to nothing than to all, beyond its own deviation: the gap has grown."""

@@ -74,10 +74,16 @@ class _Led(Search):
                 return
             for number, one in enumerate(found):
                 for rival in _at_reversals(robot, one):
-                    self._settle_in_loop(number, rival)
+                    self._settle_in_loop(number, rival, one.log_odds)
 
-    def _settle_in_loop(self, number: int, rival: Named) -> None:
-        """Take a rival that differs at reversals alone, where the simulated loop of the fit shows it."""
+    def _settle_in_loop(self, number: int, rival: Named, nats: float) -> None:
+        """Take a rival that differs at reversals, where rows and the simulated loop together say so.
+
+        Args:
+            number: of the finding.
+            rival: another name at its place.
+            nats: that the moving rows have for the finding's own name, against nothing.
+        """
         assert rival.placed is not None
         components = [one.component for one in self.findings]
         bases = [one.basis for one in self.findings]
@@ -88,7 +94,7 @@ class _Led(Search):
         fitted = Validation(self.prepared, self.course.first.examination.whitening)
         shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
-        if shown is not None and shown.there:
+        if shown is not None and shown.there and shown.outweighs(nats - rival.log_odds):
             self.course = course
 
     def _ranking(self) -> tuple[Candidate, ...]:

@@ -57,6 +57,12 @@ def test_errors_that_go_on_through_a_block_make_a_share_less_sure() -> None:
     assert together.sigma > 4 * alone.sigma
 
 
+def test_what_a_loop_shows_is_weighed_against_what_rows_say() -> None:
+    shown = Shown(0.906, 0.081)
+    assert shown.outweighs(61.0) and not shown.outweighs(63.0)
+    assert shown.outweighs(-5.0) and not Shown(0.4, 0.081).outweighs(-5.0)
+
+
 SURE = Shown(1.0, 0.02)
 
 
