@@ -38,7 +38,8 @@ def pytest_arguments(root: Path, given: Sequence[str]) -> list[str]:
     """What pytest is called with: how many workers, and the tests that people wait for or the slow ones.
 
     Three workers keep two processors busy: a quarter of the time of a worker goes by in waiting for buses,
-    clocks and processes. The slow tests stream in real time, and have a processor each. Whoever says how many, or wants a debugger, or names a test, decides that alone.
+    clocks and processes. The slow tests stream in real time, and have a processor each. Whoever says how
+    many, or wants a debugger, or names a test, decides that alone.
 
     Args:
         root: of the clone.
