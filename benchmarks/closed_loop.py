@@ -14,15 +14,16 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from unittest.mock import patch
 
 import numpy as np
 
 import robots
 from ident import Recording, RegressorModel
-from ident.closed_loop import simulate, simulate_many
+from ident.closed_loop import compiled, simulate, simulate_many
 from ident.closed_loop.leading import leading_of
 from ident.closed_loop.simulate import run_in_python
-from ident.closed_loop.torque_parts import ModelStructure
+from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present
 
@@ -81,6 +82,11 @@ def main() -> None:
     short, whole = sweep(robot, _PLAIN_SECONDS), sweep(robot, arguments.seconds)
     first = shortest(lambda: simulate(model, prior, short), 1)
     one = shortest(lambda: simulate(model, prior, whole), 7)
+    with (
+        patch.object(compiled, "only_plain_friction", lambda extra: False),
+        patch.object(TorqueParts, "usual", False),
+    ):
+        general = shortest(lambda: simulate(model, prior, whole), 7)
     vectors = prior * np.random.default_rng(2).uniform(0.99, 1.01, (arguments.replicates, prior.size))
     many = shortest(lambda: simulate_many(model, vectors, whole), 3)
     structure, leading = ModelStructure(model), leading_of(robot, short, None)
@@ -93,6 +99,7 @@ def main() -> None:
     for label, (elapsed, processor), runs in (
         ("plain Python", (reference, plain[1] * longer), 1),
         ("compiled, one run", one, 1),
+        ("the kernel with room for effects", general, 1),
         (f"compiled, {arguments.replicates} runs, {os.cpu_count()} threads", many, arguments.replicates),
     ):
         each = elapsed / runs

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -265,23 +265,30 @@ def test_limits_of_an_arm_that_cannot_be_met_are_named(plan: Plan, tmp_path: Pat
 def test_control_c_keeps_the_best_so_far(tmp_path: Path, workers: int) -> None:
     command = [sys.executable, "-m", "daq", "plan", "emps", *map(str, SMALL), "--json", "--out", "mine"]
     command += ["--evaluations", "100000000", "--searches", "2", "--workers", str(workers)]
-    child = subprocess.Popen(
-        command,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    assert child.stderr is not None
-    while "Search, Ctrl-C keeps the best" not in child.stderr.readline():
-        assert child.poll() is None
-    time.sleep(3.0 if workers == 1 else 6.0)
-    os.killpg(child.pid, signal.SIGINT)  # as a terminal does: to every process of the group
-    out, err = child.communicate(timeout=60)
-    assert child.returncode in (0, 1), err
-    result = json.loads(out)
+    there, here = pty.openpty()  # on a terminal the search says how good its best motion is
+    with (tmp_path / "out.json").open("w") as out:
+        child = subprocess.Popen(
+            command,
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "80"},
+            stdout=out,
+            stderr=here,
+            start_new_session=True,
+        )
+    os.close(here)
+    shown, asked = b"", False
+    while True:
+        try:
+            shown += os.read(there, 4096)
+        except OSError:  # the terminal is closed on the other side
+            break
+        if not asked and b"score" in shown:
+            os.killpg(child.pid, signal.SIGINT)  # as a terminal does: to every process of the group
+            asked = True
+    os.close(there)
+    err = shown.decode()
+    assert child.wait(60) in (0, 1), err
+    result = json.loads((tmp_path / "out.json").read_text())
     assert result["stopped"] is True and "Traceback" not in err
     assert result["problems"] == [] and result["evaluations"] < 100_000_000
     assert any("stopped early" in remark for remark in result["remarks"])

@@ -7,8 +7,8 @@ recommends, by its σ and by the interval that ``armhil identify`` prints. Where
 recommended; such runs are counted apart. Shares come with the 95 % interval of the share,
 replicates being independent and the parameters of one replicate not.
 
-    python -m benchmarks.coverage --cell reference --cell weak --replicates 500
-    python -m benchmarks.coverage --table
+    python -m benchmarks.interval_coverage --cell reference --cell weak --replicates 500
+    python -m benchmarks.interval_coverage --table
 
 Results go to benchmarks/coverage.json, cell by cell.
 """
