@@ -21,6 +21,8 @@ import numpy as np
 from joblib import Parallel, delayed
 
 import robots
+from benchmarks.evidence.asked import SEARCHES
+from benchmarks.evidence.case import Case
 from benchmarks.naming_parameters import compared
 from benchmarks.naming_report import NAMES, lines_of, picture, report
 from drivers.errors import DriveError
@@ -28,9 +30,9 @@ from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
-from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
-from ident.effects.vocabulary import VOCABULARY
+from ident import Recording
+from ident.discrepancy import Diagnosis, diagnose
+from ident.discrepancy.by_evidence import diagnose_with_evidence
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import plan
@@ -52,13 +54,14 @@ def main() -> None:
     parser.add_argument("--effects", nargs="*", default=list(NAMES), help="effects of the single scenarios")
     parser.add_argument("--size", type=float, default=3.0, help="gap of the hidden effect in noise floors")
     parser.add_argument("--seed", type=int, default=5000, help="of the first scenario")
+    parser.add_argument("--search", choices=SEARCHES, default="evidence", help="which search is asked")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("naming.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     parser.add_argument("--picture", type=Path, help="write the confusion matrix of the single scenarios")
     given = parser.parse_args()
     if given.report is None:
-        campaign(tasks_of(given), given.size, given.jobs, given.out)
+        campaign(tasks_of(given), given)
     print(report(given.report or given.out))
     if given.picture:
         picture(given.report or given.out, given.picture)
@@ -81,15 +84,15 @@ def _pair(names: Sequence[str], seed: int) -> str:
     return "+".join(np.random.default_rng(seed).choice(names, 2, replace=False))
 
 
-def campaign(tasks: Sequence[Task], size: float, jobs: int, out: Path) -> None:
+def campaign(tasks: Sequence[Task], given: argparse.Namespace) -> None:
     """Run what the file does not hold yet, and append it."""
-    done = {(line["kind"], line["effect"], line["seed"]) for line in lines_of(out)}
+    done = {(line["kind"], line["effect"], line["seed"]) for line in lines_of(given.out)}
     wanted = [task for task in tasks if task not in done]
     motions = (motion(0), motion(1))
-    runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(one_run)(task, size, motions) for task in wanted
+    runs = Parallel(n_jobs=given.jobs, return_as="generator_unordered")(
+        delayed(one_run)(task, given.size, motions, given.search) for task in wanted
     )
-    with out.open("a", encoding="utf-8") as file:
+    with given.out.open("a", encoding="utf-8") as file:
         for result in runs:
             file.write(json.dumps(result) + "\n")
             file.flush()
@@ -109,7 +112,9 @@ def motion(seed: int) -> FloatArray:
     return np.asarray(planned.position[: round(PERIOD / robot.bus.cycle_time)])
 
 
-def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> dict[str, Any]:
+def one_run(
+    task: Task, size: float, motions: tuple[FloatArray, FloatArray], which: str = "evidence"
+) -> dict[str, Any]:
     """Draw, simulate, search, and only then compare."""
     kind, effect, seed = task
     robot = robots.load(ARM)
@@ -123,8 +128,9 @@ def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> 
     accepted = record(robot, truth, quiet, motions[0], seed + 1)
     fit = record(robot, truth, scenario, motions[0], seed + 2)
     validation = record(robot, truth, scenario, motions[1], seed + 3)
-    found = search(robot, accepted, fit, validation)
+    found = search(robot, accepted, fit, validation, which)
     return {
+        "search": which,
         "kind": kind,
         "effect": effect,
         "seed": seed,
@@ -171,15 +177,12 @@ def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray
     return Recording("blind", run.time, run.reference, run.position, run.control_signal)
 
 
-def search(robot: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
+def search(
+    robot: Robot, accepted: Recording, fit: Recording, validation: Recording, which: str = "evidence"
+) -> Diagnosis:
     """The search as a user runs it: an accepted model as prior, one capture to fit, another to validate."""
-    estimate = identify(robot, (accepted,)).result.recommended
-
-    def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
-
-    return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
+    question = Case("blind", "own", robot, fit, validation, None, accepted).question(which)
+    return diagnose_with_evidence(question)[0] if which == "evidence" else diagnose(question)
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:
@@ -192,6 +195,8 @@ def summary(found: Diagnosis) -> dict[str, Any]:
                 "effect": finding.effect,
                 "joints": list(finding.joints),
                 "score": finding.score,
+                "named": finding.confirmation.passed and not finding.indistinguishable_from,
+                "probability": finding.probability,
                 "set": [
                     [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
                 ],

@@ -17,6 +17,22 @@ def right_first(line: dict[str, Any]) -> bool:
     return bool(findings) and _same(line, findings[0]["effect"], findings[0]["joints"])
 
 
+def named_right(line: dict[str, Any]) -> bool:
+    """A finding that is named (confirmed, and nothing else could be it) is what is hidden."""
+    return any(_same(line, one["effect"], one["joints"]) for one in _named(line))
+
+
+def named_wrong(line: dict[str, Any]) -> bool:
+    """A finding that is named is not what is hidden, or not there."""
+    hidden = zip(line["effect"].split("+"), line["axes"], strict=True) if line["kind"] == "pair" else ()
+    alone = [line | {"effect": effect, "axes": axes} for effect, axes in hidden] or [line]
+    return any(not any(_same(a, one["effect"], one["joints"]) for a in alone) for one in _named(line))
+
+
+def _named(line: dict[str, Any]) -> list[dict[str, Any]]:
+    return [one for one in line["findings"] if one["named"]]
+
+
 def in_set(line: dict[str, Any]) -> bool:
     """The truth is the first finding or among what cannot be told from it."""
     if right_first(line):
