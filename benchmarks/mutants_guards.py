@@ -333,8 +333,8 @@ GUARDS = (
     Broken(
         "torque of either sign",
         _CHECKS,
-        "            if abs(torque) <= limit",
-        "            if torque <= limit",
+        "            if -allowed <= torque <= allowed:",
+        "            if torque <= allowed:",
         (
             "-k",
             "torque_guard",
@@ -388,8 +388,8 @@ GUARDS = (
     Broken(
         "its age in the quick look",
         _WATCH,
-        "            and now - seen.heard[axis] <= self._heartbeat_patience[axis]\n",
-        "",
+        " and now <= self._alive_until\n",
+        "\n",
         (
             "-k",
             "stays_away",
@@ -399,15 +399,15 @@ GUARDS = (
     Broken(
         "NMT state in the quick look",
         _WATCH,
-        "            seen.nmt_state[axis] == OPERATIONAL\n            and",
-        "            True\n            and",
+        "        if states or any(seen.emergencies)",
+        "        if any(seen.emergencies)",
         ("-k", "left_operational", _GUARDS),
     ),
     Broken(
         "boot-up in the quick look",
         _WATCH,
-        "            and not seen.booted[axis]\n",
-        "",
+        " or any(seen.booted):\n",
+        ":\n",
         (
             "-k",
             "started_anew",
@@ -417,8 +417,8 @@ GUARDS = (
     Broken(
         "emergency of an axis that looks healthy",
         _WATCH,
-        "            and not seen.emergencies[axis]\n",
-        "",
+        "if states or any(seen.emergencies) or",
+        "if states or",
         (
             "-k",
             "emergency",

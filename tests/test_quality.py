@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.mutants_guards import GUARDS
 from tests.imports import circle, import_graph, modules, within
 
 IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports_command()"
@@ -53,3 +54,9 @@ def test_imports_go_one_way_on_every_level(repository: Path) -> None:
     assert sum(map(len, graph.values())) > len(graph)  # it has read the imports
     assert not circle(graph)
     assert not {folder: found for folder, found in circles.items() if found}
+
+
+def test_every_guard_that_is_broken_by_hand_still_stands() -> None:
+    """A list of mutants that do not match the code any more would test nothing."""
+    counts = {one.guard: Path(one.module).read_text(encoding="utf-8").count(one.before) for one in GUARDS}
+    assert {guard: count for guard, count in counts.items() if count != 1} == {}
