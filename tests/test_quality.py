@@ -56,7 +56,7 @@ def test_imports_go_one_way_on_every_level(repository: Path) -> None:
     assert not {folder: found for folder, found in circles.items() if found}
 
 
-def test_every_guard_that_is_broken_by_hand_still_stands() -> None:
+def test_every_guard_that_is_broken_by_hand_still_stands(repository: Path) -> None:
     """A list of mutants that do not match the code any more would test nothing."""
-    counts = {one.guard: Path(one.module).read_text(encoding="utf-8").count(one.before) for one in GUARDS}
+    counts = {one.guard: (repository / one.module).read_text(encoding="utf-8").count(one.before) for one in GUARDS}
     assert {guard: count for guard, count in counts.items() if count != 1} == {}
