@@ -149,6 +149,13 @@ class LoopEvidence:
         change = self.loop.torque(self.loop.run(parts, substeps)) - self.loop.torque(self.run(substeps))
         return np.asarray(change / step)
 
+    def motion_of_rows(self) -> list[State]:
+        """Per recording, the simulated motion at its rows, with the recording's time."""
+        return [
+            replace(_at(motion, self._rows_of(piece)), time=piece.started + self._row_times(piece))
+            for piece, motion in zip(self.loop.prepared, self.motion, strict=True)
+        ]
+
     def base_columns(self) -> FloatArray:
         """The base regressor at the simulated motion as drive torque: rows × drives × b, before the loop."""
         model = self.base.model

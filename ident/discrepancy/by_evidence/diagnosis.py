@@ -15,13 +15,15 @@ import numpy as np
 from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
-from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Named
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
+from ident.discrepancy.by_evidence.reversals import likeliest_in_loop
 from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.step import LoopStep
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.workflow import Search, silent
 from ident.effects.family import PlacedEffect
@@ -67,7 +69,7 @@ class _Led(Search):
             robot = self.step.base.model.robot
             components = [_component(robot, one.placed) for one in found]
             try:
-                self.course.take(components, [basis_of(one) for one in found])
+                self.course.take(components, [basis_of(one.key, Slot(one.names), one.doubt) for one in found])
             except ArithmeticError as error:
                 # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.
                 _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
@@ -97,6 +99,24 @@ class _Led(Search):
         if shown is not None and shown.there and shown.outweighs(nats - rival.log_odds):
             self.course = course
 
+    def _search_at_reversals(self) -> None:
+        """What the simulated loop shows, one after the other; what is left without a name is told."""
+        moving, in_loop = self.step, self.step.in_loop()
+        if in_loop is None:
+            return
+        robot = in_loop.base.model.robot
+        self.course.step = self.course.reversing = in_loop
+        families = [family for family in self.question.families if family.shows != "motion"]
+        while len(self.findings) < self.question.settings.most:
+            assert isinstance(self.course.step, LoopStep)
+            known = {(one.effect, one.placed.place.joints) for one in self.findings}
+            one = likeliest_in_loop(self.course.step, families, known)
+            if one is None:
+                break
+            self.course.add_in_loop(_component(robot, one.placed), basis_of(one.key, one.names))
+        if self.step is in_loop:
+            self.course.step = moving
+
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
             return _candidates(self.answer.ranking)
@@ -124,18 +144,23 @@ def _component(robot: Robot, placed: PlacedEffect) -> Component:
     return Component(form_of(robot, placed.name, placed.shape_names), placed.place, placed.shape)
 
 
-def basis_of(finding: EvidenceFinding) -> Basis:
-    """What the evidence takes a finding for; it scores in nats, coarsened, against nothing in its place."""
-    nothing = 1.0 - finding.something
-    others = [one for one in finding.set if one.key not in (finding.key, NOTHING)]
+def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
+    """What the evidence takes an effect for; it scores in nats, coarsened, against nothing in its place.
+
+    Args:
+        key: name and joints, from 0.
+        place: names for it.
+        doubt: why the evidence does not take it for confirmed; empty where it does.
+    """
+    others = [one for one in place.held if one.key not in (key, NOTHING)]
     return Basis(
-        p_value=nothing,
-        score=finding.log_odds,
+        p_value=1.0 - place.something,
+        score=place.log_odds(key),
         threshold=float(logit(SURE)),
-        indistinguishable_from=() if finding.probability >= SURE else _candidates(others),
-        ranking=_candidates(finding.names),
-        probability=finding.probability,
-        doubt=finding.doubt,
+        indistinguishable_from=() if place.probability(key) >= SURE else _candidates(others),
+        ranking=_candidates(place.names),
+        probability=place.probability(key),
+        doubt=doubt,
     )
 
 

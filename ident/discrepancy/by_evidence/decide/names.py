@@ -57,6 +57,19 @@ class Slot:
 
     names: tuple[Named, ...]
 
+    def probability(self, key: Key) -> float:
+        """Of a name in this place."""
+        return sum(one.probability for one in self.names if one.key == key)
+
+    def log_odds(self, key: Key) -> float:
+        """Of a name against nothing, coarsened, with its prior."""
+        return next((one.log_odds for one in self.names if one.key == key), 0.0)
+
+    @property
+    def something(self) -> float:
+        """Probability that there is any effect in this place."""
+        return 1.0 - sum(one.probability for one in self.names if one.key == NOTHING)
+
     @property
     def held(self) -> tuple[Named, ...]:
         """The smallest set that holds 95 %."""

@@ -78,15 +78,29 @@ def pose(
     known, beta = known_columns(prepared, base, prior, values, present)
     basis = misfit_basis(prepared, present)
     noise = first_noise(prepared, known, basis)
-    size = _root_mean_square(prepared)
     kappa = usual_misfit(noise) if accepted is None else accepted
     level = Level(kappa, np.ones_like(kappa))
     for _ in range(_ROUNDS):
         rows = Rows(prepared, known, basis, noise)
-        misfit = Misfit(usual_misfit(noise) if accepted is None else accepted, size)
-        score, level, posterior = fitted(Gram(rows, ()), level, range(rows.n), misfit)
+        misfit, (score, level, posterior) = level_beside(rows, accepted, level)
         noise = noise_beside(rows, level, posterior)
     return Problem(base, prior, values, present, rows, beta, misfit, level, score, posterior)
+
+
+def level_beside(
+    rows: Rows, accepted: FloatArray | None, level: Level | None = None
+) -> tuple[Misfit, tuple[float, Level, Posterior]]:
+    """Prior of the misfit, and its level beside the model without any effect with score and posterior.
+
+    Args:
+        rows: the data.
+        accepted: (n,) κ of an accepted run, N·m (or N); half the noise's deviation where None.
+        level: to begin with.
+    """
+    kappa = usual_misfit(rows.noise) if accepted is None else accepted
+    misfit = Misfit(kappa, _root_mean_square(rows.prepared))
+    level = level or Level(kappa, np.ones_like(kappa))
+    return misfit, fitted(Gram(rows, ()), level, range(rows.n), misfit)
 
 
 def usual_misfit(noise: tuple[Noise, ...]) -> FloatArray:

@@ -14,6 +14,7 @@ from ident.discrepancy.prior import Prior
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
+from robots.description import Robot
 
 LAG = 5e-5
 """s, deviation of the lag between the channels of the whole arm, where the description gives it."""
@@ -95,23 +96,36 @@ def known_columns(
 
 
 def _lags(prepared: Prepared, present: Present) -> FloatArray:
-    """Rows × joints × (1 + 2n): rate of the torque on the whole arm and on each joint, and its own rate."""
-    robot = prepared.robot
-    arm = LAG if lag_is_known(robot) else max(LAG, prepared.parts[0].sample_time)
+    arm = arm_lag(prepared.robot, prepared.parts[0].sample_time)
     parts = []
     for part in prepared.parts:
-        time = part.other.time
-        assert time is not None
-        course = CubicSpline(time, present.torque(part.other))
-        rate, second = (course(time, order)[:: part.finer] for order in (1, 2))
-        rows, n = rate.shape
-        columns = np.zeros((rows, n, 1 + 2 * n))
-        columns[:, :, 0] = arm * rate
-        joints = np.arange(n)
-        columns[:, joints, 1 + joints] = LAG_OF_JOINT * rate
-        columns[:, joints, 1 + n + joints] = _SECOND * second
-        parts.append(columns)
+        assert part.other.time is not None
+        course = CubicSpline(part.other.time, present.torque(part.other))
+        parts.append(lag_columns(course, np.asarray(part.other.time)[:: part.finer], arm))
     return np.concatenate(parts)
+
+
+def arm_lag(robot: Robot, sample_time: float) -> float:
+    """s, deviation of the lag between the channels of an arm: a sample where nobody has said what it is."""
+    return LAG if lag_is_known(robot) else max(LAG, sample_time)
+
+
+def lag_columns(course: CubicSpline, time: FloatArray, arm: float) -> FloatArray:
+    """Rows × n × (1 + 2n): rate of a torque of the whole arm and of each joint, and its own rate.
+
+    Args:
+        course: of the torque, N·m (or N).
+        time: (rows,) s.
+        arm: s, deviation of the whole arm's lag.
+    """
+    rate, second = (course(time, order) for order in (1, 2))
+    rows, n = rate.shape
+    columns = np.zeros((rows, n, 1 + 2 * n))
+    columns[:, :, 0] = arm * rate
+    joints = np.arange(n)
+    columns[:, joints, 1 + joints] = LAG_OF_JOINT * rate
+    columns[:, joints, 1 + n + joints] = _SECOND * second
+    return columns
 
 
 def _gains(prepared: Prepared, present: Present) -> FloatArray:

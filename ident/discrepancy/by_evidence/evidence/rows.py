@@ -180,9 +180,13 @@ class Rows:
         """White rows of each joint."""
         return tuple(block.shape[0] for block in self.white)
 
+    def thin(self, placed: PlacedEffect) -> FloatArray:
+        """Columns of an effect, rows × joints × p."""
+        return effect_rows(self.prepared, placed)
+
     def effect(self, placed: PlacedEffect) -> WhiteEffects:
         """White columns of an effect, each in units of its parameter's prior deviation."""
-        thin = effect_rows(self.prepared, placed)
+        thin = self.thin(placed)
         scale = np.array(placed.scale)
         joints = []
         for j, whitener in enumerate(self.whiteners):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, smallest
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
@@ -66,22 +66,22 @@ class EvidenceFinding:
     @property
     def probability(self) -> float:
         """Of its name at its place."""
-        return sum(one.probability for one in self.names if one.key == self.key)
+        return Slot(self.names).probability(self.key)
 
     @property
     def something(self) -> float:
         """Probability that there is any effect in its place."""
-        return 1.0 - sum(one.probability for one in self.names if one.key == NOTHING)
+        return Slot(self.names).something
 
     @property
     def log_odds(self) -> float:
         """Of its name against nothing, coarsened, with its prior."""
-        return next((one.log_odds for one in self.names if one.key == self.key), 0.0)
+        return Slot(self.names).log_odds(self.key)
 
     @property
     def set(self) -> tuple[Named, ...]:
         """The smallest set of names that holds 95 %."""
-        return smallest(self.names)
+        return Slot(self.names).held
 
     @property
     def sure(self) -> bool:

@@ -1,0 +1,140 @@
+"""What shows at reversals: the same evidence, of the simulated closed loop.
+
+Rows at which a joint hardly moves are no part of the moving arm's evidence. In the simulated loop they count,
+and what differs there alone (sticking, a small play) is named by the same model of the data, the same misfit
+and the same prior as what the moving arm shows.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Slot, as_limit, probabilities
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
+from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.search import LEADERS, joints_of
+from ident.discrepancy.by_evidence.decide.shapes import refined
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, found_set
+from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
+from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.discrepancy.step import LoopStep
+from ident.effects.family import EffectFamily, PlacedEffect
+
+_log = logging.getLogger(__name__)
+
+_OF_BEST = 0.5
+"""Of the nats that an effect has with its best shape, what the best of its grid has at least."""
+
+
+@dataclass(frozen=True)
+class AtReversals:
+    """The likeliest effect that the simulated loop shows.
+
+    Attributes:
+        placed: with its shapes.
+        names: for it, nothing among them.
+    """
+
+    placed: PlacedEffect
+    names: Slot
+
+    @property
+    def key(self) -> Key:
+        return self.placed.name, self.placed.place.joints
+
+
+def likeliest_in_loop(
+    step: LoopStep, families: Sequence[EffectFamily], found: Collection[Key]
+) -> AtReversals | None:
+    """The likeliest effect beside a model in closed loop; None where nothing is as likely.
+
+    One at a time: its columns hold for the model as it is, and one that has it is simulated before the next.
+
+    Args:
+        step: the model, examined in closed loop.
+        families: that show at reversals.
+        found: names and places that are no further effect.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated.
+    """
+    problem, rows = posed_in_loop(step)
+    empty = Found((), problem.level, problem.score, problem.posterior)
+    present = present_with(problem, empty)
+    wanted = [one for one in candidates(problem.prepared.robot, families) if one.key not in found]
+    screened = screen(problem, empty, library(rows, wanted, present))
+    odds: dict[Key, float] = {("nothing", ()): 0.0}
+    forms: dict[Key, PlacedEffect] = {}
+    sets: dict[Key, Found] = {}
+    exact = replace(problem, rows=replace(rows, exact=True))
+    for one in screened:
+        key = one.candidate.key
+        fitted = _simulated(exact, empty, one, present) if len(sets) < LEADERS else None
+        value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
+        if value > odds.get(key, -np.inf):
+            odds[key] = value
+            forms[key] = (one.best if fitted is None else fitted.members[0]).entry.placed
+            if fitted is not None:
+                sets[key] = fitted
+    names = Slot(as_limit(probabilities(odds, forms)))
+    first = names.names[0].key
+    if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
+        return None
+    _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
+    return AtReversals(forms[first], names)
+
+
+def posed_in_loop(step: LoopStep) -> tuple[Problem, LoopRows]:
+    """A model that was examined in closed loop, before any effect is added, and its rows.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated.
+    """
+    examination = step.examination
+    rows, beta = loop_rows(examination)
+    misfit, fitted = level_beside(rows, None)
+    base, start = examination.base, examination.beta
+    score, level, posterior = fitted
+    problem = Problem(
+        base, examination.prior, start, step.present, rows, beta, misfit, level, score, posterior
+    )
+    return problem, rows
+
+
+def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWith) -> Found | None:
+    """An effect alone with columns that are simulated, its shapes fitted where it can come to be likely.
+
+    Returns:
+        None where the loop with it cannot be simulated, or shows nothing of it.
+    """
+    old = one.best.entry
+    placed = old.candidate.at(problem.prepared.robot, old.placed.shape, present)
+    member = Member(Entry(old.candidate, placed, problem.rows.effect(placed)), one.best.volume)
+    if not member.entry.white.there:
+        return None
+    found = found_set(problem, (member,), empty.level, joints_of(member))
+    gain = found.log_evidence - empty.log_evidence
+    if TEMPERATURE * gain / _OF_BEST + member.log_prior <= 0.0:
+        return found
+    shaped = refined(problem, found.members, 0, found, present)
+    best = found_set(problem, (shaped,), found.level, joints_of(shaped))
+    return max(best, found, key=lambda one: one.log_posterior)
+
+
+def _explains(problem: Problem, found: Found) -> bool:
+    """Whether an effect explains more than stays unexplained, on the rows where it acts.
+
+    Each row counts by the square of the effect's torque there.
+    """
+    member = found.members[0]
+    torque = problem.rows.thin(member.entry.placed) @ found.theta(0)[0]
+    joint = max(joints_of(member), key=lambda j: float(np.sum(torque[:, j] ** 2)))
+    squares = torque[problem.prepared.used[:, joint], joint] ** 2
+    rough = problem.rows.noise[joint].marginal ** 2 * (found.level.excess[joint] ** 2 - 1.0)
+    left = found.level.kappa[joint] ** 2 + rough
+    return bool(np.average(squares, weights=squares) > left)
