@@ -151,6 +151,10 @@ def _in_common_terms(
         + (f" at joint {', '.join(map(str, one.joints))}." if one.joints else ".")
         for one in model.found
     ]
+    said += [
+        f"Term without a name at joint {one.joint}: {one.coefficient:.6g} {one.unit} · {one.formula}."
+        for one in model.term
+    ]
     couplings = tuple(
         Coupling(
             f"drive_{drive + 1}",

@@ -17,9 +17,9 @@ from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import prior_by_evidence
 from ident.discrepancy.by_evidence.terms import propose as module
 from ident.discrepancy.by_evidence.terms.asked import proposed_terms
-from ident.discrepancy.by_evidence.terms.dictionary import dictionary
-from ident.discrepancy.by_evidence.terms.proposal import NOTES, Proposal
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.effects import State
+from ident.effects.terms import NOTES, dictionary
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present
 from tests.ident.discrepancy import blind_search
