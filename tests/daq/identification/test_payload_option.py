@@ -1,4 +1,4 @@
-"""``--payload LOG=payload.toml``: recordings with known bodies on the arm, identified and diagnosed together."""
+"""``--payload LOG=payload.toml``: recordings with known bodies on the arm, taken together with others."""
 
 from __future__ import annotations
 
