@@ -77,7 +77,7 @@ def test_an_identification_goes_on_with_the_term(
         for line in one.lost
         if line.startswith("Term")
     ]
-    assert lost == "Term without a name at joint 1: 800 N·s²/m² · q̇₁·|q̇₁|."
+    assert lost == "Term without a name at joint 1: 800 · q̇₁·|q̇₁|, SI."
 
 
 @pytest.mark.parametrize(
