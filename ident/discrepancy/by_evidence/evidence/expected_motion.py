@@ -17,6 +17,7 @@ neighbour's tone) a delay of 5.1 ms came out as 1.6 ms beside the misfit, and a 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,13 +77,10 @@ def expected_motion(
         noise = np.mean(differing[:, rows, j] ** 2, axis=1)
         loud = _loud(acceleration[:, :, j], noise, windows)
         shares[:, :, j] = _shares(acceleration[:, :, j], own.acceleration[:, j], rows, loud)
-    return State(
-        np.einsum("bsj,bsj->sj", position, shares),
-        np.einsum("bsj,bsj->sj", velocity, shares),
-        np.einsum("bsj,bsj->sj", acceleration, shares),
-        other.time,
-        other.torque,
+    position, velocity, acceleration = (
+        np.einsum("bsj,bsj->sj", part, shares) for part in (position, velocity, acceleration)
     )
+    return replace(other, position=position, velocity=velocity, acceleration=acceleration)
 
 
 def _continued(values: FloatArray, period: int, reach: int) -> FloatArray:
