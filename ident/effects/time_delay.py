@@ -53,7 +53,7 @@ def _make(
         shifted = motion @ moving.T
         ahead = CubicSpline(time, shifted)(np.clip(time + shift, time[0], time[-1])) - shifted
         position, velocity, acceleration = (motion + ahead).transpose(1, 0, 2)
-        moved = State(position, velocity, acceleration, time)
+        moved = State(position, velocity, acceleration, time, load=state.load)
         change = (present.torque(moved) - present.torque(state)) @ showing
         return (change / shift)[:, :, np.newaxis]
 

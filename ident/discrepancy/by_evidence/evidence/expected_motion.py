@@ -12,6 +12,7 @@ are not cut off at one: where the highest is noise, the next makes up for what t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -50,7 +51,7 @@ def expected_motion(
         [_shares(split[2][:, :, j], own.acceleration[:, j], used[:, j]) for j in range(used.shape[1])], axis=1
     )
     position, velocity, acceleration = (np.einsum("bsj,bj->sj", part, shares) for part in split)
-    return State(position, velocity, acceleration, other.time, other.torque)
+    return replace(other, position=position, velocity=velocity, acceleration=acceleration)
 
 
 def _continued(values: FloatArray, period: int, reach: int) -> FloatArray:
