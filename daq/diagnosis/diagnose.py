@@ -253,4 +253,5 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
         tuple(map(term_words, result.more.terms)),
     )
     write_diagnosis_page(folder / "diagnosis.html", page)
-    write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)
+    whole = result.more.model or diagnosis
+    write_diagnosed_model(folder / f"{robot.name}.model.toml", whole, request.fit, robot)

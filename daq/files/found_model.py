@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from daq.files.model_file import ModelFile, ModelFileError, read_model
+from daq.files.model_found import added_entries
 from ident.effects.entry import EffectEntry
 from ident.identification.found_effects import FoundModel
 from robots import Robot
@@ -44,8 +45,8 @@ def _covariance_of(model: ModelFile) -> dict[tuple[str, str], float]:
 
 
 def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:
-    """The effects of a file that were found."""
-    return tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
+    """The effects of a file that were found, terms among them."""
+    return added_entries(model.effects, model.found, model.term)
 
 
 def found_json(model: FoundModel) -> dict[str, Any]:

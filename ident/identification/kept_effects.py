@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.effects.found import Found
-from ident.effects.vocabulary import family_named
+from ident.effects.vocabulary import form_of
 from ident.estimators.fit import LinearFit
 from ident.identification.found_effects import FoundModel
 from ident.parameters.base import BaseParameters
@@ -53,7 +53,7 @@ class KeptEffects:
         names = [
             parameter.name
             for effect in base.model.effects
-            if isinstance(effect, Found) and _is_beside_links(effect)
+            if isinstance(effect, Found) and _is_beside_links(base, effect)
             for parameter, kept in zip(effect.parameters, effect.kept, strict=True)
             if kept and known.covariance.get((parameter.name, parameter.name), 0.0) > 0.0
         ]
@@ -93,9 +93,10 @@ class KeptEffects:
         return tuple(found)
 
 
-def _is_beside_links(effect: Found) -> bool:
+def _is_beside_links(base: BaseParameters, effect: Found) -> bool:
     """Whether it hangs on the arm, or only a prior tells it; friction of a drive is what it is on the day."""
-    return effect.place.scope != "drive" or family_named(effect.name).needs_prior
+    family = form_of(base.model.robot, effect.name, effect.shape_names)
+    return effect.place.scope != "drive" or family.needs_prior
 
 
 def known_names(known: FoundModel | None) -> frozenset[str]:
