@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.effects.found import Found
+from ident.effects.term_family import is_term
 from ident.effects.vocabulary import form_of
 from ident.estimators.fit import LinearFit
 from ident.identification.found_effects import FoundModel
@@ -94,7 +95,12 @@ class KeptEffects:
 
 
 def _is_beside_links(base: BaseParameters, effect: Found) -> bool:
-    """Whether it hangs on the arm, or only a prior tells it; friction of a drive is what it is on the day."""
+    """Whether it hangs on the arm, or only a prior tells it; friction of a drive is what it is on the day.
+
+    A formula may be anything.
+    """
+    if is_term(effect.name):
+        return False
     family = form_of(base.model.robot, effect.name, effect.shape_names)
     return effect.place.scope != "drive" or family.needs_prior
 
