@@ -14,12 +14,12 @@ from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import along_chain
-from ident.parameters.identity_cache import IdentityCache
+from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.identity_cache import IdentityCache
 
 _LIGHT = 1e-6
 """kg; far below what any torque shows."""
@@ -77,16 +77,19 @@ class Present:
         return self._link_torques.of(state, lambda: self._link_torque(state))
 
     def _torque(self, state: State) -> FloatArray:
-        total = self.link_torque(state)
+        total = self.link_torque(state).copy()
         for effect, values in self._effects():
             if not (isinstance(effect, RigidBody) or _is_load(effect)):
-                total = total + effect.columns(state) @ values
+                total += np.tensordot(effect.columns(state), values, axes=1)
         return total
 
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            return self._along(chain, state.position, state.velocity, state.acceleration)[0]
+            links = self._link_parameters()
+            return chain_torque(
+                chain, links, self._gravity, state.position, state.velocity, state.acceleration
+            )
         model = self._links()
         data = model.createData()
         torque = np.zeros_like(state.position)
@@ -102,8 +105,7 @@ class Present:
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            still = np.zeros_like(position)
-            return self._along(chain, position, still, still)[1]
+            return chain_masses(chain, self._link_parameters(), position)
         model = self._links()
         data = model.createData()
         samples, joints = position.shape
@@ -170,11 +172,6 @@ class Present:
     @property
     def _rigid_body(self) -> RigidBody:
         return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
-
-    def _along(
-        self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
 
     def _link_parameters(self) -> FloatArray:
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
