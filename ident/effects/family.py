@@ -15,6 +15,7 @@ import numpy as np
 
 from ident.effects.entry import joint_words
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
 from robots.identity_cache import IdentityCache
 
@@ -80,7 +81,8 @@ class State:
     ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
     with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
     look at each sample alone. ``torque`` is the measured joint torque, samples × joints, where there is one:
-    a saturated drive shows only against it.
+    a saturated drive shows only against it. ``load`` is a known body that the arm carries meanwhile: the
+    gears feel it, too.
     """
 
     position: FloatArray
@@ -88,9 +90,8 @@ class State:
     acceleration: FloatArray
     time: FloatArray | None = None
     torque: FloatArray | None = None
-    _made: IdentityCache[dict[Hashable, Any]] = field(
-        init=False, default_factory=lambda: IdentityCache(2), repr=False, compare=False
-    )
+    load: Load | None = None
+    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(2), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
         """What effects ask of this motion and of one model again and again, made once; by the very model."""

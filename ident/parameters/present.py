@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
 from robots.identity_cache import IdentityCache
 
@@ -86,11 +87,9 @@ class Present:
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            links = self._link_parameters()
-            return chain_torque(
-                chain, links, self._gravity, state.position, state.velocity, state.acceleration
-            )
-        model = self._links()
+            motion = (state.position, state.velocity, state.acceleration)
+            return chain_torque(chain, self._link_parameters(state.load), self._gravity, *motion)
+        model = self._links(state.load)
         data = model.createData()
         torque = np.zeros_like(state.position)
         for k in range(state.position.shape[0]):
@@ -173,16 +172,19 @@ class Present:
     def _rigid_body(self) -> RigidBody:
         return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
 
-    def _link_parameters(self) -> FloatArray:
+    def _link_parameters(self, carried: Load | None = None) -> FloatArray:
+        """(n, 10), with what was found on them and with a known body that the arm carries."""
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
+        if carried is not None:
+            values = values + carried.links(values.shape[0])
         return np.ascontiguousarray(
             sum((load.links for load in self._loads if load.links is not None), values)
         )
 
-    def _links(self) -> pinocchio.Model:
+    def _links(self, carried: Load | None = None) -> pinocchio.Model:
         loaded = self._rigid_body.model.copy()
         loaded.gravity.linear = self._gravity
-        for joint, ten in enumerate(self._link_parameters(), start=1):
+        for joint, ten in enumerate(self._link_parameters(carried), start=1):
             loaded.inertias[joint] = _inertia(ten)
         return loaded
 
@@ -214,4 +216,4 @@ def low_cutoff_motion(robot: Robot, state: State) -> State:
         low_pass_where_sampled(part, state.time, cutoff, settings.filter_order)
         for part in (state.position, state.velocity, state.acceleration)
     )
-    return State(position, velocity, acceleration, state.time, state.torque)
+    return replace(state, position=position, velocity=velocity, acceleration=acceleration)
