@@ -16,6 +16,7 @@ from ident import IdentificationError
 from ident.discrepancy import Diagnosis, Question
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.terms.asked import proposed_terms
+from ident.discrepancy.by_evidence.terms.fitted import with_terms
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.workflow import recorded_sizes
 
@@ -29,10 +30,12 @@ class More:
     Attributes:
         power: the smallest size of each effect that would have been named; None where that was not asked.
         terms: for what has no name.
+        model: the diagnosis whose model has them; None where there are none.
     """
 
     power: tuple[Smallest, ...] | None = None
     terms: tuple[Proposal, ...] = ()
+    model: Diagnosis | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Keys of ``diagnose --json``."""
@@ -48,13 +51,15 @@ def more_of(diagnosis: Diagnosis, question: Question, steps: Steps, *, power: bo
     """
     sizes: tuple[Smallest, ...] | None = None
     terms: tuple[Proposal, ...] = ()
+    model: Diagnosis | None = None
     if diagnosis.verdict == "unnamed":
         with steps.step("A term for what has no name"):
             terms = _terms(question)
+            model = with_terms(question, diagnosis, terms) if terms else None
     if power:
         with steps.step("Smallest sizes that would have been named"):
             sizes = recorded_sizes(question)
-    return More(sizes, terms)
+    return More(sizes, terms, model)
 
 
 def _terms(question: Question) -> tuple[Proposal, ...]:

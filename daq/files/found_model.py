@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.files.model_file import ModelFile, ModelFileError, read_model
+from daq.files.model_found import added_entries
 from ident.effects.entry import EffectEntry
 from ident.identification.found_effects import FoundModel
 from robots import Robot
@@ -30,8 +31,8 @@ def read_found_model(path: Path, robot: Robot) -> FoundModel:
 
 
 def entries_of(model: ModelFile) -> tuple[EffectEntry, ...]:
-    """The effects of a file that were found."""
-    return tuple(EffectEntry(one.effect, one.joints, dict(one.shape)) for one in model.found)
+    """The effects of a file that were found, terms among them."""
+    return added_entries(model.effects, model.found, model.term)
 
 
 def found_json(model: FoundModel) -> dict[str, Any]:

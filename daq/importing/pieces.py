@@ -68,14 +68,7 @@ def answered_pieces(
     pieces = [slice(int(run[0]), int(run[-1]) + 1) for run in np.split(good, cuts) if run.size]
 
     def make(number: int, name: str) -> Recording:
-        rows, reference = pieces[number], recording.reference
-        return Recording(
-            name,
-            recording.time[rows],
-            None if reference is None else reference[rows],
-            recording.position[rows],
-            recording.control_signal[rows],
-        )
+        return recording.piece(pieces[number], name)
 
     return long_pieces(path, [rows.stop - rows.start for rows in pieces], recording.sample_time, make)
 

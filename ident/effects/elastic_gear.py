@@ -80,6 +80,7 @@ def gear_columns(
             state.velocity - np.outer(rate, back),
             state.acceleration - np.outer(push, back),
             state.time,
+            load=state.load,
         )
         change = (present.link_torque(moved) - rigid)[:, :, np.newaxis]
         # What a spring makes of a filtered motion is filtered; impacts are not.

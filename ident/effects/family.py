@@ -13,6 +13,7 @@ from typing import Literal, Protocol
 
 from ident.effects.entry import joint_words
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
@@ -75,7 +76,8 @@ class State:
     ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
     with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
     look at each sample alone. ``torque`` is the measured joint torque, samples × joints, where there is one:
-    a saturated drive shows only against it.
+    a saturated drive shows only against it. ``load`` is a known body that the arm carries meanwhile: the
+    gears feel it, too.
     """
 
     position: FloatArray
@@ -83,6 +85,7 @@ class State:
     acceleration: FloatArray
     time: FloatArray | None = None
     torque: FloatArray | None = None
+    load: Load | None = None
 
 
 class Effect(Protocol):

@@ -42,7 +42,8 @@ class Prepared:
 @dataclass(frozen=True)
 class Fits:
     """The estimates; ``reason`` says why there are no instruments, ``impossible`` whether that is
-    because the estimated arm cannot be simulated."""
+    because the estimated arm cannot be simulated. ``of_loads`` (b, b) is what the covariance of each holds
+    of what is not known of the bodies that the arm carried; None where all is."""
 
     least_squares: LinearFit
     instrumental: LinearFit | None
@@ -50,6 +51,24 @@ class Fits:
     alternatives: Mapping[str, LinearFit]
     reason: str = ""
     impossible: bool = False
+    of_loads: FloatArray | None = None
+
+    def widened(self, spread: Callable[[LinearFit], FloatArray | None]) -> Fits:
+        """With covariances that hold what is not known of bodies that the arm carried."""
+        more = spread(self.least_squares)
+        if more is None:
+            return self
+
+        def wide(fit: LinearFit) -> LinearFit:
+            return replace(fit, covariance=fit.covariance + more)
+
+        return replace(
+            self,
+            least_squares=wide(self.least_squares),
+            instrumental=None if self.instrumental is None else wide(self.instrumental),
+            alternatives={name: wide(fit) for name, fit in self.alternatives.items()},
+            of_loads=more,
+        )
 
 
 def all_fits(

@@ -73,7 +73,7 @@ def extended_model(robot: Robot, known: FoundModel) -> RegressorModel:
             placed = effect_from(robot, entry, Present(model, standard))
         except IdentificationError as error:
             raise IdentificationError(f"{known.source}: {error}") from None
-        effect = Found.of(placed, model.names)
+        effect = Found.of(placed, model.names, entry.source)
         kept = tuple(one.name in known.values for one in effect.parameters)
         if not any(kept):
             wanted = ", ".join(one.name for one in effect.parameters)

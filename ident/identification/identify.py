@@ -23,7 +23,8 @@ from ident.identification.alignment import LagEstimate, estimate_lag
 from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
-from ident.identification.intervals import deviations
+from ident.identification.intervals import half_widths
+from ident.identification.loads import spread_of, unknown_of
 from ident.identification.options import Options
 from ident.identification.summary import (
     essential_of,
@@ -110,18 +111,24 @@ def identify(
         recordings = end_to_end(recordings)
         options = replace(options, validation=end_to_end(options.validation))
     base = base_parameters(model)
+    unknown, carried = unknown_of(base, recordings), recordings
+    recordings = unknown.complete(recordings)
+    options = replace(options, validation=unknown.complete(options.validation))
     prepared = _prepare(base, recordings, spectrum, progress)
     base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
     settings = base.model.robot.identification
-    fits = all_fits(prepared, recordings, options, progress)
+    fits = all_fits(prepared, recordings, options, progress).widened(
+        lambda fit: spread_of(fit, base, rows, carried, unknown)
+    )
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(prepared, recordings, fits)
-    half = deviations(prepared, recordings, fits.least_squares, None).half_width
+    half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads)
     least_squares = estimate_of("ls", base, stacked, fits.least_squares, half)
     refuse_negative_friction(least_squares, robot.n)
     computed = {"ls": least_squares}
     if fits.instrumental is not None and fits.instruments is not None:
-        half = deviations(prepared, recordings, fits.instrumental, fits.instruments.columns).half_width
+        columns = fits.instruments.columns
+        half = half_widths(prepared, recordings, fits.instrumental, columns, fits.of_loads)
         computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental, half)
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
@@ -138,6 +145,7 @@ def identify(
         found=found_entries(base.model),
         warnings=(
             *warnings,
+            *unknown.sentences(),
             *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
             *(() if beyond else rotors),

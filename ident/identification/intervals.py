@@ -94,6 +94,18 @@ def deviations(
     return Deviations(np.sqrt(chance), np.sqrt(timing), np.sqrt(reversals))
 
 
+def half_widths(
+    prepared: Prepared,
+    recordings: tuple[Recording, ...],
+    fit: LinearFit,
+    instruments: FloatArray | None,
+    more: FloatArray | None,
+) -> FloatArray:
+    """(b,) half of the interval that covers 95 %, with a covariance (b, b) that is no matter of the rows."""
+    half = deviations(prepared, recordings, fit, instruments).half_width
+    return half if more is None else np.asarray(np.hypot(half, QUANTILE * np.sqrt(np.diag(more))))
+
+
 class _Map:
     """The linear map from weighted torques to an estimate, (ZᵀX)⁻¹Zᵀ; rows that it leaves out are 0 in Z."""
 

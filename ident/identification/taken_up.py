@@ -13,12 +13,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.effects.found import Found
-from ident.effects.vocabulary import family_named
+from ident.effects.vocabulary import form_of
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
 from ident.statistics.restricted import independent_whitening
 from robots.arrays import FloatArray
+from robots.description import Robot
 
 _SPANNED = 1e-6
 """A column with less than this share of it beside the others depends on them."""
@@ -60,7 +61,7 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
     start = plain
     for effect in found:
         end = start + sum(effect.kept)
-        own, basis = _told(effect, basis, unit[:, start:end])
+        own, basis = _told(base.model.robot, effect, basis, unit[:, start:end])
         told[start:end] = own
         if not own.all():
             sentences.append(_sentence(effect, base.names[start:end], own, seen=bool(size[start:end].any())))
@@ -79,9 +80,11 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
     return base_parameters(model), rest, TakenUp(names, factors, tuple(sentences))
 
 
-def _told(effect: Found, basis: FloatArray, columns: FloatArray) -> tuple[np.ndarray, FloatArray]:
+def _told(
+    robot: Robot, effect: Found, basis: FloatArray, columns: FloatArray
+) -> tuple[np.ndarray, FloatArray]:
     """(m,) which columns of unit norm the rows tell from the basis before them, and the basis with these."""
-    family = family_named(effect.name)
+    family = form_of(robot, effect.name, effect.shape_names)
     own, wider, largest = [], basis, 0.0
     for column in columns.T:
         rest = column - basis @ (basis.T @ column)

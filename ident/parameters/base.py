@@ -23,8 +23,11 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
 
-_RANK_TOLERANCE = 1e-8
-"""A column of unit norm whose part orthogonal to those before is below this depends on them."""
+_RANK_TOLERANCE = 1e-6
+"""A column of unit norm whose part orthogonal to those before is below this depends on them.
+
+Covariances are made of XᵀX, where such a column leaves the square of it: four digits above rounding.
+"""
 
 _SMALLEST_RELATION = 1e-7
 """Regrouping factors below this (relative to the columns' scale) are rounding, not structure."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
 
 _LIGHT = 1e-6
@@ -86,8 +87,9 @@ class Present:
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            return self._along(chain, state.position, state.velocity, state.acceleration)[0]
-        model = self._links()
+            motion = (state.position, state.velocity, state.acceleration)
+            return along_chain(chain, self._link_parameters(state.load), self._gravity, *motion)[0]
+        model = self._links(state.load)
         data = model.createData()
         torque = np.zeros_like(state.position)
         for k in range(state.position.shape[0]):
@@ -103,7 +105,7 @@ class Present:
         chain = self._chain
         if chain is not None:
             still = np.zeros_like(position)
-            return self._along(chain, position, still, still)[1]
+            return along_chain(chain, self._link_parameters(), self._gravity, position, still, still)[1]
         model = self._links()
         data = model.createData()
         samples, joints = position.shape
@@ -171,21 +173,19 @@ class Present:
     def _rigid_body(self) -> RigidBody:
         return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
 
-    def _along(
-        self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
-
-    def _link_parameters(self) -> FloatArray:
+    def _link_parameters(self, carried: Load | None = None) -> FloatArray:
+        """(n, 10), with what was found on them and with a known body that the arm carries."""
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
+        if carried is not None:
+            values = values + carried.links(values.shape[0])
         return np.ascontiguousarray(
             sum((load.links for load in self._loads if load.links is not None), values)
         )
 
-    def _links(self) -> pinocchio.Model:
+    def _links(self, carried: Load | None = None) -> pinocchio.Model:
         loaded = self._rigid_body.model.copy()
         loaded.gravity.linear = self._gravity
-        for joint, ten in enumerate(self._link_parameters(), start=1):
+        for joint, ten in enumerate(self._link_parameters(carried), start=1):
             loaded.inertias[joint] = _inertia(ten)
         return loaded
 
@@ -217,4 +217,4 @@ def low_cutoff_motion(robot: Robot, state: State) -> State:
         low_pass_where_sampled(part, state.time, cutoff, settings.filter_order)
         for part in (state.position, state.velocity, state.acceleration)
     )
-    return State(position, velocity, acceleration, state.time, state.torque)
+    return replace(state, position=position, velocity=velocity, acceleration=acceleration)

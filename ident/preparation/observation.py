@@ -22,7 +22,7 @@ from ident.effects.found import Found
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters, random_states
 from ident.parameters.regressor import RegressorModel
-from ident.preparation.observed_torque import observed_torque
+from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
 from ident.signals import (
     Motion,
@@ -125,7 +125,8 @@ def _columns_of(
     if any(isinstance(effect, Found) for effect in base.model.effects):
         whole = settings.model_copy(update={"decimation": 1})
         torque = observed_torque(base.model.robot, recording, whole)
-    state = State(moved.position, moved.velocity, moved.acceleration, moved.time, torque)
+        torque += load_torque(base.model.robot, recording, whole)
+    state = State(moved.position, moved.velocity, moved.acceleration, moved.time, torque, recording.load)
     return _columns(base, state, settings)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from daq.files.found_model import entries_of
 from daq.files.model_file import ModelFile
 from ident.effects.found import Found
+from ident.effects.term_family import TERM, is_term
 from ident.identification.found_effects import FoundModel, extended_model
 from robots import Robot
 from robots.arrays import FloatArray
@@ -53,6 +54,9 @@ class FoundEffect:
     def sentence(self) -> str:
         """What is lost where a file has no place for it."""
         where = ", ".join(str(joint + 1) for joint in self.joints)
+        if is_term(self.name):
+            (value,) = self.values.values()
+            return f"Term without a name at joint {where}: {value:.6g} · {self.name.removeprefix(TERM)}, SI."
         return f"Found effect: {self.name.replace('_', ' ')}" + (f" at joint {where}." if where else ".")
 
     @property
@@ -121,12 +125,12 @@ class Added:
 
 
 def found_effects(robot: Robot, model: ModelFile) -> tuple[FoundEffect, ...]:
-    """The effects of a model file that were found.
+    """The effects of a model file that were found, terms among them.
 
     Raises:
         IdentificationError: this arm cannot have one of them, or the file lacks a parameter.
     """
-    if not model.found:
+    if not (model.found or model.term):
         return ()
     values = {parameter.name: parameter.value for parameter in model.parameter}
     known = FoundModel.of(model.robot.name, model.effects, entries_of(model), values)

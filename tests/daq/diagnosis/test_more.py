@@ -29,7 +29,10 @@ def found(verdict: str, *, power: bool = False) -> More:
 
 def test_a_term_is_looked_for_where_nothing_has_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "proposed_terms", lambda question: (TERM,))
-    assert found("unnamed").terms == (TERM,)
+    monkeypatch.setattr(module, "with_terms", lambda question, diagnosis, terms: (diagnosis, terms))
+    more: Any = found("unnamed")
+    assert more.terms == (TERM,)
+    assert more.model == (SimpleNamespace(verdict="unnamed"), (TERM,))
     for verdict in ("clean", "named", "ambiguous", "not_confirmed"):
         assert found(verdict) == More()
 
