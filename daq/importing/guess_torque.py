@@ -83,7 +83,8 @@ def torque_table(
         )
     share = share * signs
     seen = (share > _SEEN * sigma) & arm.has_masses
-    unit = "N" if all(joint.kind == "prismatic" for joint in robot.joint) else "N*m"
+    slides = [joint.kind == "prismatic" for joint in robot.joint]
+    unit, mixed = "N" if all(slides) else "N*m", any(slides) and not all(slides)
     if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
         odd = "" if _agree(1.0, share, seen) else "; look it over"
         words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
@@ -94,12 +95,14 @@ def torque_table(
     if hints.sensor:
         words.append("torque: of sensors at the links, so without the rotors' inertia")
         return {"unit": unit, "side": "sensor"}, words
-    scaled = 1e-3 if _MILLI & set(torque.words) else 1.0
+    milli = bool(_MILLI & set(torque.words))
+    scaled = np.where(np.array(slides) | (not milli), 1.0, 1e-3)
     if torque.kind == "torque" and _agree(scaled, share, seen):
-        words.append(f"torque: in {unit} at the joints{_beside(scaled * share, seen)}")
+        said = "N*m and N" if mixed else unit
+        words.append(f"torque: in {said} at the joints{_beside(scaled * share, seen)}")
         words += _doubts(robot, arm, scaled * share, scaled * sigma, "its column's name")
         if not turned:
-            return {"unit": "mN*m" if scaled != 1.0 else unit}, words
+            return {"unit": "mN*m" if (scaled != 1.0).any() else unit}, words
         return _table("gain", scaled * signs, unit), words
     found = _constant(constants, share, seen)
     if found:

@@ -24,6 +24,7 @@ from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
 from ident.identification.intervals import half_widths
+from ident.identification.kept_effects import KeptEffects, known_names
 from ident.identification.loads import spread_of, unknown_of
 from ident.identification.options import Options
 from ident.identification.summary import (
@@ -114,21 +115,24 @@ def identify(
     unknown, carried = unknown_of(base, recordings), recordings
     recordings = unknown.complete(recordings)
     options = replace(options, validation=unknown.complete(options.validation))
-    prepared = _prepare(base, recordings, spectrum, progress)
+    prepared = _prepare(base, recordings, spectrum, progress, known_names(options.found))
     base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
     settings = base.model.robot.identification
     fits = all_fits(prepared, recordings, options, progress).widened(
         lambda fit: spread_of(fit, base, rows, carried, unknown)
     )
+    kept, alone = KeptEffects.of(base, options.found), fits
+    fits = fits.each(kept.in_fit)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(prepared, recordings, fits)
-    half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads)
+    half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads, alone.least_squares)
     least_squares = estimate_of("ls", base, stacked, fits.least_squares, half)
     refuse_negative_friction(least_squares, robot.n)
     computed = {"ls": least_squares}
     if fits.instrumental is not None and fits.instruments is not None:
         columns = fits.instruments.columns
-        half = half_widths(prepared, recordings, fits.instrumental, columns, fits.of_loads)
+        of = (fits.instrumental, columns, fits.of_loads, alone.instrumental)
+        half = half_widths(prepared, recordings, *of)
         computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental, half)
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
@@ -146,6 +150,7 @@ def identify(
         warnings=(
             *warnings,
             *unknown.sentences(),
+            *kept.sentences(alone.least_squares),
             *prepared.taken_up.sentences,
             *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
             *(() if beyond else rotors),
@@ -186,14 +191,18 @@ def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> Cons
 
 
 def _prepare(
-    base: BaseParameters, recordings: tuple[Recording, ...], spectrum: PositionSpectrum, progress: Progress
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    spectrum: PositionSpectrum,
+    progress: Progress,
+    known: frozenset[str],
 ) -> Prepared:
     """Rows under the arm's settings; made again where their lag is to be found in the data."""
     progress("observation matrix", 0.1)
     robot = base.model.robot
     rows, taken_up = observe(base, recordings, robot.identification), TakenUp()
     if any(isinstance(effect, Found) for effect in base.model.effects):
-        base, rows, taken_up = without_taken_up(base, rows)
+        base, rows, taken_up = without_taken_up(base, rows, known)
     rank = rank_of(base, rows, recordings, spectrum)
     require_enough_rows(rows, len(base.names))
     stacked = stack(rows)

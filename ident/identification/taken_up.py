@@ -7,7 +7,7 @@ they take up of it is kept, so that a model with the effect and one without can 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -43,12 +43,16 @@ class TakenUp:
     sentences: tuple[str, ...] = ()
 
 
-def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, Rows, TakenUp]:
+def without_taken_up(
+    base: BaseParameters, rows: Rows, known: Collection[str] = ()
+) -> tuple[BaseParameters, Rows, TakenUp]:
     """The model less what these rows do not tell of its found effects, and the rows of what is left.
 
     Args:
         base: of a model with found effects.
         rows: all columns of it.
+        known: parameters of effects whose size is known before: these are taken up only where the columns of
+            the others make up for theirs exactly.
     """
     found = [effect for effect in base.model.effects if isinstance(effect, Found)]
     plain = len(base.names) - sum(sum(effect.kept) for effect in found)
@@ -61,7 +65,9 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
     start = plain
     for effect in found:
         end = start + sum(effect.kept)
-        own, basis = _told(base.model.robot, effect, basis, unit[:, start:end])
+        before = any(parameter.name in known for parameter in effect.parameters)
+        least = _SPANNED if before else _REFITTED
+        own, basis = _told(base.model.robot, effect, basis, unit[:, start:end], least)
         told[start:end] = own
         if not own.all():
             sentences.append(_sentence(effect, base.names[start:end], own, seen=bool(size[start:end].any())))
@@ -81,9 +87,12 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
 
 
 def _told(
-    robot: Robot, effect: Found, basis: FloatArray, columns: FloatArray
+    robot: Robot, effect: Found, basis: FloatArray, columns: FloatArray, least: float
 ) -> tuple[np.ndarray, FloatArray]:
-    """(m,) which columns of unit norm the rows tell from the basis before them, and the basis with these."""
+    """(m,) which columns of unit norm the rows tell from the basis before them, and the basis with these.
+
+    Of an effect that only a prior tells, one of them by at least a share of itself.
+    """
     family = form_of(robot, effect.name, effect.shape_names)
     own, wider, largest = [], basis, 0.0
     for column in columns.T:
@@ -97,7 +106,7 @@ def _told(
             wider = np.column_stack([wider, rest / left])
     place = iter(own)
     whole = [has and next(place) for has in effect.kept]
-    none = any(not whole[index] for index in family.essential) or (family.needs_prior and largest < _REFITTED)
+    none = any(not whole[index] for index in family.essential) or (family.needs_prior and largest < least)
     return (np.zeros(len(own), dtype=np.bool_), basis) if none else (np.array(own, dtype=np.bool_), wider)
 
 
