@@ -22,8 +22,8 @@ from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
-from ident.parameters.identity_cache import IdentityCache
 from ident.statistics.whitening import Whitening
+from robots.identity_cache import IdentityCache
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""

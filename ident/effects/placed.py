@@ -98,6 +98,8 @@ class Family:
     ``essential`` are the parameters,
     from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
     the effects that are limits of this one: it is not reported where such a limit explains as much.
+    ``not_by_motion`` are those of ``told_from`` that no motion tells from it: on a moving arm their torque is
+    the same.
     ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
     with shapes of their own, ``further`` those that the search by evidence alone asks for.
     ``equation`` says how its torque is made of its parameters, for
@@ -124,6 +126,7 @@ class Family:
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
+    not_by_motion: tuple[str, ...] = ()
     equation: str = ""
     row: int = 0
 
