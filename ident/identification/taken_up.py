@@ -14,6 +14,7 @@ import numpy as np
 
 from ident.effects.found import Found
 from ident.effects.vocabulary import form_of
+from ident.listing import listed
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
@@ -115,6 +116,6 @@ def _sentence(effect: Found, names: Sequence[str], own: np.ndarray, *, seen: boo
     if not seen:
         return f"{what} does not show in these recordings; the model that is identified is without it"
     if own.any():
-        lost = ", ".join(name for name, is_told in zip(names, own, strict=True) if not is_told)
+        lost = listed([name for name, is_told in zip(names, own, strict=True) if not is_told])
         what = f"{lost} of {what}"
     return f"{what}: without a prior the other parameters take it up; it is in their values now"
