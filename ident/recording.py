@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
+from robots.carried import Load
 
 JITTER_ALLOWED = 0.01
 """Largest departure of a sampling interval from the median that counts as uniform."""
 
 
-LARGEST = {"position": 1e6, "reference": 1e6, "control signal": 1e12}
+LARGEST = {
+    "position": 1e6,
+    "reference": 1e6,
+    "control signal": 1e12,
+    "torque from outside": 1e9,
+    "added signal": 1e12,
+}
 """rad (or m), control-signal units: no arm is there; squares of much more overflow."""
 
 
@@ -27,6 +34,9 @@ class Recording:
         reference: samples × joints position reference q_r in rad (or m); None where it was not recorded.
         position: samples × joints measured position q_mes in rad (or m).
         control_signal: samples × drives v_τ in control-signal units.
+        load: the known body that was screwed to the arm; None where none was.
+        outside: samples × joints torque on the joints by measured forces from outside, N·m (or N).
+        added: samples × drives, known part of v_τ that no controller asked for: feed-forward or injected.
 
     Raises:
         IdentificationError: shapes differ, values are not finite or beyond ``LARGEST``, or the sampling is
@@ -38,6 +48,9 @@ class Recording:
     reference: FloatArray | None
     position: FloatArray
     control_signal: FloatArray
+    load: Load | None = None
+    outside: FloatArray | None = None
+    added: FloatArray | None = None
 
     def __post_init__(self) -> None:
         samples = self.time.shape[0]
@@ -67,8 +80,25 @@ class Recording:
         self._check_sampling()
 
     def _signals(self) -> list[tuple[str, FloatArray]]:
+        more = {"reference": self.reference, "torque from outside": self.outside, "added signal": self.added}
         signals = [("position", self.position), ("control signal", self.control_signal)]
-        return signals if self.reference is None else [*signals, ("reference", self.reference)]
+        return [*signals, *((label, values) for label, values in more.items() if values is not None)]
+
+    def piece(self, rows: slice, name: str | None = None) -> Recording:
+        """Some of its samples, with every channel."""
+        reference, outside, added = (
+            None if values is None else values[rows] for values in (self.reference, self.outside, self.added)
+        )
+        return replace(
+            self,
+            name=self.name if name is None else name,
+            time=self.time[rows],
+            reference=reference,
+            position=self.position[rows],
+            control_signal=self.control_signal[rows],
+            outside=outside,
+            added=added,
+        )
 
     def _check_sampling(self) -> None:
         if self.time.shape[0] < 3:

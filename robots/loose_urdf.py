@@ -8,6 +8,7 @@ and the text that comes out passes the strict reader.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import numpy as np
 from robots.arrays import FloatArray
 from robots.errors import RobotFileError
 from robots.urdf_elements import MAX_BYTES, Element, parse_elements
-from robots.urdf_pose import angles_of, body_text, origin_text, rotation_of
+from robots.urdf_pose import angles_of, body_text, exact_angle, origin_text, rotation_of
 
 _SAFE = re.compile(r"[^a-z0-9_-]+")
 
@@ -113,10 +114,12 @@ def _root(file: Path) -> Element:
     return root
 
 
-def _numbers(element: Element | None, key: str, default: str, file: Path) -> FloatArray:
+def _numbers(
+    element: Element | None, key: str, default: str, file: Path, read: Callable[[str], float] = float
+) -> FloatArray:
     text = default if element is None else element.attributes.get(key, default)
     try:
-        values = np.array([float(part) for part in text.split()])
+        values = np.array([read(part) for part in text.split()])
     except ValueError:
         values = np.array([np.nan])
     if values.size != len(default.split()) or not np.isfinite(values).all():
@@ -136,7 +139,7 @@ def _joint(element: Element, file: Path) -> LooseJoint:
     origin, limit, axis = element.child("origin"), element.child("limit"), element.child("axis")
     pose = np.eye(4)
     pose[:3, 3] = _numbers(origin, "xyz", "0 0 0", file)
-    pose[:3, :3] = rotation_of(_numbers(origin, "rpy", "0 0 0", file))
+    pose[:3, :3] = rotation_of(_numbers(origin, "rpy", "0 0 0", file, exact_angle))
     direction = _numbers(axis, "xyz", "1 0 0", file)
     length = float(np.linalg.norm(direction))
     if length == 0 and kind != "fixed":

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from robots.arrays import FloatArray
 
+_DECIMALS = re.compile(r"[+-]?\d+\.(\d{2,})")
 _GYRATION = 0.05
 """m; radius of gyration of a body whose own tensor cannot be."""
 
@@ -46,3 +49,20 @@ def angles_of(rotation: FloatArray) -> FloatArray:
         return np.array([0.0, pitch, np.arctan2(-rotation[0, 1], rotation[1, 1])])
     roll = np.arctan2(rotation[2, 1], rotation[2, 2])
     return np.array([roll, pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
+
+
+def exact_angle(text: str) -> float:
+    """An angle, rad; a quarter turn that was written with few digits (1.57, 1.5708) is that quarter turn.
+
+    Axes that miss a right angle by such a rounding alone have inertias that only the rounding tells apart.
+
+    Raises:
+        ValueError: it is no number.
+    """
+    value = float(text)
+    quarters = round(value / (np.pi / 2)) if np.isfinite(value) else 0
+    if quarters and (written := _DECIMALS.fullmatch(text)):
+        exact, unit = abs(quarters) * np.pi / 2, 10.0 ** -len(written[1])
+        if -unit < abs(value) - exact <= unit / 2:  # cut off, or rounded
+            return float(np.copysign(exact, value))
+    return value

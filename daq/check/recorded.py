@@ -22,12 +22,13 @@ from daq.session.estimates import estimate, require_room
 from daq.session.exciting import kept_in, plan_exciting
 from daq.session.motions import move_to, read_trajectory, refuse_undrivable
 from daq.session.recorded_runs import Conducting, Recording, require_completed
+from daq.session.stages import TRAJECTORY_FILE
 from daq.session.streaming import Watcher
 from daq.text.progress import Steps
 from robots import Robot
 from trajectories import Trajectory
 
-TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = "trajectory_file", "trajectory_sha256", "celsius"
+TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = TRAJECTORY_FILE, "trajectory_sha256", "celsius"
 CELL, CELL_SHA256 = "cell_file", "cell_sha256"
 """Facts of a run in the catalogue by which the next check finds its motion, its temperature and its cell."""
 
@@ -132,7 +133,7 @@ def _motion(
 ) -> tuple[Motion | None, tuple[str, ...]]:
     """The motion that was asked for, or the accepted one; None where one has to be planned."""
     robot = arm.session.robot
-    accepted = None if baseline is None else _accepted_file(request.catalogue, baseline)
+    accepted = None if baseline is None else accepted_file(request.catalogue, baseline)
     if request.trajectory is not None:
         motion = _read(request.trajectory, robot)
         if accepted is not None and accepted[1] != motion.sha256:
@@ -154,8 +155,8 @@ def _motion(
     return motion, ()
 
 
-def _accepted_file(catalogue: Catalogue, baseline: Baseline) -> tuple[Path, str] | None:
-    """File and checksum of the trajectory of a baseline; None where it was not made by a check."""
+def accepted_file(catalogue: Catalogue, baseline: Baseline) -> tuple[Path, str] | None:
+    """File and checksum of the trajectory of a baseline; None where neither check nor full run made it."""
     try:
         facts = runs.get(catalogue, baseline.run_id).facts
     except CatalogueError:

@@ -38,6 +38,7 @@ from daq.cli.common import (
 from daq.cli.log_options import (
     GainOfLog,
     OffsetOfLog,
+    PayloadsOfLogs,
     RatioOfLog,
     SampleRate,
     SaveMap,
@@ -115,6 +116,7 @@ def diagnose(
         bool, typer.Option("--power", help="How small each effect would still have been named.")
     ] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for page, result and model file.")] = None,
+    payload: PayloadsOfLogs = None,
     urdf: UrdfOfLog = None,
     sample_rate: SampleRate = None,
     ratio: RatioOfLog = None,
@@ -143,6 +145,7 @@ def diagnose(
     from daq.diagnosis.evidence import print_evidence
     from daq.diagnosis.more import print_more
     from daq.files.model_file import SUFFIX
+    from daq.identification.carried import carried_of
     from daq.identification.terminal import print_guessed
     from daq.keeping.keep import keep_diagnose_request
     from daq.session.cell import cell_of
@@ -172,6 +175,7 @@ def diagnose(
         power=power,
         search=search,
         guess=guess,
+        carried=carried_of(payload or ()),
     )
     catalogue = catalogue_of(no_catalogue or (out is None and live is None))
     if live is None:
@@ -205,6 +209,8 @@ def diagnose(
     print_guessed(console, result.guessed)
     apart, blind = result.apart, result.blind
     print_diagnosis(console, result.diagnosis, result.series.checks, apart, blind, model, parameters)
+    for sentence in result.carried:
+        write(console, f"- {sentence}.", indent="  ")
     print_more(console, result.more)
     if result.evidence is not None:
         print_evidence(console, result.evidence)

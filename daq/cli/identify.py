@@ -26,6 +26,7 @@ from daq.cli.common import (
 from daq.cli.log_options import (
     GainOfLog,
     OffsetOfLog,
+    PayloadsOfLogs,
     RatioOfLog,
     SampleRate,
     SaveMap,
@@ -82,6 +83,7 @@ def identify(
             callback=file_of("a model file (*.model.toml)"),
         ),
     ] = None,
+    payload: PayloadsOfLogs = None,
     urdf: UrdfOfLog = None,
     sample_rate: SampleRate = None,
     ratio: RatioOfLog = None,
@@ -100,6 +102,7 @@ def identify(
     Example: [bold]armhil identify runs/first/capture.mcap --out runs/again[/]
     A log of any arm: [bold]armhil identify log.csv --urdf arm.urdf[/]
     """
+    from daq.identification.carried import carried_of
     from daq.identification.identification_json import identification_json
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
@@ -122,6 +125,7 @@ def identify(
         essential=essential,
         urdf=save_urdf,
         model=model,
+        carried=carried_of(payload or ()),
         guess=guess_request_of(
             urdf,
             robot,

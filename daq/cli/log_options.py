@@ -27,6 +27,12 @@ OffsetOfLog = Annotated[
     str | None,
     typer.Option("--offset", help="Added to joint positions, rad or m: n numbers.", show_default="guessed"),
 ]
+PayloadsOfLogs = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--payload", help="LOG=payload.toml: the known body that LOG was recorded with; may be repeated."
+    ),
+]
 TorqueSensors = Annotated[bool, typer.Option("--torque-sensors", help="Torques are of sensors at the links.")]
 SaveMap = Annotated[Path | None, typer.Option("--save-map", help="Keep the guessed column map here.")]
 SaveRobot = Annotated[

@@ -21,12 +21,13 @@ from daq.files.cell_file import CellFile, read_cell
 from daq.files.found_model import read_found_model
 from daq.files.model_file import read_model
 from daq.files.run_folder import make_run_folder
+from daq.identification.carried import require_known, with_carried
 from daq.importing.guess_log import guessed_arm
 from daq.importing.load import LoadedRecordings, load_recording
 from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
 from daq.text.progress import Steps
-from ident import BaseParameters, IdentificationError, Recording, RegressorModel
+from ident import BaseParameters, IdentificationError, Recording, RegressorModel, base_parameters
 from ident.discrepancy import Diagnosis, Prior, Question, described_prior, diagnose
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
@@ -37,6 +38,7 @@ from ident.discrepancy.verdict import beside_gate
 from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
 from ident.identification.found_effects import extended_model, found_entries
+from ident.identification.loads import Unknown, unknown_of
 from robots import Robot
 from trajectories import Conditions
 
@@ -51,10 +53,11 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         CaptureError, RobotFileError, ModelFileError, IdentificationError, OutputError: one line each.
     """
     _require_validation(request)
+    require_known(request.carried, (*request.fit, *request.validation))
     conditions = conditions_of(request.cell)
     folder = None if request.out is None else make_run_folder(request.out, "diagnose")
     with _arm_of(request) as (robot, guessed):
-        question, uncut = _asked(robot, request, steps)
+        question, uncut, unknown = _asked(robot, request, steps)
         robot = question.robot
         with steps.step("Search for the missing effect") as update:
             diagnosis, answer = _search(question, request.search, lambda step, share: update(share, step))
@@ -70,7 +73,7 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
             if apart:
                 result = _result(robot, request, diagnosis, answer, series, apart, folder, more)
                 _write(folder, request, result)
-    return replace(result, guessed=guessed)
+    return replace(result, guessed=guessed, carried=unknown.sentences())
 
 
 @contextmanager
@@ -92,16 +95,21 @@ def _search(
     return diagnose_with_evidence(question, progress)
 
 
-def _asked(robot: Robot, request: DiagnoseRequest, steps: Steps) -> tuple[Question, tuple[Recording, ...]]:
-    """The question of a request, and its recordings to fit, uncut."""
+def _asked(
+    robot: Robot, request: DiagnoseRequest, steps: Steps
+) -> tuple[Question, tuple[Recording, ...], Unknown]:
+    """The question of a request, its recordings to fit, uncut, and what was not known of bodies."""
     with steps.step("Read recordings"):
         loaded = [load_recording(path, robot, request.columns) for path in request.fit]
         held = [load_recording(path, robot, request.columns) for path in request.validation]
+    loaded, held = (with_carried(part, request.carried, robot) for part in (loaded, held))
     robot = robot.model_copy(update={"identification": loaded[0].settings})
     fit, validation = _recordings(loaded, held, request.split_half)
     model = _examined(robot, request, fit[0])
     uncut = tuple(recording for part in loaded for recording in part.recordings)
-    return Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model), uncut
+    unknown = Unknown() if not request.carried else unknown_of(base_parameters(RegressorModel.of(robot)), fit)
+    fit, validation, uncut = map(unknown.complete, (fit, validation, uncut))
+    return Question(robot, fit, validation, VOCABULARY, prior_of(request.prior), model), uncut, unknown
 
 
 def _result(
@@ -211,13 +219,7 @@ def _halves(recording: Recording) -> tuple[Recording, Recording]:
 
 
 def _piece(recording: Recording, rows: slice, name: str) -> Recording:
-    return Recording(
-        f"{recording.name}, {name}",
-        recording.time[rows],
-        None if recording.reference is None else recording.reference[rows],
-        recording.position[rows],
-        recording.control_signal[rows],
-    )
+    return recording.piece(rows, f"{recording.name}, {name}")
 
 
 def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> None:
@@ -234,6 +236,10 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
     known = found_entries(diagnosis.examinations[0].base.model)
     if known:
         facts["Found before"] = found_words(known)
+    if request.carried:
+        facts["Carried"] = ", ".join(
+            f"{one.log}: {one.name}, {one.payload.mass:g} kg" for one in request.carried
+        )
     facts["Prior"] = request.prior or "none: after a refit"
     page = DiagnosisContent(
         f"{robot.name}: diagnosis",
@@ -245,6 +251,8 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
         facts,
         result.more.power,
         tuple(map(term_words, result.more.terms)),
+        result.more.when,
     )
     write_diagnosis_page(folder / "diagnosis.html", page)
-    write_diagnosed_model(folder / f"{robot.name}.model.toml", diagnosis, request.fit, robot)
+    whole = result.more.model or diagnosis
+    write_diagnosed_model(folder / f"{robot.name}.model.toml", whole, request.fit, robot)

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.more import More
 from daq.diagnosis.telling_apart import TellingApart
+from daq.identification.carried import Carried
 from daq.importing.guess_log import GuessRequest
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.before_after import Series
@@ -39,6 +40,7 @@ class DiagnoseRequest:
         power: whether to say how small each effect would still have been named.
         search: which search names what the moving arm shows.
         guess: what a log is to be taken for by its URDF; None where its arm is described.
+        carried: which recordings, of those to fit or to validate, were made with a known body on the arm.
     """
 
     fit: tuple[Path, ...]
@@ -55,6 +57,7 @@ class DiagnoseRequest:
     power: bool = False
     search: SearchName = "evidence"
     guess: GuessRequest | None = None
+    carried: tuple[Carried, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,7 @@ class DiagnoseResult:
         more: smallest sizes and terms.
         evidence: what the search by evidence says; None where the rules searched.
         guessed: what a log was taken for, one sentence each.
+        carried: what was found of bodies of which not all is known, one sentence each.
     """
 
     robot: Robot
@@ -84,3 +88,4 @@ class DiagnoseResult:
     more: More = field(default_factory=More)
     evidence: EvidenceAnswer | None = None
     guessed: tuple[str, ...] = ()
+    carried: tuple[str, ...] = ()

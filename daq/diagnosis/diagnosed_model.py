@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -12,20 +13,17 @@ from pydantic import ValidationError
 
 from daq.diagnosis.diagnosis_words import headline
 from daq.files.checksum import source_sha256
-from daq.files.model_file import (
-    ModelFile,
-    ModelFileError,
-    model_found,
-    model_parameters,
-    write_model_file,
-)
+from daq.files.model_file import ModelFile, ModelFileError, model_parameters, write_model_file
+from daq.files.model_found import model_found
 from daq.files.toml_file import validation_line
 from ident import BaseParameters, Parameter
 from ident.discrepancy import Diagnosis
 from ident.discrepancy.gap import torque_floor
 from ident.discrepancy.unrepeated import noise_level
+from ident.effects.entry import EffectEntry
 from ident.effects.found import unused
 from ident.effects.placed import Placed
+from ident.effects.term_family import is_term
 from ident.effects.vocabulary import entry_of
 from robots import Robot
 
@@ -58,7 +56,12 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
     names, expressions = _own_names(base)
     named = zip(names, diagnosis.beta, sigma, expressions, base.leading, strict=True)
     parameters = tuple(Parameter(n, float(v), float(s), p.unit, e, p) for n, v, s, e, p in named)
-    entries = [entry_of(robot, effect) for effect in base.model.effects if isinstance(effect, Placed)]
+    made_from = f"armhil diagnose of {', '.join(path.resolve().name for path in captures)}"
+    entries = [
+        _with_source(entry_of(robot, effect), made_from)
+        for effect in base.model.effects
+        if isinstance(effect, Placed)
+    ]
     return {
         "format": 1,
         "armhil": version("armhil"),
@@ -77,9 +80,14 @@ def _values(diagnosis: Diagnosis, captures: Sequence[Path], robot: Robot) -> dic
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
-        "found": model_found(entries),
         "parameter": model_parameters(parameters, diagnosis.covariance),
+        **model_found(robot, entries, parameters),
     }
+
+
+def _with_source(entry: EffectEntry, source: str) -> EffectEntry:
+    """A term says where it came from, one of an earlier model what it said."""
+    return replace(entry, source=entry.source or source) if is_term(entry.name) else entry
 
 
 def _own_names(base: BaseParameters) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -15,10 +15,10 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.files.checksum import source_sha256
+from daq.files.model_found import ModelFound, ModelTerm, check_terms, model_found
 from daq.files.toml_file import read_toml, validation_line
 from daq.files.toml_text import TomlTextError, toml_text
 from ident import Fitted
-from ident.effects.entry import EffectEntry
 from ident.estimators import ESTIMATORS
 from ident.results import Parameter
 from ident.verdicts import Verdict
@@ -97,14 +97,6 @@ class ModelParameter(_Frozen):
     )
 
 
-class ModelFound(_Frozen):
-    """An effect that the discrepancy search found and added."""
-
-    effect: Annotated[str, Field(min_length=1)]
-    joints: tuple[Annotated[int, Field(ge=1)], ...]
-    shape: dict[str, Finite] = Field(default={}, description="parameters that the torque is not linear in")
-
-
 class ModelFile(_Frozen):
     """An identified model."""
 
@@ -116,6 +108,7 @@ class ModelFile(_Frozen):
     identification: Identification = Field(description="settings that made rows of samples")
     capture: Annotated[tuple[ModelSource, ...], Field(min_length=1)]
     found: tuple[ModelFound, ...] = ()
+    term: tuple[ModelTerm, ...] = ()
     parameter: Annotated[tuple[ModelParameter, ...], Field(min_length=1)]
 
     @property
@@ -144,6 +137,12 @@ class ModelFile(_Frozen):
                 f"parameter {self.parameter[row].name} has {sizes[row]} correlations; allowed: {row},"
                 " one with each parameter before it, or none in the whole file"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _terms_are_of_the_model(self) -> Self:
+        parameters = {one.name: (one.value, one.sigma, one.unit) for one in self.parameter}
+        check_terms(self.effects, [one.effect for one in self.found], self.term, parameters)
         return self
 
     @model_validator(mode="after")
@@ -188,20 +187,13 @@ def model_of(
         },
         "identification": robot.identification,
         "capture": tuple({"name": path.resolve().name, "sha256": source_sha256(path)} for path in captures),
-        "found": model_found(result.found),
         "parameter": model_parameters(estimate.parameters, estimate.covariance),
     }
+    values |= model_found(robot, result.found, estimate.parameters)
     try:
         return ModelFile.model_validate(values)
     except ValidationError as error:
         raise ModelFileError(validation_line(robot.name, error, ModelFile)) from None
-
-
-def model_found(entries: Sequence[EffectEntry]) -> tuple[dict[str, Any], ...]:
-    """Entries of ``[[found]]``."""
-    return tuple(
-        {"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)} for entry in entries
-    )
 
 
 def model_parameters(parameters: Sequence[Parameter], covariance: FloatArray) -> tuple[dict[str, Any], ...]:

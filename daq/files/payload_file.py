@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from daq.files.toml_file import read_toml
 from robots.errors import UserError
@@ -27,12 +27,21 @@ class PayloadFile(BaseModel):
 
     format: Literal[1]
     mass: float = Field(ge=1e-4, le=1e4, description="kg")
-    center: tuple[Coordinate, Coordinate, Coordinate] = Field(description="centre of mass in the frame, m")
-    inertia: tuple[Moment, Moment, Moment, Moment, Moment, Moment] = Field(
-        description="ixx ixy iyy ixz iyz izz about the centre of mass, along the frame's axes, kg·m²"
+    center: tuple[Coordinate, Coordinate, Coordinate] | None = Field(
+        default=None, description="centre of mass in the frame, m"
+    )
+    inertia: tuple[Moment, Moment, Moment, Moment, Moment, Moment] | None = Field(
+        default=None,
+        description="ixx ixy iyy ixz iyz izz about the centre of mass, along the frame's axes, kg·m²",
     )
     frame: str | None = Field(default=None, min_length=1, description="link of the URDF; the last one")
     relative_uncertainty: Share = Field(default=0.0, description="standard uncertainty of the mass / mass")
+
+    @model_validator(mode="after")
+    def _inertia_about_a_centre(self) -> Self:
+        if self.center is None and self.inertia is not None:
+            raise ValueError("inertia is about the centre of mass, so it needs center")
+        return self
 
     def payload(self) -> Payload:
         return Payload(self.mass, self.center, self.inertia, self.frame or "", self.relative_uncertainty)

@@ -11,6 +11,7 @@ from typing import Literal
 from daq.files.found_model import read_found_model
 from daq.files.model_file import SUFFIX
 from daq.files.run_folder import make_run_folder
+from daq.identification.carried import Carried, require_known, with_carried
 from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
@@ -48,6 +49,7 @@ class IdentifyRequest:
         guess: what a log is to be taken for by its URDF; None where its arm is described.
         model: a model file whose found effects are part of the model, or what it held; the usual model
             where None.
+        carried: which recordings, of those to fit or to predict, were made with a known body on the arm.
     """
 
     paths: tuple[Path, ...]
@@ -64,6 +66,7 @@ class IdentifyRequest:
     urdf: Path | None = None
     model: Path | FoundModel | None = None
     guess: GuessRequest | None = None
+    carried: tuple[Carried, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         CaptureError, RobotFileError, ModelFileError, IdentificationError, OutputError: one line each.
         ArmMismatch: the recordings are of two arms.
     """
+    require_known(request.carried, (*request.paths, *request.validate))
     folder = None if request.out is None else make_run_folder(request.out, "identify")
     with _arm_of(request) as (robot, first, columns, guessed):
         if request.urdf is not None:
@@ -96,6 +100,8 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
         with steps.step("Read recordings"):
             loaded = [_load(path, robot, columns, first) for path in request.paths]
             held_out = [_load(path, robot, columns, first) for path in request.validate]
+        loaded = with_carried(loaded, request.carried, robot)
+        held_out = with_carried(held_out, request.carried, robot)
         refuse_two_arms(loaded)
         doubts = doubts_of_arm(loaded, held_out, robot)
         recordings = _recordings(loaded)

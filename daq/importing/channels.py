@@ -21,14 +21,16 @@ _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\x00-\x7f]+")
 KINDS: Mapping[str, frozenset[str]] = {
     kind: frozenset(words.split())
     for kind, words in {
-        "position": "q qm qj qg pos position positions angle angles theta phi joint jointpos axis winkel",
-        "velocity": "dq qd qdot dqdt vel velocity velocities velo speed dphi dtheta omega qp",
+        "position": "q qm qj qg pos position positions angle angles theta phi joint joints jnt jointpos jpos"
+        " mp ip j axis axes winkel",
+        "velocity": "dq qd qdot dqdt vel velocity velocities velo speed dphi dtheta omega jvel qp",
         "acceleration": "ddq qdd qddot acc accel acceleration ddphi qpp",
-        "torque": "tau torque torques trq effort efforts moment moments nm mnm drehmoment mot_torque",
+        "torque": "tau torque torques trq effort efforts moment moments nm mnm drehmoment force forces kraft"
+        " jtor mt et",
         "current": "current currents cur curr i iq amp amps ampere strom",
         "signal": "v u vir volt voltage signal vtau",
         "temperature": "temp temperature temperatures temps",
-        "time": "t time times stamp timestamp sec secs second seconds zeit clock",
+        "time": "t time times stamp timestamp sec secs second seconds zeit clock duration",
         "complete": "complete valid ok answered",
     }.items()
 }
@@ -36,24 +38,27 @@ MARKS: Mapping[str, frozenset[str]] = {
     mark: frozenset(words.split())
     for mark, words in {
         "reference": "ref reference cmd command commanded des desired target targets set setpoint soll goal"
-        " demand qg qr",
-        "measured": "act actual meas measured mes m msr ist fbk feedback read",
+        " demand qg qr as es ip ipo planned",
+        "measured": "act actual meas measured mes m msr ist fb fbk feed feedback read ai ei mp mt",
         "error": "error err diff deviation following",
-        "motor": "mot motor motors rotor",
+        "motor": "mot motor motors rotor ma",
         "second": "se link second secondary output load out",
-        "external": "ext external contact tcp cartesian pose force wrench ft",
-        "computed": "ff feedforward fwd model gravity grav g computed calc coriolis c a est estimated hat",
+        "external": "ext et external contact tcp cartesian pose wrench ft",
+        "computed": "ff feedforward fwd model gravity grav g computed calc coriolis est estimated hat"
+        " window mode",
     }.items()
 }
 _ORDER = (
     "complete", "temperature", "acceleration", "velocity", "torque", "current", "position", "signal", "time",
 )  # fmt: skip
 """What counts where a name says several things."""
+_ALONE = {"joint", "joints", "jnt", "j", "axis", "axes", "m", "a", "i"}
+"""Words that say a kind only where no other does: "joint torque" is a torque, "joint 1" a position."""
 _SHORT_REFERENCE = {"d", "r", "s"}
 """Marks of a reference where the quantity stands before: ``q_d``, ``tau_J_d``."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Channels:
     """Columns that belong together.
 
@@ -95,15 +100,14 @@ def kind_of(name: str) -> tuple[str, frozenset[str]]:
     whole = last if last.isalpha() else ""  # q_d is the desired q, qd its velocity
     marks = {mark for mark, known in MARKS.items() if known & set(words)}
     kinds = [kind for kind, known in KINDS.items() if known & {*words, whole}]
-    # "joint torque" is a torque, "joint position" a position: joint and axis say something only alone.
-    strong = [k for k in kinds if KINDS[k] & ({*words, whole} - {"joint", "axis", "m", "a", "i"})] or kinds
+    strong = [k for k in kinds if KINDS[k] & ({*words, whole} - _ALONE)] or kinds
     kind = next((k for k in _ORDER if k in strong), "")
     if kind and len(words) > 1 and words[-1] in _SHORT_REFERENCE and words[0] not in _SHORT_REFERENCE:
         marks.add("reference")
     if kind in ("torque", "current", "signal") and "reference" in marks:
         marks.add("computed")
-    if kind == "torque" and words and words[0] == "dtau":
-        kind = ""
+    if "dtau" in words or ("joint" in words and {"control", "mode"} & set(words)):
+        kind = ""  # how a torque changes; what a drive is told
     return kind, frozenset(marks)
 
 

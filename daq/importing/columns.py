@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -14,10 +15,27 @@ from daq.importing.dialect import TextTable, decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
 from daq.recording.capture import CaptureError
+from ident.listing import listed
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
+TEXTS = (".csv", ".txt", ".tsv", ".dat")
 ALLOWED = ".csv, .mat, .parquet, .npz, .h5, .mcap, .db3, .bag, .txt, .tsv, .dat, a folder of .csv or of ROS 2"
+
+
+_PART = re.compile(r"(.+)/(\d+)\[(\d+)\]")
+
+
+def vector_by_vector(name: str, values: FloatArray, count: int) -> dict[str, FloatArray]:
+    """A column of vectors below each other, as columns; name/7[2] is every seventh value from the second on.
+
+    Empty where they are not smoother than the column is.
+    """
+    rows = values.reshape(-1, count)
+    apart = float(np.abs(np.diff(rows, axis=0)).sum())
+    if apart >= float(np.abs(np.diff(values)).sum()) / 2:
+        return {}
+    return {f"{name}/{count}[{k + 1}]": rows[:, k] for k in range(count)}
 
 
 @dataclass(frozen=True)
@@ -35,15 +53,21 @@ class Table:
         Raises:
             CaptureError: a column is missing, or they differ in length.
         """
-        for name in names:
-            if name not in self.columns:
-                present = ", ".join(sorted(self.columns)) or "none"
-                raise CaptureError(f"{self.path}: no variable {name!r}; present: {present}")
-        lengths = {name: len(self.columns[name]) for name in names}
+        values = {name: self._column(name) for name in names}
+        lengths = {name: len(column) for name, column in values.items()}
         if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-            raise CaptureError(f"{self.path}: variables differ in length: {listed}")
-        return np.column_stack([self.columns[name] for name in names])
+            told = listed([f"{name} {length}" for name, length in lengths.items()])
+            raise CaptureError(f"{self.path}: variables differ in length: {told}")
+        return np.column_stack([values[name] for name in names])
+
+    def _column(self, name: str) -> FloatArray:
+        if name in self.columns:
+            return self.columns[name]
+        part = _PART.fullmatch(name)
+        if part and part[1] in self.columns and 0 < int(part[3]) <= int(part[2]):
+            return self.columns[part[1]][int(part[3]) - 1 :: int(part[2])]
+        present = listed(sorted(self.columns), few=20) or "none"
+        raise CaptureError(f"{self.path}: no variable {name!r}; present: {present}")
 
 
 def read_table(path: Path) -> Table:
@@ -55,7 +79,7 @@ def read_table(path: Path) -> Table:
     if path.is_dir() or path.suffix.lower() in READERS:
         with TableProcess() as process:
             return Table(path, process.read(path))
-    if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".dat"):
+    if path.suffix.lower() not in TEXTS:
         raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
     try:
         return _read_csv(path)

@@ -11,6 +11,11 @@ _LEAST_TEXT = 9
 """Code of the tabulator: no text has a byte below it, and nearly every binary file has."""
 _HEAD = 60
 """Lines in which header, units and comments are looked for."""
+_LIST = re.compile(r'(?<=[,;\t\n])[ ]*"?[\[(]([-+\d.eE,;\s]+)[\])]"?(?=[ ]*[,;\t\r\n]|$)')
+"""A cell that holds numbers in brackets, as pandas writes one; NumPy breaks the lines within."""
+_SEPARATORS = re.compile(r"[,;\s]+")
+_LOOK = 100_000
+"""Characters in which such cells are looked for."""
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
 
 
@@ -59,6 +64,8 @@ def text_table(text: str) -> TextTable:
         comments.append(lines.pop(0).lstrip().lstrip("#%/").strip())
     if not lines:
         return TextTable([], "", ",")
+    if _LIST.search("\n".join(lines)[:_LOOK]):
+        lines = _spread("\n".join(lines)).split("\n", _HEAD)
     delimiter = _delimiter(lines[min(1, len(lines) - 1)])
     header = _split(lines[0], _delimiter(lines[0]) if len(lines) == 1 else delimiter)
     if all(_is_number(field) for field in header):
@@ -75,9 +82,26 @@ def text_table(text: str) -> TextTable:
     return TextTable(header, body, delimiter)
 
 
+def _spread(text: str) -> str:
+    """A table whose cells hold lists with a column for each of their numbers, called name:1, name:2 …"""
+    head, _, body = text.partition("\n")
+    delimiter = _delimiter(head) or " "
+    counted = _LIST.sub(lambda cell: f"[{len(_SEPARATORS.sub(' ', cell[1]).split())}", "\n" + body[:_LOOK])
+    names: list[str] = []
+    for name, cell in zip(
+        _split(head, delimiter), counted[1:].partition("\n")[0].split(delimiter), strict=False
+    ):
+        count = cell.strip()
+        names += [f"{name}:{k + 1}" for k in range(int(count[1:]))] if count[:1] == "[" else [name]
+    rows = _LIST.sub(lambda cell: delimiter.join(_SEPARATORS.sub(" ", cell[1]).split()), "\n" + body)
+    return delimiter.join(names) + rows
+
+
 def _delimiter(line: str) -> str | None:
     """That of one line; white space where it has none of the usual ones."""
-    return next((mark for mark in (";", "\t", ",") if mark in line), "," if len(line.split()) < 2 else None)
+    return next(
+        (mark for mark in (";", "\t", ",", "|") if mark in line), "," if len(line.split()) < 2 else None
+    )
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:

@@ -16,14 +16,15 @@ import numpy as np
 
 from daq.files.toml_text import toml_text
 from daq.importing.channels import Channels, channels_of
-from daq.importing.columns import read_table
+from daq.importing.columns import TEXTS, read_table, vector_by_vector
 from daq.importing.guess_frames import axes_and_offsets
-from daq.importing.guess_position import in_si, joints_of
+from daq.importing.guess_position import counts_of_joints, in_si, joints_of
 from daq.importing.guess_torque import LogHints, torque_table
 from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
 from daq.importing.joint_states import is_bag_folder
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
+from daq.importing.unnamed import told_apart
 from daq.recording.capture import CaptureError
 from ident.preparation.outliers import without_outliers
 from robots import Robot
@@ -32,6 +33,10 @@ from robots.loose_urdf import LooseUrdf, read_loose_urdf
 
 _LEAST = 50
 """Samples; shorter columns are constants."""
+_MOST = 600_000
+"""Samples that guesses are proven on: ten minutes at 1 kHz."""
+_SAYING = {"position", "velocity", "torque", "current"}
+"""Kinds of which a log with names has one."""
 _FASTEST = 10.0
 """rad/s or m/s; of a joint whose limit the URDF does not give."""
 
@@ -82,14 +87,14 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
         RobotFileError: the URDF.
     """
     arm = read_loose_urdf(urdf)
-    channels = _channels(path, [joint.name for joint in arm.moving])
+    channels, told = _channels(path, arm, hints)
     series = [c for c in channels if len(c.values) >= _LEAST]
     position = position_of(path, series, len(arm.moving))
     same = [c for c in series if c is not position and len(c.values) == len(position.values)]
     stamps, time, said = time_of(path, same, len(position.values), hints.sample_rate)
-    words = [*arm.words, said, f"position: {position.label}"]
+    words = [*arm.words, *told, said, f"position: {position.label}"]
     names = joints_of(position, arm)
-    values, table = in_si(path, position, arm, names, hints, words)
+    values, table, scale = in_si(path, position, arm, names, hints, words)
     moving = [k for k in range(len(names)) if k not in still_joints(arm, names, values)]
     if not moving:
         raise CaptureError(f"{path}: no joint moves by {position.label}; allowed: a log of a moving arm")
@@ -98,7 +103,7 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     if held:
         words.append(f"left out (at rest, or not in the log): {', '.join(held)}")
     kept, _ = kept_rows(path.name, stamps, values[:, moving])
-    values, stamps = values[kept][:, moving], stamps[kept]
+    values, stamps, scale = values[kept][:, moving], stamps[kept], scale[moving]
     same = [replace(c, values=c.values[kept]) for c in same]
     log = Sampled.of(
         path.name,
@@ -128,7 +133,9 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
         **({"offset": offset.tolist()} if offset.any() else {}),
     }
     if reference is not None:
-        scaled = {**columns["position"], "unit": log.unit_of_reference(reference, table["unit"])}
+        turning = np.array([joint.kind == "revolute" for joint in robot.joint])
+        unit = log.unit_of_reference(reference, table["unit"], scale, turning)
+        scaled = {**columns["position"], "unit": unit}
         columns["reference"] = scaled | _taken(reference, moving)
     columns["torque"] = {**_taken(torque, moving), **means}
     (folder / MAP_NAME).write_text(toml_text(columns), encoding="utf-8")
@@ -169,16 +176,48 @@ def save_guess(folder: Path, request: GuessRequest) -> None:
             raise CaptureError(f"{target}: cannot be written: {error.strerror}") from error
 
 
-def _channels(path: Path, joints: Sequence[str]) -> list[Channels]:
-    """All groups of columns of a file, or of the .csv files in a folder."""
+def _channels(path: Path, arm: LooseUrdf, hints: LogHints) -> tuple[list[Channels], list[str]]:
+    """All groups of columns of a file, or of the .csv files in a folder; and what told unnamed ones."""
     if not path.exists():
         raise CaptureError(f"{path}: no such file")
+    joints = [joint.name for joint in arm.moving]
     if not path.is_dir() or is_bag_folder(path):
-        return channels_of(read_table(path).columns, joints)
-    files = sorted(file for file in path.iterdir() if file.suffix.lower() == ".csv")
-    if not files:
-        raise CaptureError(f"{path}: a folder without .csv files and no ROS 2 bag")
-    return [c for file in files for c in channels_of(read_table(file).columns, joints, file.name)]
+        columns = _part(read_table(path).columns)
+        found = channels_of(columns, joints)
+        if any(channel.kind in _SAYING for channel in found):
+            return found, []
+        return told_apart(path, columns, arm, hints)
+    tables = _tables(path)
+    lengths = {len(values) for columns in tables.values() for values in columns.values()}
+    for name, columns in tables.items():
+        for column, values in columns.items() if len(columns) == 1 else ():
+            counts = [n for n in counts_of_joints(arm) if n > 1 and len(values) / n in lengths]
+            tables[name] = (counts and vector_by_vector(column, values, counts[0])) or columns
+    return [c for name, columns in tables.items() for c in channels_of(columns, joints, name)], []
+
+
+def _part(columns: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """The middle of a log of hours: enough to tell what is what."""
+    rows = max((len(values) for values in columns.values()), default=0)
+    if rows <= _MOST:
+        return columns
+    part = slice((rows - _MOST) // 2, (rows + _MOST) // 2)
+    return {name: v[part].copy() if len(v) == rows else v for name, v in columns.items()}
+
+
+def _tables(folder: Path) -> dict[str, dict[str, FloatArray]]:
+    """The columns of the text tables in a folder, by the names of the files."""
+    found = {}
+    for file in sorted(folder.iterdir()):
+        if file.suffix.lower() in TEXTS:
+            try:
+                found[file.name] = read_table(file).columns
+            except CaptureError:
+                if file.suffix.lower() == ".csv":
+                    raise
+    if not found:
+        raise CaptureError(f"{folder}: a folder without tables ({', '.join(TEXTS)}) and no ROS 2 bag")
+    return found
 
 
 def _steps(arm: LooseUrdf, names: tuple[str, ...], stamps: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
@@ -22,6 +23,10 @@ _SEEN = 5.0
 """Deviations that a share must have to say something."""
 _NEAR = 2.5
 """A factor by which a URDF's masses may be wrong: what is farther off is in another unit."""
+_UNTOLD = 0.5
+"""Share of its variance that a motion may leave of a torque that is its joint's."""
+_BETTER = 2.0
+"""Times less that the right motion leaves of a torque than a wrong one."""
 _MILLI = {"mnm"}
 
 
@@ -75,7 +80,8 @@ def torque_table(
     turned = proof.turned(offset, (share < -_SEEN * sigma) & arm.has_masses)
     signs = np.ones(robot.n)
     signs[turned] = -1.0
-    words = [f"torque: {torque.label}"]
+    raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
+    words = [f"torque: {torque.label}", *exchanged(robot, raw.explained(offset))]
     if turned:
         names = ", ".join(robot.joint[k].name for k in turned)
         words.append(
@@ -83,7 +89,8 @@ def torque_table(
         )
     share = share * signs
     seen = (share > _SEEN * sigma) & arm.has_masses
-    unit = "N" if all(joint.kind == "prismatic" for joint in robot.joint) else "N*m"
+    slides = [joint.kind == "prismatic" for joint in robot.joint]
+    unit, mixed = "N" if all(slides) else "N*m", any(slides) and not all(slides)
     if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
         odd = "" if _agree(1.0, share, seen) else "; look it over"
         words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
@@ -94,12 +101,14 @@ def torque_table(
     if hints.sensor:
         words.append("torque: of sensors at the links, so without the rotors' inertia")
         return {"unit": unit, "side": "sensor"}, words
-    scaled = 1e-3 if _MILLI & set(torque.words) else 1.0
+    milli = bool(_MILLI & set(torque.words))
+    scaled = np.where(np.array(slides) | (not milli), 1.0, 1e-3)
     if torque.kind == "torque" and _agree(scaled, share, seen):
-        words.append(f"torque: in {unit} at the joints{_beside(scaled * share, seen)}")
+        said = "N*m and N" if mixed else unit
+        words.append(f"torque: in {said} at the joints{_beside(scaled * share, seen)}")
         words += _doubts(robot, arm, scaled * share, scaled * sigma, "its column's name")
         if not turned:
-            return {"unit": "mN*m" if scaled != 1.0 else unit}, words
+            return {"unit": "mN*m" if (scaled != 1.0).any() else unit}, words
         return _table("gain", scaled * signs, unit), words
     found = _constant(constants, share, seen)
     if found:
@@ -111,8 +120,29 @@ def torque_table(
         raise CaptureError(
             f"{log.name}: no mass of the URDF is seen in {torque.label}; give --ratio or --gain"
         )
-    raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
     return _from_masses(raw, offset, share, seen, signs, unit, words)
+
+
+def exchanged(robot: Robot, explained: FloatArray) -> list[str]:
+    """A sentence where columns of torques stand in the place of others.
+
+    Of all orders of the columns the likeliest is taken, by what each joint's motion leaves of the torque
+    beside it. It counts where every joint foretells the torque that stands elsewhere far better than its own.
+
+    Args:
+        robot: names of the joints.
+        explained: (n, n) share of the torque in row i that the motion of joint j foretells.
+    """
+    left = np.maximum(1.0 - explained, np.finfo(float).eps)
+    torques, joints = linear_sum_assignment(np.log(left))
+    moved = [(i, j) for i, j in zip(torques, joints, strict=True) if i != j]
+    if not moved or not all(left[i, j] < min(_UNTOLD, left[i, i] / _BETTER) for i, j in moved):
+        return []
+    names = ", ".join(robot.joint[i].name for i, _ in moved)
+    found = ", ".join(f"{robot.joint[j].name} {100 * explained[i, j]:.0f} %" for i, j in moved)
+    return [
+        f"torques of {names}: the motion of another joint foretells each ({found}); exchanged? look it over"
+    ]
 
 
 def given_factor(hints: LogHints, log: Sampled) -> tuple[FloatArray, str]:

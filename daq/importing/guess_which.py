@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from daq.importing.channels import Channels
+from daq.importing.log_quantities import unit_of
 from daq.importing.proof import derivative_of, is_same, slope_between, smooth
 from daq.recording.capture import CaptureError
 from ident import Recording
@@ -20,7 +21,7 @@ from ident.preparation.noise import narrowest_friction_width
 from ident.preparation.resampling import clock_of, longest_gap
 from ident.preparation.spectrum import PositionSpectrum, position_spectrum
 from robots import Identification
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 _UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _PERIODS = (5e-5, 0.1)
@@ -46,7 +47,8 @@ def position_of(path: Path, series: Sequence[Channels], joints: int) -> Channels
         CaptureError: no columns look like positions.
     """
     marks = {"error", "external", "reference", "computed"}
-    named = [c for c in series if c.kind == "position" and not c.marks & marks and len(c.columns) <= joints]
+    moving = [c for c in series if np.ptp(c.values, axis=0).any()]
+    named = [c for c in moving if c.kind == "position" and not c.marks & marks and len(c.columns) <= joints]
     if not named:
         raise CaptureError(
             f"{path}: no column looks like a measured position; give --columns; {present(series)}"
@@ -57,7 +59,8 @@ def position_of(path: Path, series: Sequence[Channels], joints: int) -> Channels
 
 def _position_score(channel: Channels) -> int:
     marks = channel.marks
-    return 2 * ("measured" in marks) + ("motor" in marks) - 3 * ("second" in marks)
+    joint = channel.words[-1:] == ("q",)  # theta is the motor's where there is q
+    return 2 * ("measured" in marks) + ("motor" in marks or joint) - 3 * ("second" in marks)
 
 
 def present(series: Sequence[Channels]) -> str:
@@ -96,7 +99,7 @@ def time_of(
             {"sample_rate_hz": rate},
             f"time: {rate:g} samples per second, as given",
         )
-    rising = [c for c in same if len(c.columns) == 1 and _rises(c.values[:, 0])]
+    rising = [c for c in same if len(c.columns) == 1 and rises(c.values[:, 0])]
     named = [c for c in rising if c.kind == "time"] or [c for c in rising if not c.kind]
     for channel in named:
         step = float(np.ptp(channel.values[:, 0]) / (samples - 1))
@@ -109,7 +112,7 @@ def time_of(
     raise CaptureError(f"{path}: no column looks like time; give --sample-rate (samples per second)")
 
 
-def _rises(values: FloatArray) -> bool:
+def rises(values: FloatArray) -> bool:
     """Whether a column never falls, and rises often: stamps may be coarse, and a row written twice."""
     steps = np.diff(values)
     return bool((steps >= 0).all() and np.count_nonzero(steps) > _RISING * len(steps))
@@ -188,11 +191,19 @@ class Sampled:
         slope, correlation = slope_between(self.position, other)
         return is_same(correlation) and correlation > 1 - _FOLLOWS and slope > 0
 
-    def unit_of_reference(self, channel: Channels, unit: str) -> str:
-        """The position's unit, or the other of the two where the reference is in that one."""
-        raw = {"deg": np.pi / 180, "mm": 1e-3}.get(unit, 1.0)
-        slope = slope_between(self.position, self.even(channel.values[:, self.moving]))[0] * raw
-        if abs(np.log(slope)) < 1.0:
-            return unit
-        other = {"rad": "deg", "deg": "rad", "m": "mm", "mm": "m"}
-        return other[unit]
+    def unit_of_reference(self, channel: Channels, unit: str, scale: FloatArray, turning: BoolArray) -> str:
+        """The position's unit, or the other of the two where the reference is in that one.
+
+        Args:
+            channel: the reference.
+            unit: of the position.
+            scale: (n,) SI per unit of the position.
+            turning: (n,) which joints turn; the others slide.
+        """
+        small = ["deg" in unit, "mm" in unit]
+        other = self.even(channel.values[:, self.moving]) * scale
+        for kind, mask in enumerate((turning, ~turning)):
+            slope = slope_between(self.position[:, mask], other[:, mask])[0]
+            if mask.any() and slope and abs(np.log(abs(slope))) > 1.0:
+                small[kind] = not small[kind]
+        return unit_of(turning, small[0], small[1])

@@ -18,7 +18,7 @@ from robots import Robot
 from robots.description import Identification
 
 Side = Literal["motor", "drive", "joint"]
-PositionUnit = Literal["rad", "deg", "m", "mm"]
+PositionUnit = Literal["rad", "deg", "m", "mm", "deg, mm"]
 TorqueSide = Literal["motor", "drive", "joint", "current", "sensor"]
 TorqueUnit = Literal["N*m", "mN*m", "N"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
@@ -57,7 +57,9 @@ class _Geared(_Quantity):
 class Position(_Geared):
     """Measured or reference position; offset is added to the joint position."""
 
-    unit: PositionUnit
+    unit: PositionUnit = Field(
+        description="of an arm that turns and slides: the other joints are in SI units"
+    )
     offset: tuple[Offset, ...] | None = Field(default=None, description="rad or m, one per joint")
 
 

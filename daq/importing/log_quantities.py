@@ -17,13 +17,29 @@ from daq.recording.capture import CaptureError
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
-POSITION_UNITS = {"rad": 1.0, "deg": np.pi / 180, "m": 1.0, "mm": 1e-3}
-
-
-TORQUE_UNITS = {"N*m": 1.0, "mN*m": 1e-3, "N": 1.0}
-
-
+DEGREE = np.pi / 180
+POSITION_UNITS = {
+    "rad": (1.0, 1.0),
+    "m": (1.0, 1.0),
+    "deg": (DEGREE, 1.0),
+    "mm": (1.0, 1e-3),
+    "deg, mm": (DEGREE, 1e-3),
+}
+"""rad per unit of a joint that turns, m per unit of one that slides."""
+TORQUE_UNITS = {"N*m": (1.0, 1.0), "mN*m": (1e-3, 1.0), "N": (1.0, 1.0)}
+"""N·m per unit of a joint that turns, N per unit of one that slides."""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+def unit_of(turning: BoolArray, degrees: bool, millimetres: bool) -> str:
+    """Of an arm's positions, as a column map says it.
+
+    Args:
+        turning: (n,) which joints turn; the others slide.
+        degrees, millimetres: whether those that turn, those that slide are in them.
+    """
+    parts = ["deg"] * (degrees and bool(turning.any())) + ["mm"] * (millimetres and not turning.all())
+    return ", ".join(parts) or ("rad" if turning.any() else "m")
 
 
 def answered(source: LogFiles, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
@@ -45,6 +61,10 @@ class LogFiles:
     def words(self) -> tuple[str, ...]:
         """What is missing in the files that were read, one sentence each."""
         return tuple(words for table in self._tables.values() for words in table.words)
+
+    def give_up(self) -> None:
+        """Forget what was read: long logs fill the memory."""
+        self._tables.clear()
 
     def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
         path = self.path
@@ -72,7 +92,9 @@ def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
 def position_of_joints(source: LogFiles, columns: Position, robot: Robot) -> FloatArray:
     """Joint positions in rad or m: unit, then motor → drive output, then drive output → joint."""
     _check_count("position columns", len(columns.columns), robot, source.path)
-    values: FloatArray = source.pick(columns.file, columns.columns) * POSITION_UNITS[columns.unit]
+    values: FloatArray = source.pick(columns.file, columns.columns) * _scales(
+        POSITION_UNITS[columns.unit], robot
+    )
     if columns.side == "motor":
         values = np.asarray(values / _factors("ratios", columns.ratio, robot, source.path))
     if columns.side != "joint":
@@ -81,6 +103,11 @@ def position_of_joints(source: LogFiles, columns: Position, robot: Robot) -> Flo
         _check_count("offsets", len(columns.offset), robot, source.path)
         values = values + np.array(columns.offset)
     return values
+
+
+def _scales(unit: tuple[float, float], robot: Robot) -> FloatArray:
+    """(n,) SI per unit, by how each joint moves."""
+    return np.array([unit[joint.kind == "prismatic"] for joint in robot.joint])
 
 
 def _factors(what: str, given: tuple[float, ...] | None, robot: Robot, path: Path) -> FloatArray:
@@ -102,7 +129,7 @@ def _signal_of_torque(source: LogFiles, columns: Torque, robot: Robot) -> FloatA
     """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
     _check_count("torque columns", len(columns.columns), robot, source.path)
     torque = source.pick(columns.file, columns.columns)
-    torque = torque * (1.0 if columns.unit is None else TORQUE_UNITS[columns.unit])
+    torque = torque * (1.0 if columns.unit is None else _scales(TORQUE_UNITS[columns.unit], robot))
     if columns.side in ("joint", "sensor"):
         return robot.control_signal(torque)
     if columns.side == "motor":

@@ -16,6 +16,7 @@ from daq.catalogue.identity import description_of
 from daq.catalogue.values import CatalogueError, Model, Run, RunKind, Source
 from daq.files.checksum import source_sha256
 from daq.files.found_model import found_json, found_of_json
+from daq.identification.carried import Carried
 from daq.identification.identify import IdentifyRequest, IdentifyResult, run_identify
 from daq.text.progress import Steps
 from ident.identification.found_effects import FoundModel
@@ -74,6 +75,7 @@ def identify_settings(request: IdentifyRequest, known: FoundModel | None = None)
         "essential": request.essential,
         "validate": [str(path.absolute()) for path in request.validate],
         "model": None if known is None else found_json(known),
+        "carried": [one.as_json() for one in request.carried],
     }
 
 
@@ -93,6 +95,7 @@ def request_of(settings: dict[str, Any], paths: tuple[Path, ...], out: Path | No
         essential=settings.get("essential", False),
         validate=tuple(Path(path) for path in settings.get("validate", [])),
         model=found_of_json(settings.get("model")),
+        carried=tuple(map(Carried.of_json, settings.get("carried", []))),
     )
 
 

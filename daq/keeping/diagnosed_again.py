@@ -18,6 +18,7 @@ from daq.diagnosis.diagnose import run_diagnose
 from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.files.found_model import found_of_json
 from daq.files.model_file import SUFFIX, read_model
+from daq.identification.carried import Carried
 from daq.keeping.again import Sameness, furthest, refuse_unrecorded, sameness_of, unchanged
 from daq.text.progress import Steps
 from ident.discrepancy import Finding
@@ -108,6 +109,7 @@ def _request_of(settings: Mapping[str, Any], paths: tuple[Path, ...], out: Path)
         evaluations=0,
         found=found_of_json(settings.get("found")),
         search=settings.get("search", "rules"),
+        carried=tuple(map(Carried.of_json, settings.get("carried", []))),
     )
 
 

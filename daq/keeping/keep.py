@@ -192,6 +192,7 @@ def keep_diagnose_request(
         "without": list(request.without),
         "prior": absolute(request.prior),
         "found": None if request.found is None else found_json(request.found),
+        "carried": [one.as_json() for one in request.carried],
     }
     provenance = Provenance(result.robot, request.fit, settings, file, result.folder / "diagnosis.html")
     return keep_diagnosed(catalogue, result.diagnosis, read_model(file), provenance)[0]

@@ -18,7 +18,16 @@ from daq.session.motion_words import legs_of, motion_question, speed_share
 from daq.session.motions import move_to, slowed
 from daq.session.recorded_runs import Conducting, Recording, require_completed
 from daq.session.session_error import NotMoved, SessionError
-from daq.session.stages import PURPOSES, StageName, changed_since, fingerprint, stages_to_do, status
+from daq.session.stages import (
+    LAST_BEFORE_USE,
+    PURPOSES,
+    TRAJECTORY_FILE,
+    StageName,
+    changed_since,
+    fingerprint,
+    stages_to_do,
+    status,
+)
 from daq.session.streaming import Watcher
 from daq.session.warm_up import warm_up
 from daq.text.progress import Steps
@@ -134,13 +143,16 @@ class Walk:
             self.arm, request.arm, request.catalogue, self.watcher, self.conducting, request.note
         )
         path = _free(request.folder, name.replace(" ", "-"))
+        facts = self._fingerprint | {SPEED: f"{speed_share(robot, motion):.6f}"}
+        if name == LAST_BEFORE_USE:
+            facts[TRAJECTORY_FILE] = str(self.planned.file.absolute())
         kept, result = recording.record(
             "commission",
             f"{request.arm.robot.name}: {name}",
             motion,
             path,
             stage=name,
-            facts=self._fingerprint | {SPEED: f"{speed_share(robot, motion):.6f}"},
+            facts=facts,
         )
         require_completed(result, path)
         return StageDone(name, f"{trajectory_words(motion)}", kept.number, path)

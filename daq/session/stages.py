@@ -26,6 +26,9 @@ MOVING: tuple[StageName, ...] = ("first move", "approach", "warm-up", "slow run"
 LAST_BEFORE_USE: StageName = "full run"
 """An arm that has passed it is commissioned."""
 
+TRAJECTORY_FILE = "trajectory_file"
+"""Among the facts of a full run and of a check: the file of its motion, which nights drive then."""
+
 SLOW_SPEED = 0.1
 """Highest speed of the slow run, as a share of the planned one."""
 

@@ -61,7 +61,7 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         check_mass_matrix(mass_matrix(dynamics, q), q[: robot.n])
         raise IdentificationError(f"the simulation fails at {recording.time[sample]:.3f} s")
     whole = SimulatedRun(recording.time, run.position, run.velocity, run.control_signal)
-    return as_the_bus_shows(whole, robot, parts.extra.drives)
+    return as_the_bus_shows(leading.as_drives_show(whole), robot, parts.extra.drives)
 
 
 def as_the_bus_shows(run: SimulatedRun, robot: Robot, changes: Sequence[DriveChange]) -> SimulatedRun:
@@ -163,7 +163,7 @@ def _centred(dynamics: Dynamics, position: FloatArray, h: float) -> Dynamics:
 def _run(coordinates: Coordinates, leading: Leading) -> Run:
     robot, recording = leading.robot, leading.recording
     position, velocity, signal = (np.empty(recording.position.shape) for _ in range(3))
-    signal[0] = recording.control_signal[0]
+    signal[0] = leading.signal
     limits = robot.velocity_limits
     at_drives = np.abs(robot.transmission_matrix) @ limits
     fastest = np.concatenate([limits, at_drives[[gear.drive for gear in coordinates.gears]]])

@@ -97,13 +97,15 @@ def extras_of(
     for k, (index, gear) in enumerate(loose, start=first):
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
         row = coordinates.across(index)
-        changing.append(np.concatenate([[k, 1.0, touching, -1, -1, 0], np.zeros(robot.n), row]))
+        changing.append(
+            np.concatenate([[k, 1.0, touching, -1, -1, 0, -1], np.zeros(robot.n), row, 0.0 * row])
+        )
     controller_step = h * substeps
     extras = Extras(
         tables=np.empty(0),
         curves=_curves(extra, coordinates, tables),
         errors=_errors(extra, robot, tables),
-        changing=np.array(changing).reshape(-1, CHANGING_HEAD + robot.n + coordinates.count),
+        changing=np.array(changing).reshape(-1, CHANGING_HEAD + robot.n + 2 * coordinates.count),
         warming=np.array(warming).reshape(-1, 5),
         laws=np.array(rows.laws).reshape(-1, 2 * LAW_CELLS + 1),
         chain=_chain(extra.drives, robot.n, h, controller_step),
@@ -131,7 +133,14 @@ def _contact(index: int, gear: Gear, coordinates: Coordinates) -> FloatArray:
 
 
 def _changes(torque: FrictionTorque) -> bool:
-    factors = (torque.curve, torque.course, torque.speed_factor, torque.load_row, torque.warming)
+    factors = (
+        torque.curve,
+        torque.course,
+        torque.speed_factor,
+        torque.load_row,
+        torque.warming,
+        torque.other_factor,
+    )
     return any(factor is not None for factor in factors)
 
 
@@ -144,6 +153,9 @@ def _changing(
     if torque.position_row is not None:
         moved = coordinates.at_drive(torque.position_row)
         position = moved[0] if moved else coordinates.lift(torque.position_row)
+    other = np.zeros(coordinates.count)
+    if torque.other_row is not None:
+        other = coordinates.lift(torque.other_row)
     head = [
         term,
         strength,
@@ -151,8 +163,9 @@ def _changing(
         tables.add(torque.course),
         tables.add(_over_speed(torque, coordinates.robot)),
         0 if torque.load_row is None else LOAD_SIDES[torque.load_side],
+        tables.add(torque.other_factor),
     ]
-    return np.concatenate([head, load, position])
+    return np.concatenate([head, load, position, other])
 
 
 def _over_speed(torque: FrictionTorque, robot: Robot) -> Table | None:

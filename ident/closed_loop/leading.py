@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,7 +40,9 @@ class Leading:
         robot: the arm.
         recording: whose initial state and sampling count.
         points, speeds: (controller samples, n) set-points at the drive outputs and their velocities.
-        added: (controller samples, n) control signal fed forward, or (0, n) where the controller does not.
+        added: (controller samples, n) control signal beside the controller's, or (0, n) where there is none:
+            fed forward, injected, and what forces from outside come to, which the drives do not show.
+        outside: (samples, n) of these the forces from outside, or (0, n).
         velocity: (n,) of the joints at the start.
         per_sample: controller samples per recorded sample.
         substeps: integration steps per controller sample.
@@ -51,14 +53,29 @@ class Leading:
     points: FloatArray
     speeds: FloatArray
     added: FloatArray
+    outside: FloatArray
     velocity: FloatArray
     per_sample: int
     substeps: int
+
+    @property
+    def signal(self) -> FloatArray:
+        """(n,) control signal that the arm feels at the start."""
+        first = self.recording.control_signal[0]
+        return np.asarray(first + self.outside[0]) if self.outside.size else first
+
+    def as_drives_show(self, run: SimulatedRun) -> SimulatedRun:
+        """A run with the control signals of the drives alone."""
+        if not self.outside.size:
+            return run
+        return replace(run, control_signal=run.control_signal - self.outside)
 
 
 def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Leading:
     if recording.reference is None:
         raise IdentificationError(f"{recording.name}: no position reference was recorded")
+    if not robot.controller.is_given:
+        raise IdentificationError("robot.toml describes no controller, so the loop cannot be simulated")
     per_sample = _controller_samples(robot, recording)
     robot = as_it_integrates(robot, recording)
     # Not the product of a library that spreads it over threads: small, and the same bits everywhere.
@@ -70,7 +87,30 @@ def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Lead
         substeps = max(1, int(np.ceil(robot.controller.sample_time / _LONGEST_STEP * (1 - 1e-9))))
     accelerations = set_point_accelerations(targets, recording.sample_time, per_sample, moving)
     added = fed_forward(robot.controller, speeds, accelerations)
-    return Leading(robot, recording, points, speeds, added, velocity, per_sample, substeps)
+    outside = np.empty((0, robot.n))
+    if recording.outside is not None:
+        outside = robot.control_signal(recording.outside)
+    for beside in _beside_the_controller(robot, recording, outside, per_sample):
+        added = added + beside if added.size else beside
+    return Leading(robot, recording, points, speeds, added, outside, velocity, per_sample, substeps)
+
+
+def _beside_the_controller(
+    robot: Robot, recording: Recording, outside: FloatArray, per_sample: int
+) -> list[FloatArray]:
+    """What is added to the control signal at each controller sample, (controller samples, n) each.
+
+    A drive holds what it was sent. Forces act without the delay of the controller's output.
+    """
+    found = []
+    if recording.added is not None:
+        found.append(np.repeat(recording.added, per_sample, axis=0))
+    if outside.size:
+        late = robot.controller.delay_samples / per_sample
+        samples = np.arange(outside.shape[0] * per_sample) / per_sample + late
+        known = np.arange(outside.shape[0])
+        found.append(np.stack([np.interp(samples, known, column) for column in outside.T], axis=1))
+    return found
 
 
 def _controller_samples(robot: Robot, recording: Recording) -> int:

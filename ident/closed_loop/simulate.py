@@ -60,7 +60,7 @@ def simulate_many(
     """
     leading = leading_of(model.robot, recording, substeps)
     structure = ModelStructure(model)
-    parts = [structure.parts(standard) for standard in standards]
+    parts = [structure.parts(standard).carrying(recording.load) for standard in standards]
     frames = chain_frames(structure.rigid_body)
     if frames is None or any(part.others for part in parts):
         _only_usual(parts)
@@ -98,9 +98,7 @@ def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leadin
     dynamics = DirectDynamics(structure, parts, recording.position[0], h)
     transmission = robot.transmission_matrix
     position, velocity = recording.position[0].copy(), leading.velocity.copy()
-    law = ControlLaw(
-        robot.controller, transmission @ position, recording.control_signal[0], transmission @ velocity
-    )
+    law = ControlLaw(robot.controller, transmission @ position, leading.signal, transmission @ velocity)
     # As in ``ident.kernels.loop``: velocities between steps, positions in the middle of each.
     position += 0.5 * h * velocity
     last = velocity
@@ -120,4 +118,4 @@ def run_in_python(structure: ModelStructure, parts: TorqueParts, leading: Leadin
             position = position + h * velocity
         if part == leading.per_sample - 1:
             check_stable(velocity, RUNAWAY * robot.velocity_limits, float(recording.time[sample]))
-    return run
+    return leading.as_drives_show(run)

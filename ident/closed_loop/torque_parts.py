@@ -29,6 +29,7 @@ from ident.errors import IdentificationError
 from ident.parameters.base import random_states
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
 
 _SHARP = 1e-6
@@ -58,6 +59,10 @@ class TorqueParts:
     friction: FrictionRows
     extra: SimulatedParts
     others: tuple[tuple[Effect, FloatArray], ...]
+
+    def carrying(self, load: Load | None) -> TorqueParts:
+        """The same while the arm carries a known body."""
+        return self if load is None else replace(self, links=self.links + load.links(self.links.shape[0]))
 
     @property
     def usual(self) -> bool:

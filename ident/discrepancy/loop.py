@@ -91,7 +91,7 @@ class Loop:
         if parts.others:
             raise IdentificationError(f"{parts.others[0][0].name} has no compiled simulation")
         leading = self.whole[substeps] if depends_on_time(parts.extra) else self.once[substeps]
-        return tuple(run_compiled(self.frames, one, parts) for one in leading)
+        return tuple(run_compiled(self.frames, one, parts.carrying(one.recording.load)) for one in leading)
 
     def torque(self, runs: Sequence[SimulatedRun]) -> FloatArray:
         """Drive torque of runs, rows × drives over all recordings."""
@@ -151,14 +151,7 @@ def _first_period(piece: PreparedRecording) -> Recording:
     samples = settled(piece) + (piece.period or 0)
     if samples >= recording.time.shape[0]:
         raise IdentificationError(f"{recording.name}: less than two periods after the first second")
-    reference = recording.reference
-    return Recording(
-        recording.name,
-        recording.time[:samples],
-        None if reference is None else reference[:samples],
-        recording.position[:samples],
-        recording.control_signal[:samples],
-    )
+    return recording.piece(slice(samples))
 
 
 def depends_on_time(extra: SimulatedParts) -> bool:

@@ -250,7 +250,9 @@ def _late(values: FloatArray, rows: int) -> FloatArray:
 
 def _at(motion: State, rows: IntArray) -> State:
     torque = None if motion.torque is None else motion.torque[rows]
-    return State(motion.position[rows], motion.velocity[rows], motion.acceleration[rows], None, torque)
+    return State(
+        motion.position[rows], motion.velocity[rows], motion.acceleration[rows], None, torque, motion.load
+    )
 
 
 def _drifts(effect: Placed) -> bool:

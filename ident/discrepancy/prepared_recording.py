@@ -13,8 +13,7 @@ from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
-from ident.parameters.identity_cache import IdentityCache
-from ident.preparation.observed_torque import observed_torque
+from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
 from ident.signals import (
     DecimationFilter,
@@ -22,11 +21,11 @@ from ident.signals import (
     decimate_index,
     decimation_reach,
     kept_samples,
-    low_pass,
     motion,
 )
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
+from robots.identity_cache import IdentityCache
 
 _EDGE = 5.0
 """Periods of the cut-off frequency at both ends in which a filtered acceleration is not to be trusted."""
@@ -150,13 +149,15 @@ def prepared_recording(
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
     time = recording.time + started
     everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
-    torque = observed_torque(robot, recording, everything, as_rows=as_identified)
     period = repeat_length(recording.reference, recording.sample_time)
-    if not as_identified and period is not None:
+    if not as_identified:
         # Both sides of the model through one filter: what is quicker then passes for nothing that is slower.
         # Where nothing repeats noise is told by how little it goes on from row to row, so it stays as it is.
-        torque = low_pass(torque, settings.cutoff_hz, recording.sample_time, settings.filter_order)
-    state = State(whole.position, whole.velocity, whole.acceleration, time, torque)
+        smooth = "positions" if period is not None else "none"
+        everything = everything.model_copy(update={"torque_filter": smooth})
+    torque = observed_torque(robot, recording, everything, as_rows=True)
+    carried = torque + load_torque(robot, recording, everything)
+    state = State(whole.position, whole.velocity, whole.acceleration, time, carried, recording.load)
     measured = _part(state, keep)
     kept_time = time[keep]
     return PreparedRecording(
@@ -215,7 +216,10 @@ def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> Flo
 
 def _part(state: State, keep: slice) -> State:
     time, torque = (None if part is None else part[keep] for part in (state.time, state.torque))
-    return State(state.position[keep], state.velocity[keep], state.acceleration[keep], time, torque)
+    position, velocity, acceleration = (
+        part[keep] for part in (state.position, state.velocity, state.acceleration)
+    )
+    return State(position, velocity, acceleration, time, torque, state.load)
 
 
 def _from_other_periods(state: State, period: int) -> State:

@@ -12,6 +12,7 @@ from ident.discrepancy.component import Component, at_point, inner, shapes_of, v
 from ident.discrepancy.deviations import deviations
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import Fit, at_measured, fitted
+from ident.discrepancy.gain_doubt import by_each_drive, scales_with_gains
 from ident.discrepancy.solved import solve
 from ident.effects.family import PlacedEffect, Shape
 from ident.parameters.present import Present
@@ -62,6 +63,7 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
         )
     ]
     effects = tuple(component.effect(examination, present) for component in components)
+    sigma = np.hypot(sigma, _of_gains(examination, effects, fit, matrix))
     starts = np.cumsum([len(component.shape) for component in components])[:-1]
     factors = fit.of_effects(parameters)
     per_shape = [
@@ -121,6 +123,35 @@ def _of_present(
     shifts = np.linalg.lstsq(matrix[:, seen] / size[seen], changes.T, rcond=np.sqrt(DEPENDENT))[0]
     sigma[seen] = np.sqrt(np.mean(shifts**2, axis=1)) / size[seen]
     return sigma
+
+
+def _of_gains(
+    examination: Examination, effects: Sequence[PlacedEffect], fit: Fit, matrix: FloatArray
+) -> FloatArray:
+    """Deviations (k,) that come of the drives' gains, against a prior: see :mod:`.gain_doubt`.
+
+    Args:
+        examination: of the present model.
+        effects: that were fitted.
+        fit: of them.
+        matrix: (N, k) columns and slopes, whose factors deviate.
+    """
+    variance = np.zeros(matrix.shape[1])
+    if examination.prior is None or examination.simulations:
+        return variance
+    size = np.linalg.norm(matrix, axis=0)
+    seen = size > 0.0
+    scaled = matrix[:, seen] / size[seen]
+    robot, cuts = examination.base.model.robot, np.cumsum([piece.rows for piece in examination.prepared])[:-1]
+    for effect, factors in zip(effects, fit.of_effects(fit.parameters), strict=True):
+        if not scales_with_gains(effect):
+            continue
+        torque = np.concatenate([piece.columns_of(effect) @ factors for piece in examination.prepared])
+        for off in by_each_drive(robot, torque):
+            white = examination.whiten(np.split(off[:, :, np.newaxis], cuts))
+            shift = np.linalg.lstsq(scaled, white[:, 0], rcond=np.sqrt(DEPENDENT))[0]
+            variance[seen] += (shift / size[seen]) ** 2
+    return np.asarray(np.sqrt(variance))
 
 
 def _slopes(

@@ -15,7 +15,6 @@ from ident.discrepancy.prepared_recording import PreparedRecording, prepared_rec
 from ident.discrepancy.prior import Prior
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
-from ident.recording import Recording
 from robots.arrays import FloatArray
 
 _log = logging.getLogger(__name__)
@@ -54,11 +53,10 @@ def with_self_simulation(
 
 
 def _as_prepared(examination: Examination, piece: PreparedRecording, run: SimulatedRun) -> PreparedRecording:
-    recording = Recording(
-        f"self-simulation of {piece.recording.name}",
-        piece.recording.time,
-        piece.recording.reference,
-        run.position,
-        run.control_signal,
+    recording = replace(
+        piece.recording,
+        name=f"self-simulation of {piece.recording.name}",
+        position=run.position,
+        control_signal=run.control_signal,
     )
     return prepared_recording(examination.base.model.robot, recording, piece.started)

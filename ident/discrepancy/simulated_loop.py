@@ -70,4 +70,5 @@ def _motion(loop: Loop, piece: PreparedRecording, run: SimulatedRun) -> State:
         acceleration[index],
         piece.recording.time[index],
         torque[index],
+        piece.recording.load,
     )

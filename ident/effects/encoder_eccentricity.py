@@ -55,6 +55,7 @@ def _make(
             state.velocity - np.outer(speed, back),
             state.acceleration - np.outer(change, back),
             state.time,
+            load=state.load,
         )
         return (present.torque(true) - recorded) / step
 

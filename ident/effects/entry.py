@@ -9,20 +9,26 @@ from typing import Any, Self
 
 @dataclass(frozen=True)
 class EffectEntry:
-    """A placed effect as plain values: what a model file holds. Joints count from 1."""
+    """A placed effect as plain values: what a model file holds. Joints count from 1.
+
+    ``source`` says where a term came from; it is empty where an effect has a name.
+    """
 
     name: str
     joints: tuple[int, ...]
     shape: Mapping[str, float]
+    source: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """As model files, ``--json`` and the catalogue have it."""
-        return {"effect": self.name, "joints": list(self.joints), "shape": dict(self.shape)}
+        values = {"effect": self.name, "joints": list(self.joints), "shape": dict(self.shape)}
+        return values | ({"source": self.source} if self.source else {})
 
     @classmethod
     def of_json(cls, values: Mapping[str, Any]) -> Self:
         """The same back."""
-        return cls(values["effect"], tuple(values["joints"]), dict(values["shape"]))
+        source = values.get("source", "")
+        return cls(values["effect"], tuple(values["joints"]), dict(values["shape"]), source)
 
 
 def joint_words(joints: Sequence[int]) -> str:

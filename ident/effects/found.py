@@ -13,22 +13,25 @@ from ident.effects.placed import Placed
 class Found(Placed):
     """A placed effect with its shape as it was found.
 
-    ``kept`` says which of its linear parameters the model has; the others stay zero.
+    ``kept`` says which of its linear parameters the model has; the others stay zero. ``source`` says where a
+    term came from.
     """
 
     kept: tuple[bool, ...] = ()
+    source: str = ""
 
     @classmethod
-    def of(cls, placed: Placed, taken: Collection[str]) -> Found:
+    def of(cls, placed: Placed, taken: Collection[str], source: str = "") -> Found:
         """All parameters of a placed effect, under names that nothing in the model has yet.
 
         Args:
             placed: the effect.
             taken: parameter names of the model that it is added to.
+            source: where a term came from.
         """
         values = {name: getattr(placed, name) for name in Placed.__dataclass_fields__}
         own = unused(values.pop("parameters"), taken)
-        return cls(**values, parameters=own, kept=(True,) * len(own))
+        return cls(**values, parameters=own, kept=(True,) * len(own), source=source)
 
     def keeping(self, kept: tuple[bool, ...]) -> Found:
         """The same with these of its parameters."""

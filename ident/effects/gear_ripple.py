@@ -82,6 +82,7 @@ def _make(
             state.velocity + _SMALL * np.outer(error_rate, back),
             state.acceleration + _SMALL * np.outer(error_push, back),
             state.time,
+            load=state.load,
         )
         # The error's slope is a lever: what passes through an inexact gear is power, not torque.
         lever = waves * np.cos(phase) * drive_torque(robot, still, drive)

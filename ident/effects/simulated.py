@@ -156,7 +156,9 @@ class FrictionTorque:
         course: a factor over time (of the recording, s), if any.
         load_row: (n,) if its size follows a load: |load_row · torque of the links|.
         load_side: where it follows the load: while the speed drives it (load · speed ≥ 0), while it is driven
-            by the load, or both; or both, and by the square of the load.
+            by the load, or both; or both, and by the square of the load; or with the load's sign, by the load
+            or its square.
+        other_row, other_factor: a factor over another speed (that before the step), if any; both or none.
         warming: if its size follows the warmth of the gear, W, which its speed heats.
     """
 
@@ -169,8 +171,10 @@ class FrictionTorque:
     curve: Table | None = None
     course: Table | None = None
     load_row: FloatArray | None = None
-    load_side: Literal["both", "driving", "driven", "square"] = "both"
+    load_side: Literal["both", "driving", "driven", "square", "signed", "signed square"] = "both"
     warming: Warming | None = None
+    other_row: FloatArray | None = None
+    other_factor: Table | None = None
 
 
 @dataclass(frozen=True)

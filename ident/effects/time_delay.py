@@ -6,20 +6,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
+from ident.effects.placed import Family, Law, Parameters, Parts, along, drive_torque, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 _LEAST = 1e-4
 """s; the torque is linear in a shift of the motion this small."""
-_ABOUT = 2.0
-"""A delay is at most so many times longer or shorter than the shift of its column."""
-_SHORT = 1e-3
+_ABOUT = 2.0**0.5
+"""A delay is at most so many times longer or shorter than its column's shift: half a step of the grid."""
+_SHORT = 1.5e-3
 """s; the column of a shift this short stands for all that is shorter, too."""
 _FEWEST = 4
 """Samples that a motion can be shifted with."""
-_SHIFTS = (-0.012, -0.007, -0.003, -0.001, 0.001, 0.003, 0.007, 0.012)
+_SHIFTS = (-0.012, -0.006, -0.003, -0.0015, 0.0015, 0.003, 0.006, 0.012)
 """s; positive where positions are late, negative where control signals are."""
 
 
@@ -50,10 +50,9 @@ def _make(
         time, state = state.time, present.low_cutoff(state)
         moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
-        shifted = motion @ moving.T
-        ahead = CubicSpline(time, shifted)(np.clip(time + shift, time[0], time[-1])) - shifted
+        ahead = (state.ahead(shift) - motion) @ moving.T
         position, velocity, acceleration = (motion + ahead).transpose(1, 0, 2)
-        moved = State(position, velocity, acceleration, time)
+        moved = State(position, velocity, acceleration, time, load=state.load)
         change = (present.torque(moved) - present.torque(state)) @ showing
         return (change / shift)[:, :, np.newaxis]
 
@@ -86,15 +85,14 @@ def _acting(
     """A drive's torque follows its control signal late: the signal is the torque of some time ahead."""
     (ahead,), drive = shape, place.joints[0]
     transmission = robot.transmission_matrix
-    own = np.linalg.inv(transmission)[:, [drive]] @ transmission[[drive]]
 
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
         time, state = state.time, present.low_cutoff(state)
-        torque = present.torque(state) @ own
+        torque = drive_torque(robot, present.torque(state), drive)
         later = CubicSpline(time, torque)(np.clip(time + ahead, time[0], time[-1]))
-        return np.asarray((later - torque) / ahead)[:, :, np.newaxis]
+        return along(transmission[drive], (later - torque) / ahead)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, delay=max(0.0, float(values[0]))),))

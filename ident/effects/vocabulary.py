@@ -12,7 +12,9 @@ from pkgutil import iter_modules
 from ident import effects
 from ident.effects.entry import EffectEntry
 from ident.effects.family import PlacedEffect, PresentModel
+from ident.effects.found import Found
 from ident.effects.placed import Family, Placed
+from ident.effects.term_family import TERM, is_term, term_family
 from ident.errors import IdentificationError
 from robots.description import Robot
 
@@ -56,12 +58,22 @@ def confused_with(name: str) -> tuple[str, ...]:
     )
 
 
+def hidden_from_motion(one: str, other: str) -> bool:
+    """Whether no motion tells two names of the vocabulary apart at one place: it is declared on either."""
+    pairs = {(family.name, name) for family in VOCABULARY for name in family.not_by_motion}
+    return (one, other) in pairs or (other, one) in pairs
+
+
 def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
     """The form of a name of the vocabulary that has these shapes; the first one where none has.
+
+    A term's name is its formula; it has one form.
 
     Raises:
         IdentificationError: no such name.
     """
+    if is_term(name):
+        return term_family(robot, name.removeprefix(TERM))
     family = family_named(name)
     for form in family.nested:
         places = form.places(robot)
@@ -77,6 +89,7 @@ def entry_of(robot: Robot, placed: PlacedEffect) -> EffectEntry:
         placed.name,
         tuple(joint + 1 for joint in placed.place.joints),
         dict(values),
+        placed.source if isinstance(placed, Found) else "",
     )
 
 

@@ -42,7 +42,8 @@ class Prepared:
 @dataclass(frozen=True)
 class Fits:
     """The estimates; ``reason`` says why there are no instruments, ``impossible`` whether that is
-    because the estimated arm cannot be simulated."""
+    because the estimated arm cannot be simulated. ``of_loads`` (b, b) is what the covariance of each holds
+    of what is not known of the bodies that the arm carried; None where all is."""
 
     least_squares: LinearFit
     instrumental: LinearFit | None
@@ -50,6 +51,27 @@ class Fits:
     alternatives: Mapping[str, LinearFit]
     reason: str = ""
     impossible: bool = False
+    of_loads: FloatArray | None = None
+
+    def each(self, change: Callable[[LinearFit], LinearFit]) -> Fits:
+        """The same with every estimate changed."""
+        return replace(
+            self,
+            least_squares=change(self.least_squares),
+            instrumental=None if self.instrumental is None else change(self.instrumental),
+            alternatives={name: change(fit) for name, fit in self.alternatives.items()},
+        )
+
+    def widened(self, spread: Callable[[LinearFit], FloatArray | None]) -> Fits:
+        """With covariances that hold what is not known of bodies that the arm carried."""
+        more = spread(self.least_squares)
+        if more is None:
+            return self
+
+        def wide(fit: LinearFit) -> LinearFit:
+            return replace(fit, covariance=fit.covariance + more)
+
+        return replace(self.each(wide), of_loads=more)
 
 
 def all_fits(

@@ -12,6 +12,7 @@ from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows
 from robots.arrays import BoolArray, FloatArray
 from robots.payload import Payload
+from robots.pseudo_inertia import LINK_SIZE
 from robots.standard import LINK_SYMBOLS
 
 BELIEVED = 0.3
@@ -20,6 +21,7 @@ it is, and moves one that is seen to 1 % by a thousandth of what it is off."""
 
 _ITERATIONS = 50
 _HALVINGS = 20
+_DEPENDENT = 1e-9
 _STILL = 1e-3
 """Length of a step in units of σ at which the iteration has converged."""
 
@@ -30,7 +32,8 @@ class GainProblem:
 
     Attributes:
         signal: samples × drives, w = g⁰ v_τ, N·m (or N).
-        columns: samples × drives × P, A; friction has columns of its own where the payload is on.
+        columns: samples × drives × P, A; friction has columns of its own where the payload is on, and what
+            is not known of the payload.
         known: samples × drives, d: the torque of the payload.
         used: samples × drives.
         names: (P,).
@@ -48,14 +51,18 @@ class GainProblem:
         to_drives = np.linalg.inv(robot.transmission_matrix.T)
         signal = rows.torque @ to_drives.T
         columns = np.einsum("kj,sjb->skb", to_drives, rows.regressor, optimize=True)
-        added = np.zeros(base.relation.shape[1])
-        added[: 10 * robot.n] = payload.parameters(robot)
-        known = (columns @ (base.relation @ added)) * loaded[:, np.newaxis]
+        load = payload.load(robot)
+        first = LINK_SIZE * load.link
+        of_link = base.relation[:, first : first + LINK_SIZE]
+        known = (columns @ (of_link @ load.ten)) * loaded[:, np.newaxis]
         needs = to_drives != 0.0
         used = np.stack([rows.used[:, row].all(axis=1) for row in needs], axis=1)
         apart = ~_inertial(base)
+        unknown = columns @ _directions(of_link[:, list(load.unknown)])
         columns = np.concatenate([columns, columns[:, :, apart] * loaded[:, np.newaxis, np.newaxis]], axis=2)
         names = (*base.names, *(f"{n} loaded" for n, a in zip(base.names, apart, strict=True) if a))
+        columns = np.concatenate([columns, unknown * loaded[:, np.newaxis, np.newaxis]], axis=2)
+        names = (*names, *(f"payload {k + 1}" for k in range(unknown.shape[2])))
         return cls(signal, columns, known, used, names)
 
     def predicted(self, beta: FloatArray, inverse: FloatArray) -> FloatArray:
@@ -133,6 +140,14 @@ class GainProblem:
     def _stacked(self, values: FloatArray, columns: FloatArray) -> Stacked:
         none = np.zeros(values.shape[0])
         return stack(Rows(none, none.astype(np.int64), values, columns, self.used))
+
+
+def _directions(of_unknown: FloatArray) -> FloatArray:
+    """(b, d) orthonormal: what the unknown figures of the payload can do to the base parameters (b, k)."""
+    if not of_unknown.size:
+        return of_unknown
+    left, values, _ = np.linalg.svd(of_unknown, full_matrices=False)
+    return np.asarray(left[:, values > _DEPENDENT * values[0]])
 
 
 def _inertial(base: BaseParameters) -> BoolArray:

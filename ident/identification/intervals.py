@@ -94,6 +94,30 @@ def deviations(
     return Deviations(np.sqrt(chance), np.sqrt(timing), np.sqrt(reversals))
 
 
+def half_widths(
+    prepared: Prepared,
+    recordings: tuple[Recording, ...],
+    fit: LinearFit,
+    instruments: FloatArray | None,
+    more: FloatArray | None,
+    alone: LinearFit | None,
+) -> FloatArray:
+    """(b,) half of the interval that covers 95 %.
+
+    Args:
+        prepared, recordings, fit, instruments: as of :func:`deviations`.
+        more: (b, b) covariance that is no matter of the rows.
+        alone: the estimate without what was known before of some parameters, which narrows the interval as
+            it does σ.
+    """
+    half = deviations(prepared, recordings, fit, instruments).half_width
+    if more is not None:
+        half = np.hypot(half, QUANTILE * np.sqrt(np.diag(more)))
+    if alone is not None and alone is not fit:
+        half = half * np.sqrt(np.diag(fit.covariance) / np.diag(alone.covariance))
+    return np.asarray(half)
+
+
 class _Map:
     """The linear map from weighted torques to an estimate, (ZᵀX)⁻¹Zᵀ; rows that it leaves out are 0 in Z."""
 

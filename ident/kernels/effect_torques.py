@@ -9,6 +9,8 @@ from ident.kernels.values import (
     CHANGING_HEAD,
     LOAD_BOTH,
     LOAD_DRIVING,
+    LOAD_SIGNED,
+    LOAD_SIGNED_SQUARE,
     LOAD_SQUARE,
     TERM_HEAD,
     Arm,
@@ -205,9 +207,22 @@ def of_load(load: float, speed: float, side: float) -> float:
     """The size of a load where a term with this speed follows it: see ``LOAD_SIDES``."""
     if side == LOAD_SQUARE:
         return load * load
+    if side == LOAD_SIGNED:
+        return load
+    if side == LOAD_SIGNED_SQUARE:
+        return load * abs(load)
     if side != LOAD_BOTH and (load * speed >= 0.0) != (side == LOAD_DRIVING):
         return 0.0
     return abs(load)
+
+
+@compiled
+def _along(coordinates: IntArray, rows: FloatArray, k: int, first: int, values: FloatArray) -> float:
+    """A row of coordinates that begins at column ``first`` of row k, times their values (m,)."""
+    found = 0.0
+    for j in range(len(coordinates)):
+        found += rows[k, first + j] * values[j]
+    return found
 
 
 @compiled
@@ -233,17 +248,16 @@ def change_strengths(
             int(changing[k, 4]),
         )
         if over_position >= 0:
-            x = 0.0
-            for j in range(len(coordinates)):
-                x += changing[k, CHANGING_HEAD + n + j] * q[j]
+            x = _along(coordinates, changing, k, CHANGING_HEAD + n, q)
             factor *= look_up(values, tables, over_position, x)[0]
         if over_time >= 0:
             factor *= look_up(values, tables, over_time, time)[0]
-        speed = 0.0
-        for j in range(len(coordinates)):
-            speed += terms[int(changing[k, 0]), TERM_HEAD + j] * v[j]
+        speed = _along(coordinates, terms, int(changing[k, 0]), TERM_HEAD, v)
         if over_speed >= 0:
             factor *= look_up(values, tables, over_speed, speed)[0]
+        if changing[k, 6] >= 0.0:
+            other = _along(coordinates, changing, k, CHANGING_HEAD + n + len(coordinates), v)
+            factor *= look_up(values, tables, int(changing[k, 6]), other)[0]
         if changing[k, 5] != 0.0:
             load = 0.0
             for i in range(n):

@@ -22,13 +22,20 @@ TERM_HEAD = 4
 LAW_CELLS = 2048
 """Cells of a tabulated law on either side of zero speed."""
 
-CHANGING_HEAD = 6
+CHANGING_HEAD = 7
 """Columns of ``Extras.changing`` before its rows."""
 
-LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN, LOAD_SQUARE = 1, 2, 3, 4
-LOAD_SIDES = {"both": LOAD_BOTH, "driving": LOAD_DRIVING, "driven": LOAD_DRIVEN, "square": LOAD_SQUARE}
+LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN, LOAD_SQUARE, LOAD_SIGNED, LOAD_SIGNED_SQUARE = 1, 2, 3, 4, 5, 6
+LOAD_SIDES = {
+    "both": LOAD_BOTH,
+    "driving": LOAD_DRIVING,
+    "driven": LOAD_DRIVEN,
+    "square": LOAD_SQUARE,
+    "signed": LOAD_SIGNED,
+    "signed square": LOAD_SIGNED_SQUARE,
+}
 """When the strength of a speed term follows a load: always, while load · speed ≥ 0, while it is below; or
-always, and by its square."""
+always, and by its square; or with its sign."""
 
 Axes = tuple[int, ...]
 """(0, 1, … n − 1): the compiler knows the length of a tuple, so it can unroll what goes over the axes."""
@@ -155,9 +162,9 @@ class Extras(NamedTuple):
     curves: FloatArray
     """(C, 2 + 2m) torque over a position: table, table over time, position row, torque row."""
     changing: FloatArray
-    """(G, 6 + n + m) terms whose strength changes: term, its constant strength, tables over a position, over
-    time and over the term's speed, one of ``LOAD_SIDES`` where the strength follows the load; load row (of
-    link torques) and position row."""
+    """(G, 7 + n + 2m) terms whose strength changes: term, its constant strength, tables over a position, over
+    time and over the term's speed, one of ``LOAD_SIDES`` where the strength follows the load, table over
+    another speed; load row (of link torques), position row and row of that speed."""
     warming: FloatArray
     """(W, 5) those that follow the warmth of a gear: term, share of the warmth that a step leaves, dry
     and viscous friction that heat, warmth at the start, W."""

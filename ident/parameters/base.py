@@ -18,13 +18,16 @@ from ident.effects import Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import StandardParameter
 from ident.effects.found import Found
-from ident.parameters.chain import along_chain
+from ident.parameters.chain import chain_torque
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
 
-_RANK_TOLERANCE = 1e-8
-"""A column of unit norm whose part orthogonal to those before is below this depends on them."""
+_RANK_TOLERANCE = 1e-6
+"""A column of unit norm whose part orthogonal to those before is below this depends on them.
+
+Covariances are made of XᵀX, where such a column leaves the square of it: four digits above rounding.
+"""
 
 _SMALLEST_RELATION = 1e-7
 """Regrouping factors below this (relative to the columns' scale) are rounding, not structure."""
@@ -107,13 +110,13 @@ class BaseParameters:
                 continue
             chain = chain_frames(effect.model) if isinstance(effect, RigidBody) else None
             if chain is None or not isinstance(effect, RigidBody):
-                torque += effect.columns(state) @ standard[own]
+                torque += np.tensordot(effect.columns(state), standard[own], axes=1)
             else:
                 gravity = np.array(effect.model.gravity.linear, dtype=np.float64)
                 links = standard[own].reshape(-1, 10)
-                torque += along_chain(
+                torque += chain_torque(
                     chain, links, gravity, state.position, state.velocity, state.acceleration
-                )[0]
+                )
         return torque
 
     def with_effects(self, effects: Sequence[Effect], kept: BoolArray) -> BaseParameters:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,12 +14,13 @@ from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import along_chain
-from ident.parameters.identity_cache import IdentityCache
+from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
+from robots.carried import Load
 from robots.description import Robot
+from robots.identity_cache import IdentityCache
 
 _LIGHT = 1e-6
 """kg; far below what any torque shows."""
@@ -77,17 +78,18 @@ class Present:
         return self._link_torques.of(state, lambda: self._link_torque(state))
 
     def _torque(self, state: State) -> FloatArray:
-        total = self.link_torque(state)
+        total = self.link_torque(state).copy()
         for effect, values in self._effects():
             if not (isinstance(effect, RigidBody) or _is_load(effect)):
-                total = total + effect.columns(state) @ values
+                total += np.tensordot(effect.columns(state), values, axes=1)
         return total
 
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            return self._along(chain, state.position, state.velocity, state.acceleration)[0]
-        model = self._links()
+            motion = (state.position, state.velocity, state.acceleration)
+            return chain_torque(chain, self._link_parameters(state.load), self._gravity, *motion)
+        model = self._links(state.load)
         data = model.createData()
         torque = np.zeros_like(state.position)
         for k in range(state.position.shape[0]):
@@ -102,8 +104,7 @@ class Present:
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            still = np.zeros_like(position)
-            return self._along(chain, position, still, still)[1]
+            return chain_masses(chain, self._link_parameters(), position)
         model = self._links()
         data = model.createData()
         samples, joints = position.shape
@@ -171,21 +172,19 @@ class Present:
     def _rigid_body(self) -> RigidBody:
         return next(effect for effect in self.model.effects if isinstance(effect, RigidBody))
 
-    def _along(
-        self, frames: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        return along_chain(frames, self._link_parameters(), self._gravity, position, velocity, acceleration)
-
-    def _link_parameters(self) -> FloatArray:
+    def _link_parameters(self, carried: Load | None = None) -> FloatArray:
+        """(n, 10), with what was found on them and with a known body that the arm carries."""
         values = next(own for effect, own in self._effects() if isinstance(effect, RigidBody)).reshape(-1, 10)
+        if carried is not None:
+            values = values + carried.links(values.shape[0])
         return np.ascontiguousarray(
             sum((load.links for load in self._loads if load.links is not None), values)
         )
 
-    def _links(self) -> pinocchio.Model:
+    def _links(self, carried: Load | None = None) -> pinocchio.Model:
         loaded = self._rigid_body.model.copy()
         loaded.gravity.linear = self._gravity
-        for joint, ten in enumerate(self._link_parameters(), start=1):
+        for joint, ten in enumerate(self._link_parameters(carried), start=1):
             loaded.inertias[joint] = _inertia(ten)
         return loaded
 
@@ -217,4 +216,4 @@ def low_cutoff_motion(robot: Robot, state: State) -> State:
         low_pass_where_sampled(part, state.time, cutoff, settings.filter_order)
         for part in (state.position, state.velocity, state.acceleration)
     )
-    return State(position, velocity, acceleration, state.time, state.torque)
+    return replace(state, position=position, velocity=velocity, acceleration=acceleration)

@@ -14,9 +14,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ident.effects import RigidBody, State
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
-from ident.signals import AlignedControlSignal, decimate, differentiate, kept_samples, low_pass
+from ident.signals import (
+    AlignedControlSignal,
+    decimate,
+    differentiate,
+    kept_samples,
+    low_pass,
+    motion,
+)
 from robots.arrays import FloatArray
 from robots.description import Identification, Robot
 
@@ -25,6 +33,9 @@ def observed_torque(
     robot: Robot, recording: Recording, settings: Identification, *, as_rows: bool = False
 ) -> FloatArray:
     """Joint torques of the rows, N·m (or N): τ = Tᵀ g_τ v_τ at the instants of the positions, decimated.
+
+    Less that of a known body that the arm carries, and with that of forces from outside: what is left is the
+    arm's own. A body moves with the positions, so its torque is of the motion that the columns are of.
 
     Args:
         robot: gains, transmission and controller.
@@ -51,26 +62,38 @@ class ObservedTorque:
         robot: gains and transmission.
         signal: of the recording.
         settings: filters and decimation; not their lag.
+        carried: samples × joints torque of a known body that the arm carries.
     """
 
     robot: Robot
     signal: AlignedControlSignal
     settings: Identification
+    carried: FloatArray
 
     @classmethod
     def of(cls, robot: Robot, recording: Recording, settings: Identification) -> ObservedTorque:
         if settings.control_signal_reading == "sampled":
             recording = with_mean_control_signal(robot, recording)
-        return cls(robot, AlignedControlSignal(recording, _hold(robot, recording, settings)), settings)
+        # Of any length: rows are counted where they are made.
+        everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
+        carried = load_torque(robot, recording, everything)
+        signal = AlignedControlSignal(recording, _hold(robot, recording, settings))
+        return cls(robot, signal, settings, carried)
 
     def at(self, lag: float) -> FloatArray:
         """Torque, N·m (or N), with the control signal ``lag`` seconds late, through the rows' filter."""
-        torque = self.robot.joint_torque(self.signal.at(lag))
-        return self._rows(self._smooth(torque) if self.settings.torque_filter == "positions" else torque)
+        torque = self._of_arm(lag)
+        smooth = self._smooth(torque) if self.settings.torque_filter == "positions" else torque
+        return self._rows(smooth - self.carried)
 
     def unfiltered_at(self, lag: float) -> FloatArray:
         """The same without the low-pass of the positions."""
-        return self._rows(self.robot.joint_torque(self.signal.at(lag)))
+        return self._rows(self._of_arm(lag) - self.carried)
+
+    def _of_arm(self, lag: float) -> FloatArray:
+        torque = self.robot.joint_torque(self.signal.at(lag))
+        outside = self.signal.recording.outside
+        return torque if outside is None else torque + outside
 
     def rate_at(self, lag: float) -> FloatArray:
         """dτ/dt, N·m/s (or N/s): what a shift in time adds to the torque."""
@@ -85,6 +108,17 @@ class ObservedTorque:
     def _rows(self, values: FloatArray) -> FloatArray:
         keep = kept_samples(values.shape[0], self.settings)
         return decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
+
+
+def load_torque(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:
+    """Joint torque of the known body that the arm carries, at the filtered motion, kept samples × joints."""
+    load = recording.load
+    if load is None or not load.ten.any():
+        return np.zeros_like(recording.position[kept_samples(recording.time.shape[0], settings)])
+    moved = motion(recording.time, recording.position, settings)
+    state = State(moved.position, moved.velocity, moved.acceleration)
+    of_link = RigidBody(robot).columns_from(load.link, state)[:, :, : load.ten.size]
+    return np.asarray(of_link @ load.ten)
 
 
 def _hold(robot: Robot, recording: Recording, settings: Identification) -> float:

@@ -205,3 +205,20 @@ def test_captures_in_the_wrong_place_are_noticed(base: BaseParameters, truth: np
 def test_one_kind_of_capture_is_not_enough(base: BaseParameters) -> None:
     with pytest.raises(IdentificationError, match="no capture without the payload"):
         identify_drive_gains(base, (), (None,), PAYLOAD)  # type: ignore[arg-type]
+
+
+def test_of_the_mass_alone_the_gains_that_it_loads_are_found(
+    base: BaseParameters, truth: np.ndarray, tx40: Robot
+) -> None:
+    rows, loaded = rows_of(base, truth, PAYLOAD, 1)
+    fit = drive_gains_of_rows(base, rows, loaded, Payload(PAYLOAD.mass))
+    known = drive_gains_of_rows(base, rows, loaded, PAYLOAD)
+    true = tx40.gains * (1 + CHANGES)
+    off = np.array([(g.value - t) / g.sigma for g, t in zip(fit.gains, true, strict=True)])
+    assert np.abs(off).max() < 4.0
+    # Mass alone loads shoulder and elbow; the wrist's gains are known by centre and inertia.
+    assert all(fit.gains[k].relative_sigma < 0.03 for k in (1, 2))
+    assert all(one.sigma >= 0.99 * other.sigma for one, other in zip(fit.gains, known.gains, strict=True))
+    assert fit.gains[5].payload_share == 0.0
+    assert not fit.gains[5].seen
+    assert known.gains[5].seen

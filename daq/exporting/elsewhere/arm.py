@@ -6,11 +6,20 @@ any split of a regrouped parameter gives the same torque.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from daq.exporting.elsewhere.found import (
+    Added,
+    Coupling,
+    FoundEffect,
+    added,
+    found_effects,
+    merged,
+    not_held,
+)
 from daq.files.model_file import ModelFile, ModelFileError
 from ident import BaseParameters, RegressorModel, base_parameters
 from ident.effects.wrist_coupling import coupled_drives
@@ -19,25 +28,6 @@ from ident.estimators.consistent import consistent_fit, consistent_standard, req
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.pseudo_inertia import LINK_SIZE, impossible_links
-
-
-@dataclass(frozen=True)
-class Coupling:
-    """A drive that moves with more than one joint.
-
-    Attributes:
-        name: of the drive.
-        row: (n,) how its output moves with the joints.
-        inertia: kg·m² (or kg) at its output.
-        viscous: N·m·s/rad (or N·s/m).
-        coulomb: N·m (or N).
-    """
-
-    name: str
-    row: FloatArray
-    inertia: float
-    viscous: float
-    coulomb: float
 
 
 @dataclass(frozen=True)
@@ -52,8 +42,10 @@ class IdentifiedArm:
         damping: viscous friction, coupled drives included.
         friction: Coulomb friction, without that of coupled drives.
         offset: torque at rest without a load.
-        couplings: drives that move with more than one joint.
-        lost: what is in the model and in none of these terms, one sentence each.
+        couplings: drives, and shafts that were found, that move with more than one joint.
+        said: what was changed or left out to get these terms, one sentence each.
+        found: effects that were found. Those that are bodies, shafts, friction, offsets or a tilt are in the
+            terms above, and gravity in that of ``robot``.
     """
 
     robot: Robot
@@ -64,7 +56,12 @@ class IdentifiedArm:
     friction: FloatArray
     offset: FloatArray
     couplings: tuple[Coupling, ...]
-    lost: tuple[str, ...]
+    said: tuple[str, ...]
+    found: tuple[FoundEffect, ...] = ()
+
+    def lost(self, held: Collection[str]) -> tuple[str, ...]:
+        """What a format lacks that holds these found effects, one sentence each."""
+        return (*self.said, *not_held(self.found, held))
 
     @property
     def heading(self) -> str:
@@ -100,15 +97,26 @@ def identified_arm(robot: Robot, model: ModelFile) -> IdentifiedArm:
             f"has no parameter {missing[0]}; allowed: a model of {robot.name} as it is described now;"
             f" armhil identify CAPTURE --robot {robot.name} --out FOLDER makes one"
         )
-    standard, remark = _standard(base, model)
-    return _in_common_terms(base, model, standard, [remark] if remark else [])
+    found = found_effects(robot, model)
+    more = added(robot, found)
+    standard, remark = _standard(base, model, more)
+    return _in_common_terms(base, model, standard, [remark] if remark else [], found, more)
 
 
-def _standard(base: BaseParameters, model: ModelFile) -> tuple[FloatArray, str]:
-    """Standard parameters (p,) of an arm that can exist, and what was changed for that."""
+def _standard(base: BaseParameters, model: ModelFile, more: Added) -> tuple[FloatArray, str]:
+    """Standard parameters (p,) of an arm that can exist, and what was changed for that.
+
+    A payload and rotors that were found are part of it: the last link with its load has to be a body.
+    """
     names = [parameter.name for parameter in model.parameter]
     order = [names.index(name) for name in base.names]
-    beta = model.values[order]
+    n = base.model.robot.n
+    change = np.zeros(len(base.model.names))
+    change[LINK_SIZE * (n - 1) : LINK_SIZE * n] = more.payload
+    for place, parameter in enumerate(base.model.parameters):
+        if parameter.symbol == "Ia" and parameter.joint is not None:
+            change[place] = more.armature[parameter.joint]
+    beta = model.values[order] + base.regroup(change)
     nearest = base.standard_from(beta, base.model.prior())
     if not impossible_links(_links(base, nearest)) and (_links(base, nearest)[:, 0] > 0).all():
         return nearest, ""
@@ -133,9 +141,14 @@ def _links(base: BaseParameters, standard: FloatArray) -> FloatArray:
 
 
 def _in_common_terms(
-    base: BaseParameters, model: ModelFile, standard: FloatArray, lost: Sequence[str]
+    base: BaseParameters,
+    model: ModelFile,
+    standard: FloatArray,
+    remarks: Sequence[str],
+    found: tuple[FoundEffect, ...],
+    more: Added,
 ) -> IdentifiedArm:
-    robot, said = base.model.robot, list(lost)
+    robot, said = base.model.robot, list(remarks)
     by_symbol: dict[str, FloatArray] = {}
     for parameter, value in zip(base.model.parameters, standard.tolist(), strict=True):
         if parameter.joint is not None:
@@ -146,11 +159,6 @@ def _in_common_terms(
         damping = (by_symbol["Fvp"] + by_symbol["Fvn"]) / 2
         friction = (by_symbol["Fcp"] + by_symbol["Fcn"]) / 2
         said += _asymmetric(robot, by_symbol)
-    said += [
-        f"Found effect: {one.effect.replace('_', ' ')}"
-        + (f" at joint {', '.join(map(str, one.joints))}." if one.joints else ".")
-        for one in model.found
-    ]
     couplings = tuple(
         Coupling(
             f"drive_{drive + 1}",
@@ -160,15 +168,16 @@ def _in_common_terms(
         for drive in coupled_drives(robot)
     )
     return IdentifiedArm(
-        robot,
+        robot.model_copy(update={"gravity": tuple((np.array(robot.gravity) + more.gravity).tolist())}),
         model,
         _links(base, standard),
         _not_negative("rotor inertia", by_symbol["Ia"], robot, said),
-        _not_negative("viscous friction", damping, robot, said),
-        _not_negative("Coulomb friction", friction, robot, said),
-        by_symbol.get("off", np.zeros(robot.n)),
-        couplings,
+        _not_negative("viscous friction", damping + more.damping, robot, said),
+        _not_negative("Coulomb friction", friction + more.friction, robot, said),
+        by_symbol.get("off", np.zeros(robot.n)) + more.offset,
+        merged((*couplings, *more.couplings)),
         tuple(said),
+        found,
     )
 
 

@@ -11,6 +11,7 @@ from textwrap import wrap
 from typing import Any
 
 from daq.exporting.elsewhere.arm import IdentifiedArm
+from daq.exporting.elsewhere.found import BODIES, TILT
 from daq.exporting.elsewhere.frames import joint_frames
 
 _C = """/* {heading}
@@ -125,6 +126,7 @@ _COUPLED = """  for (int k = 0; k < {count}; ++k) {{
 
 def c_header(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
     """The C header, and what is not in it."""
+    lost = arm.lost(BODIES | {TILT})
     name, n, frames = c_name(arm.robot.name), arm.robot.n, joint_frames(arm.robot)
     couplings = coupled = ""
     if arm.couplings:
@@ -144,7 +146,7 @@ def c_header(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
         name=name,
         guard=name.upper(),
         n=n,
-        lost="".join(f" * {line}\n" for one in arm.lost for line in wrap(f"- {one}".replace("*/", ""), 100)),
+        lost="".join(f" * {line}\n" for one in lost for line in wrap(f"- {one}".replace("*/", ""), 100)),
         rotation=_braces([frame.rotation.ravel() for frame in frames]),
         origin=_braces([frame.position for frame in frames]),
         axis=_braces([frame.axis for frame in frames]),
@@ -159,7 +161,7 @@ def c_header(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
         coupled=coupled,
         width=repr(sign_width(arm)),
     )
-    return text.encode(), (*arm.lost, "Inertia and velocity products.")
+    return text.encode(), (*lost, "Inertia and velocity products.")
 
 
 _PYTHON = '''"""{heading}
@@ -258,10 +260,10 @@ def _cross(a, b):
 
 def python_feed_forward(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
     """The Python module, and what is not in it."""
-    frames = joint_frames(arm.robot)
+    frames, lost = joint_frames(arm.robot), arm.lost(BODIES | {TILT})
     text = _PYTHON.format(
         heading=arm.heading,
-        lost="".join(f"- {one}\n" for one in arm.lost),
+        lost="".join(f"- {one}\n" for one in lost),
         rotation=[frame.rotation.tolist() for frame in frames],
         origin=[frame.position.tolist() for frame in frames],
         axis=[frame.axis.tolist() for frame in frames],
@@ -275,7 +277,7 @@ def python_feed_forward(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
         couplings=[(one.row.tolist(), one.viscous, one.coulomb) for one in arm.couplings],
         width=repr(sign_width(arm)),
     )
-    return text.encode(), (*arm.lost, "Inertia and velocity products.")
+    return text.encode(), (*lost, "Inertia and velocity products.")
 
 
 def sign_width(arm: IdentifiedArm) -> float:

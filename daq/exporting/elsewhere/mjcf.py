@@ -12,6 +12,7 @@ import numpy as np
 
 from daq.exporting.elsewhere.arm import IdentifiedArm
 from daq.exporting.elsewhere.frames import joint_frames, numbers
+from daq.exporting.elsewhere.mjcf_found import actuator, not_in_mujoco, tendon_springs
 from robots.arrays import FloatArray
 
 TIMESTEP = 0.0005
@@ -22,7 +23,7 @@ FRICTION_TIME = 2 * TIMESTEP
 
 def mjcf(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
     """The MJCF file, and what MuJoCo cannot express of the model."""
-    lost = list(arm.lost)
+    lost = list(not_in_mujoco(arm))
     root = ET.Element("mujoco", model=arm.robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", balanceinertia="false")
     gravity = numbers(arm.robot.gravity)
@@ -48,19 +49,12 @@ def mjcf(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
             solreffriction=f"{FRICTION_TIME!r} 1",
         )
         parent = body
-    _tendons(root, arm)
+    _tendons(root, arm, lost)
+    tendon_springs(root, arm)
     actuators = ET.SubElement(root, "actuator")
     for axis, joint in enumerate(arm.robot.joint):
-        # force = ctrl − offset: the control is the torque that the drives give, as it was recorded.
-        ET.SubElement(
-            actuators,
-            "general",
-            name=joint.name,
-            joint=joint.name,
-            gainprm="1",
-            biastype="affine",
-            biasprm=numbers([-float(arm.offset[axis]), 0.0, 0.0]),
-        )
+        attributes = {"name": joint.name, "joint": joint.name, **actuator(arm, axis)}
+        ET.SubElement(actuators, "general", attributes)
     lost.append(
         "Contact between links: the file has no geometry. Dry friction yields over"
         f" {1e3 * FRICTION_TIME:g} ms near standstill, where the model holds still."
@@ -85,11 +79,16 @@ def _own(arm: IdentifiedArm, lost: list[str]) -> tuple[FloatArray, FloatArray]:
     return np.maximum(armature, 0.0), np.maximum(damping, 0.0)
 
 
-def _tendons(root: ET.Element, arm: IdentifiedArm) -> None:
+def _tendons(root: ET.Element, arm: IdentifiedArm, lost: list[str]) -> None:
     if not arm.couplings:
         return
     tendons = ET.SubElement(root, "tendon")
     for coupling in arm.couplings:
+        if min(coupling.inertia, coupling.viscous, coupling.coulomb) < 0.0:
+            lost.append(
+                f"{coupling.name}: inertia {coupling.inertia:.3g}, viscous friction {coupling.viscous:.3g},"
+                f" Coulomb friction {coupling.coulomb:.3g} of its own; of what is negative, written is 0."
+            )
         tendon = ET.SubElement(
             tendons,
             "fixed",

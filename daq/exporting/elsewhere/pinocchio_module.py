@@ -11,6 +11,7 @@ from textwrap import indent
 from daq.exporting.elsewhere.arm import IdentifiedArm
 from daq.exporting.elsewhere.frames import joint_frames
 from daq.exporting.elsewhere.mjcf import about_center
+from daq.exporting.elsewhere.pinocchio_found import not_in_pinocchio, source_of_gains, source_of_laws
 
 _TEMPLATE = '''"""{heading}
 
@@ -66,6 +67,12 @@ def sign(speed):
     return np.sign(speed) if SIGN_WIDTH == 0.0 else np.tanh(speed / SIGN_WIDTH)
 
 
+{laws}
+# Above: effects that were found: law, how its place moves with the joints, its torque as a combination of
+# joint torques, share of the offset in that, parameters. Below: drives that do not show a share of theirs.
+{gains}
+
+
 def torque(q, v, a, made=None):
     """Joint torque (n,) at position, velocity and acceleration (n,)."""
     made = model() if made is None else made
@@ -75,6 +82,15 @@ def torque(q, v, a, made=None):
         row = np.array(row)
         between = np.outer(row, row) - np.diag(row**2)
         tau += between @ (inertia * a + viscous * v) + row * coulomb * sign(row @ v)
+    if FOUND:
+        made.armature = np.zeros(len(v))
+        links = pinocchio.rnea(made, made.createData(), q, v, a)
+        made.armature = ARMATURE.copy()
+    for law, row, through_gear, with_offset, p in FOUND:
+        row, load = np.array(row), through_gear @ (links + with_offset * OFFSET)
+        tau += row * law(row @ q, row @ v, load, p)
+    for row, through_gear, share in HIDDEN_SHARES:
+        tau -= np.array(row) * share * (through_gear @ tau)
     return tau
 '''
 
@@ -93,10 +109,10 @@ def pinocchio_module(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
         (coupling.row.tolist(), coupling.inertia, coupling.viscous, coupling.coulomb)
         for coupling in arm.couplings
     ]
-    settings = arm.robot.identification
+    settings, lost = arm.robot.identification, not_in_pinocchio(arm)
     text = _TEMPLATE.format(
         heading=arm.heading,
-        lost=indent("\n".join(f"- {one}" for one in arm.lost) or "- nothing of the model.", ""),
+        lost=indent("\n".join(f"- {one}" for one in lost) or "- nothing of the model.", ""),
         gravity=list(arm.robot.gravity),
         joints=pformat(joints, width=110),
         armature=arm.armature.tolist(),
@@ -106,5 +122,7 @@ def pinocchio_module(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
         couplings=pformat(couplings, width=110),
         width=settings.friction_width if settings.friction_sign == "tanh" else 0.0,
         name=arm.robot.name,
+        laws=source_of_laws(arm),
+        gains=source_of_gains(arm),
     )
-    return text.encode(), arm.lost
+    return text.encode(), lost

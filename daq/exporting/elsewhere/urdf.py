@@ -5,6 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree as ET
 
 from daq.exporting.elsewhere.arm import IdentifiedArm
+from daq.exporting.elsewhere.found import BODIES
 from robots import unit_of
 from robots.urdf import read_urdf
 from robots.urdf_export import urdf_with_links
@@ -32,7 +33,7 @@ def urdf(arm: IdentifiedArm) -> tuple[bytes, tuple[str, ...]]:
     _with_whole_paths(arm, root)
     ET.indent(root)
     return ET.tostring(root, encoding="utf-8", xml_declaration=True), (
-        *arm.lost,
+        *arm.lost(BODIES),
         *beyond_joint_dynamics(arm),
     )
 

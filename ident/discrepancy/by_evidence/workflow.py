@@ -39,6 +39,7 @@ from ident.discrepancy.by_evidence.report.answer import (
     parameters_of,
     verdict_of,
 )
+from ident.discrepancy.gain_doubt import scales_with_gains
 from ident.discrepancy.question import Question
 from ident.discrepancy.settings import searching
 from ident.errors import IdentificationError
@@ -152,18 +153,40 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
     member = found.members[number]
     theta, covariance = found.theta(number)
     placed = member.entry.placed
+    deviation = np.hypot(np.sqrt(np.diag(covariance)), _of_gains(search.problem, found, number))
     units = tuple(shape.unit for shape in member.candidate.shapes)
     sizes = _sizes(search.problem, found, number)
     joint = max(joints_of(member), key=lambda j: float(sizes[j]))
     return EvidenceFinding(
         placed=placed,
         names=names.names,
-        parameters=parameters_of(placed, units, theta, np.sqrt(np.diag(covariance))),
+        parameters=parameters_of(placed, units, theta, deviation),
         confirmation=held.confirmation(found, number, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
         shrinks=_shrinks(searched, held, joint),
     )
+
+
+def _of_gains(problem: Problem, found: Found, number: int) -> FloatArray:
+    """(p,) what the drives' gains leave open of a member's parameters, in their units, against a prior."""
+    member = found.members[number]
+    white = member.entry.white
+    if problem.prior is None or not scales_with_gains(member.entry.placed):
+        return np.zeros(white.count)
+    robot, k = problem.prepared.robot, found.posterior.known.size
+    start = k + sum(one.entry.white.count for one in found.members[:number])
+    own = np.arange(start, start + white.count)
+    gram = Gram(problem.rows, tuple(one.entry.white for one in found.members))
+    inner = np.delete(np.arange(gram.size), k)
+    variance = np.zeros(white.count)
+    theta = found.posterior.theta[own - k]
+    for joint, drive in enumerate(robot.drive):
+        # The rows of a joint stand for its drive: of a coupled one, whose gain two joints feel, nearly so.
+        products = gram.reduced(found.level, [joint])[0][inner][:, own + 1] @ theta
+        shift = found.posterior.covariance[own] @ products
+        variance += (drive.gain_relative_uncertainty * shift * white.scale) ** 2
+    return np.asarray(np.sqrt(variance))
 
 
 def _left(problem: Problem, found: Found, joint: int) -> float:

@@ -10,15 +10,15 @@ import pytest
 from daq.catalogue import arms, checks, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import sha256_of
-from daq.catalogue.values import Arm, ArmIdentity
+from daq.catalogue.values import Arm, ArmIdentity, Baseline
 from daq.check.commissioned import require_commissioned
 from daq.check.errors import CheckError
-from daq.check.recorded import record_check
+from daq.check.recorded import accepted_file, record_check
 from daq.check.request import CheckRequest
 from daq.session.bench import ArmOrder
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import SessionError
-from daq.session.stages import STAGES, fingerprint
+from daq.session.stages import STAGES, TRAJECTORY_FILE, fingerprint
 from daq.session.watching import Nobody
 from daq.text.progress import Silent
 from drivers import Channel
@@ -71,6 +71,22 @@ def test_what_it_does_not_count_for() -> None:
                 require_commissioned(catalogue, arm, identity, sha256)
         with pytest.raises(CheckError, match="no trajectory has been accepted"):
             require_commissioned(catalogue, arm, IDENTITY, None)
+
+
+def test_nights_drive_the_motion_of_an_accepted_full_run(tmp_path: Path) -> None:
+    """A model of the full run is the baseline: nobody has to say again which motion that was."""
+    file = tmp_path / "emps.trajectory.json"
+    with Catalogue() as catalogue:
+        facts = {**fingerprint(IDENTITY, SHA256), TRAJECTORY_FILE: str(file)}
+        runs_of = [
+            runs.begin(catalogue, IDENTITY, "commission", stage=stage, facts=facts if k else {})
+            for k, stage in enumerate(("slow run", "full run"))
+        ]
+        for run, expected in zip(runs_of, (None, (file, SHA256)), strict=True):
+            runs.finish(catalogue, run.id, "completed")
+            arm = arms.register(catalogue, IDENTITY)
+            accepted = Baseline(1, arm.id, 1, run.id, "accepted", SHA256, run.started, ())
+            assert accepted_file(catalogue, accepted) == expected
 
 
 @pytest.mark.slow

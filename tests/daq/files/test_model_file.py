@@ -25,6 +25,7 @@ from daq.files.model_file import (
     read_model,
     write_model,
 )
+from daq.files.model_found import ModelFound, ModelTerm
 from ident import Fitted
 from robots import Robot
 from robots.allowed import keys_of
@@ -209,6 +210,8 @@ def complaint(path: Path) -> str:
         ("## [robot]", ModelRobot),
         ("## [estimate]", ModelEstimate),
         ("## [[capture]]", ModelSource),
+        ("## [[found]]", ModelFound),
+        ("## [[term]]", ModelTerm),
         ("## [[parameter]]", ModelParameter),
     ],
 )

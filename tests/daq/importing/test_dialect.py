@@ -26,6 +26,9 @@ ROWS = [[0.0, 0.5, -1.25], [0.01, 0.6, 2e-3]]
         (b"# made by hand\n# t q1 v1\n0 0.5 -1.25\n0.01 0.6 2e-3\n", ["t", "q1", "v1"]),
         ("t,q\u00b0,v1\n0,0.5,-1.25\n0.01,0.6,2e-3\n".encode("cp1252"), ["t", "q\u00b0", "v1"]),
         ("t,q1,v1\n0,0.5,-1.25\n0.01,0.6,2e-3\n".encode("utf-16"), ["t", "q1", "v1"]),
+        (b"t|q1|v1\n0|0.5|-1.25\n0.01|0.6|2e-3\n", ["t", "q1", "v1"]),
+        (b't,q\n0,"[0.5, -1.25]"\n0.01,"[0.6, 2e-3]"\n', ["t", "q:1", "q:2"]),
+        (b"q[0];q\n0;[0.5 -1.25]\n0.01;[ 0.6\n  2e-3]\n", ["q[0]", "q:1", "q:2"]),
     ],
     ids=[
         "comma",
@@ -38,6 +41,9 @@ ROWS = [[0.0, 0.5, -1.25], [0.01, 0.6, 2e-3]]
         "comments",
         "cp1252",
         "utf-16",
+        "bars",
+        "lists",
+        "NumPy's lists",
     ],
 )
 def test_the_same_numbers_in_any_dress(tmp_path: Path, content: bytes, names: list[str]) -> None:

@@ -190,7 +190,11 @@ def change(content: Map, path: str, value: Any) -> Map:
     ("path", "value", "reason"),
     [
         ("format", 2, "columns.toml:1: format: 2 is not allowed; allowed: 1"),
-        ("position.unit", "grad", 'position.unit: "grad" is not allowed; allowed: "rad", "deg", "m" or "mm"'),
+        (
+            "position.unit",
+            "grad",
+            'position.unit: "grad" is not allowed; allowed: "rad", "deg", "m", "mm" or "deg, mm"',
+        ),
         ("position.columns", [], "position.columns: [] is not allowed"),
         ("position.columns", ["q", "v"], "the column map gives 2 position columns; emps has 1 joints"),
         ("position.columns", ["x"], "log.csv: no variable 'x'; present: q, t, v"),

@@ -258,9 +258,9 @@ def test_the_map_of_the_emps_log_is_guessed(shared_data: Path, emps: Robot) -> N
 @pytest.mark.parametrize(
     ("header", "reason"),
     [
-        ("a,b,c", "no column looks like time"),
-        ("t,b,c", "no 1 columns look like position and torque or control signal"),
-        ("t,q,c", "no 1 columns look like torque or control signal"),
+        ("q,tau,dq", "no column looks like time"),
+        ("t,b,c", "no column looks like a measured position"),
+        ("t,q,c", "no column looks like a torque or a current"),
     ],
 )
 def test_what_cannot_be_guessed_is_said(header: str, reason: str, tmp_path: Path, emps: Robot) -> None:

@@ -25,6 +25,7 @@ from daq.session.estimates import FIXED_BYTES, estimate
 from daq.session.home import HomeRequest, home
 from daq.session.recorded_runs import unconducted
 from daq.session.session_error import NotMoved, RunInterrupted, SessionError
+from daq.session.stages import TRAJECTORY_FILE
 from daq.session.states import Conduct
 from daq.session.streaming import Nobody
 from daq.session.warm_up import MOST, SHARE, warm_up
@@ -95,6 +96,10 @@ def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: P
         speeds = np.abs(np.diff(full.samples.reference, axis=0)).max() / emps.bus.cycle_time
         assert speeds == pytest.approx(10 * speed, rel=0.02)
         assert letters(plan_commission(request, Silent())) == "pppppppp"
+        # Its file is kept, so that nights drive this motion once a model of the full run is accepted.
+        (last,) = (run for run in runs.every(catalogue) if run.stage == "full run")
+        assert request.trajectory is not None
+        assert Path(str(last.facts[TRAJECTORY_FILE])) == request.trajectory.absolute()
 
         # What was passed counts neither for another description, nor for another trajectory or arm.
         edited = tmp_path / "edited"

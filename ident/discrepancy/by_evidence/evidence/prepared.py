@@ -17,9 +17,9 @@ from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
 from ident.effects.family import PresentModel
 from ident.errors import IdentificationError
-from ident.preparation.observed_torque import observed_torque
+from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
-from ident.signals import low_pass, motion
+from ident.signals import motion
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -162,15 +162,18 @@ def _part(robot: Robot, recording: Recording, started: float) -> Part:
     step = recording.sample_time
     stride = _stride(recording, settings.decimation)
     whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
-    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
-    torque = observed_torque(robot, recording, everything)
-    torque = low_pass(torque, settings.cutoff_hz, step, settings.filter_order)
+    everything = settings.model_copy(
+        update={"decimation": 1, "trim_samples": (0, 0), "torque_filter": "positions"}
+    )
+    torque = observed_torque(robot, recording, everything, as_rows=True)
     period = repeat_length(recording.reference, step)
     if period is not None and period % stride:
         period = None
     time = recording.time - recording.time[0] + started
     keep = _kept(recording, settings, stride)
-    own = _every(State(whole.position, whole.velocity, whole.acceleration, time, torque), keep, 1)
+    carried = torque + load_torque(robot, recording, everything)
+    state = State(whole.position, whole.velocity, whole.acceleration, time, carried, recording.load)
+    own = _every(state, keep, 1)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
     other = _of_other_periods(own, period)
@@ -198,7 +201,7 @@ def _of_other_periods(own: State, period: int | None) -> State:
     assert own.torque is not None
     channels = (own.position, own.velocity, own.acceleration, own.torque)
     position, velocity, acceleration, asked = (others_mean(one, period) for one in channels)
-    return State(position, velocity, acceleration, own.time, asked)
+    return State(position, velocity, acceleration, own.time, asked, own.load)
 
 
 def _stride(recording: Recording, most: int) -> int:
@@ -228,7 +231,7 @@ def _every(state: State, keep: slice, stride: int) -> State:
     position, velocity, acceleration = (np.ascontiguousarray(part[keep][::stride]) for part in parts)
     assert state.time is not None
     torque = None if state.torque is None else np.ascontiguousarray(state.torque[keep][::stride])
-    return State(position, velocity, acceleration, state.time[keep][::stride], torque)
+    return State(position, velocity, acceleration, state.time[keep][::stride], torque, state.load)
 
 
 def _away_from_standstill(robot: Robot, state: State, step: float, settings: Identification) -> BoolArray:

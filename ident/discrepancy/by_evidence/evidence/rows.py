@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.effects.family import PlacedEffect
-from ident.parameters.identity_cache import IdentityCache
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
 
 _FLAT = 1e-9
 """Precision of a parameter without a prior, relative to that of the data."""

@@ -21,16 +21,10 @@ from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.discrepancy.by_evidence.terms.dictionary import Term, dictionary
-from ident.discrepancy.by_evidence.terms.proposal import NOTES, Proposal
-from ident.effects.family import Place, PresentModel, State
-from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, joint_row
-from ident.effects.simulated import SimulatedParts
-from ident.errors import IdentificationError
-from robots.arrays import FloatArray
-from robots.description import Robot
-
-Made = tuple[Parameters, Law, Parts]
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
+from ident.effects.family import Place, PresentModel
+from ident.effects.term_family import family_of
+from ident.effects.terms import Term, dictionary
 
 MOST = 2
 """Terms of one joint: more is no description."""
@@ -75,7 +69,7 @@ def _of_joint(
     added = chosen.members[len(found.members) :]
     if not added:
         return []
-    by_name = {term.formula: term for term in terms}
+    by_name = {family_of(term).name: term for term in terms}
     names = [_term_of(member, by_name) for member in added]
     shares = _stability(problem, found, entries, names, by_name, joint)
     before, after = (float(held.unexplained(one)[joint]) for one in (found, chosen))
@@ -95,14 +89,14 @@ def _of_joint(
                 stability=share,
                 before=before,
                 after=after,
-                looks_like=NOTES[term.kind],
+                looks_like=term.looks_like,
             )
         )
     return proposals
 
 
 def _term_of(member: Member, by_name: dict[str, Term]) -> Term:
-    return by_name[member.candidate.family.sentence]
+    return by_name[member.candidate.family.name]
 
 
 def _entries(
@@ -121,31 +115,13 @@ def _entries(
     return terms, tuple(found)
 
 
-def family_of(term: Term) -> Family:
-    """A term as the family of effects that it alone is."""
-
-    def make(robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel) -> Made:
-        row = joint_row(robot, place)
-
-        def law(state: State) -> FloatArray:
-            return along(row, term.value(state, present))
-
-        def parts(values: FloatArray) -> SimulatedParts:
-            raise IdentificationError(f"the term {term.formula} has no form in the closed loop")
-
-        return Parameters(("c",), (term.unit,), (ANY,), (term.scale,)), law, parts
-
-    place = Place("joint", (term.joint,))
-    return Family("term", term.formula, "joint", lambda robot: (place,), make, several=True)
-
-
 def _selected(problem: Problem, found: Found, entries: Sequence[Entry], joint: int) -> Found:
     """Terms one after the other, as long as one is as sure as a name has to be."""
     needed = float(np.log(SURE / (1.0 - SURE)))
     chosen = found
     while len(chosen.members) < len(found.members) + MOST:
-        taken = {member.candidate.family.sentence for member in chosen.members}
-        free = [entry for entry in entries if entry.candidate.family.sentence not in taken]
+        taken = {member.candidate.family.name for member in chosen.members}
+        free = [entry for entry in entries if entry.candidate.family.name not in taken]
         leaders = [one.best for one in screen(problem, chosen, free)[:_LEADERS]]
         tried = [found_set(problem, (*chosen.members, one), chosen.level, (joint,)) for one in leaders]
         best = max(tried, key=lambda one: one.log_posterior, default=chosen)

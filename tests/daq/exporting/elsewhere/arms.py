@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ from daq.exporting.elsewhere.arm import IdentifiedArm, identified_arm
 from daq.files.model_file import ModelFile, write_model_file
 from ident import BaseParameters, RegressorModel, base_parameters
 from ident.effects import State
+from ident.effects.entry import EffectEntry
+from ident.identification.found_effects import FoundModel, extended_model
 from robots import Robot
 
 
@@ -89,3 +92,25 @@ def moving(robot: Robot, state: State) -> np.ndarray:
     drives = state.velocity @ robot.transmission_matrix.T
     slow = max(5 * robot.identification.friction_width, 0.02)
     return np.asarray((np.abs(state.velocity) > slow).all(axis=1) & (np.abs(drives) > slow).all(axis=1))
+
+
+def found_model(
+    robot: Robot, *found: tuple[EffectEntry, Mapping[str, float]]
+) -> tuple[ModelFile, BaseParameters]:
+    """The known model with effects that a search has found, each with its parameters by name."""
+    model, _ = known_model(robot)
+    robot = robot.model_copy(update={"identification": model.identification})
+    values = {one.name: one.value for one in model.parameter}
+    content = model.model_dump()
+    for entry, own in found:
+        values |= own
+        content["parameter"] += tuple(
+            {"name": name, "value": value, "sigma": 1e-3, "unit": "1", "expression": ""}
+            for name, value in own.items()
+        )
+        content["found"] += ({"effect": entry.name, "joints": entry.joints, "shape": dict(entry.shape)},)
+    effects = (*content["effects"], *(entry.name for entry, _ in found))
+    entries = tuple(entry for entry, _ in found)
+    extended = extended_model(robot, FoundModel.of("known", effects, entries, values))
+    file = ModelFile.model_validate(content | {"effects": effects})
+    return file, base_parameters(extended)

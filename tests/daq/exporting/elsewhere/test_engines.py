@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import subprocess
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pinocchio
@@ -18,11 +15,7 @@ from daq.exporting.elsewhere.export import export_model
 from ident.effects import State
 from robots import Robot
 from tests.daq.exporting.elsewhere.arms import arm_of, known_model, motion, moving, written_model
-
-mujoco = pytest.importorskip("mujoco", reason="MuJoCo has no wheel for this platform")
-
-SHARE = 0.01
-"""Of torque in norm, per joint: what issue and docs promise."""
+from tests.daq.exporting.elsewhere.engines import assert_same, imported, inverse_dynamics
 
 
 class Case:
@@ -48,12 +41,6 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return Case(request.param, tmp_path_factory.mktemp(request.param))
 
 
-def assert_same(theirs: np.ndarray, ours: np.ndarray, share: float = SHARE) -> None:
-    away = np.linalg.norm(theirs - ours, axis=0) / np.linalg.norm(ours, axis=0)
-    assert len(ours) > 200
-    assert (away < share).all(), away
-
-
 def of_couplings(case: Case) -> np.ndarray:
     """Torque of drives that move several joints, beyond the share of each joint alone."""
     v, a = case.state.velocity, case.state.acceleration
@@ -66,16 +53,7 @@ def of_couplings(case: Case) -> np.ndarray:
 
 
 def test_mujoco_has_the_whole_torque_of_the_mjcf(case: Case) -> None:
-    model = mujoco.MjModel.from_xml_path(str(case.files["mjcf"].path))
-    data, found = mujoco.MjData(model), []
-    s = case.state
-    for q, v, a in zip(s.position, s.velocity, s.acceleration, strict=True):
-        data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
-        mujoco.mj_inverse(model, data)
-        found.append(data.qfrc_inverse.copy())
-    # The actuators take the offset off their control: what a drive has to give is force + offset.
-    mujoco.mj_forward(model, data)
-    assert_same(np.array(found) - data.qfrc_actuator, case.torque)
+    assert_same(inverse_dynamics(case.files["mjcf"].path, case.state), case.torque)
 
 
 def test_pinocchio_has_the_links_damping_and_friction_of_the_urdf(case: Case) -> None:
@@ -147,12 +125,3 @@ def friction_of(case: Case) -> np.ndarray:
     standard = base.standard_from(model.values, base.model.prior())
     kept = np.array([symbol.startswith("F") for symbol in names])
     return np.asarray(base.model.columns(State(s.position, s.velocity, zero)) @ (standard * kept))
-
-
-def imported(path: Path) -> Any:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module: ModuleType = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

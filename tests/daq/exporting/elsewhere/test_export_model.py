@@ -14,9 +14,10 @@ from daq.exporting.elsewhere.export import KINDS, export_model, in_no_file
 from daq.exporting.elsewhere.frames import joint_frames
 from daq.files.model_file import ModelFile
 from daq.files.run_folder import OutputError
+from ident.effects.entry import EffectEntry
 from robots import Robot
 from tests.daq.calls import Call
-from tests.daq.exporting.elsewhere.arms import arm_of, known_model, written_model
+from tests.daq.exporting.elsewhere.arms import arm_of, found_model, known_model, written_model
 
 
 @pytest.fixture(scope="module")
@@ -106,12 +107,12 @@ def test_asymmetric_friction_is_written_as_its_mean_and_said(tx40: Robot) -> Non
     arm = arm_of(tx40, model)
     values = {p.name.removesuffix("R"): p.value for p in model.parameter}
     assert arm.friction[0] == pytest.approx((values["Fcp1"] + values["Fcn1"]) / 2)
-    assert sum("forwards" in sentence for sentence in arm.lost) == tx40.n
+    assert sum("forwards" in sentence for sentence in arm.said) == tx40.n
 
 
-def test_a_found_effect_is_said_to_be_in_no_file(model: ModelFile, tx40: Robot, tmp_path: Path) -> None:
-    found = {"effect": "stribeck_friction", "joints": (2,), "shape": {}}
-    changed = ModelFile.model_validate(model.model_dump() | {"found": (found,)})
+def test_a_found_effect_is_said_to_be_in_no_file(tx40: Robot, tmp_path: Path) -> None:
+    shape = {"stribeck_speed": 0.1, "exponent": 2.0}
+    changed, _ = found_model(tx40, (EffectEntry("stribeck_friction", (2,), shape), {"Fs2": 3.0}))
     written = export_model(
         written_model(tmp_path, changed), tx40, tmp_path / "out", ("mjcf", "urdf", "limits")
     )

@@ -11,16 +11,18 @@ import numpy as np
 import pytest
 
 import robots
+from daq.diagnosis.more import more_of
+from daq.text.progress import Silent
 from drivers.simulated.scenario import Scenario
 from ident import Recording, RegressorModel
-from ident.discrepancy import Question
+from ident.discrepancy import Question, diagnose
 from ident.discrepancy.by_evidence import prior_by_evidence
 from ident.discrepancy.by_evidence.terms import propose as module
 from ident.discrepancy.by_evidence.terms.asked import proposed_terms
-from ident.discrepancy.by_evidence.terms.dictionary import dictionary
-from ident.discrepancy.by_evidence.terms.proposal import NOTES, Proposal
+from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.effects import State
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.terms import NOTES, dictionary
+from ident.effects.vocabulary import VOCABULARY, family_named
 from ident.parameters.present import Present
 from tests.ident.discrepancy import blind_search
 
@@ -32,11 +34,15 @@ def recorded(scenario: dict[str, object], truth: int, motion: int, seed: int) ->
     return blind_search.recorded(robots.load("emps"), truth, hidden, motion, seed, DURATION)
 
 
-def asked(fit: Recording, validation: Recording, accepted: Recording) -> tuple[Proposal, ...]:
+def of(fit: Recording, validation: Recording, accepted: Recording) -> Question:
     robot = robots.load("emps")
-    return proposed_terms(
-        Question(robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,)))
+    return Question(
+        robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
+
+
+def asked(fit: Recording, validation: Recording, accepted: Recording) -> tuple[Proposal, ...]:
+    return proposed_terms(of(fit, validation, accepted))
 
 
 def terms(scenario: dict[str, object], truth: int) -> tuple[Proposal, ...]:
@@ -53,8 +59,13 @@ def dragged(motion: int, seed: int) -> Recording:
     return replace(recording, control_signal=signal)
 
 
-def test_a_drag_that_no_name_has_gets_its_power_and_unit() -> None:
-    found = asked(dragged(0, 2), dragged(1, 3), recorded({}, 501, 0, 1))
+def test_a_drag_that_no_name_has_gets_its_power_and_unit_and_a_place_in_the_model() -> None:
+    question = replace(
+        of(dragged(0, 2), dragged(1, 3), recorded({}, 501, 0, 1)), families=(family_named("contact"),)
+    )
+    diagnosis = diagnose(question)
+    more = more_of(diagnosis, question, Silent(), power=False)
+    found = more.terms
     assert {name for term in found for name in term.variables} == {"v1"}
     first = found[0]
     assert (first.joint, first.formula, first.unit) == (1, "q̇₁·|q̇₁|", "N·s²/m²")
@@ -62,6 +73,12 @@ def test_a_drag_that_no_name_has_gets_its_power_and_unit() -> None:
     assert first.stability >= module.STABLE
     assert first.after < 0.3 * first.before
     assert "drag" in first.looks_like
+
+    assert diagnosis.verdict == "unnamed" and more.model is not None
+    assert more.model.base.names == (*diagnosis.base.names, "q̇₁·|q̇₁|@1")
+    assert more.model.beta[-1] == pytest.approx(900.0, abs=4.0 * np.sqrt(more.model.covariance[-1, -1]))
+    assert more.model.examinations[-1].excess < 0.1 * diagnosis.examinations[-1].excess
+    assert more.model.findings == ()
 
 
 def test_friction_that_grows_with_the_load_comes_out_as_its_formula() -> None:

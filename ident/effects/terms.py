@@ -1,0 +1,139 @@
+"""The dictionary of terms: products of signs, speeds, positions, load, neighbours, time; with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.effects.family import Place, PresentModel, State
+from ident.effects.scales import dry_friction
+from ident.effects.term_factors import (
+    Factor,
+    acceleration,
+    amount,
+    direction,
+    load,
+    position,
+    speed,
+    time,
+    waves,
+)
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+NOTES = {
+    "own model": "a parameter of the model that has changed: friction, inertia or offset of the drive",
+    "speed": "drag of air or lubricant, an eddy-current brake, a hose",
+    "position": "a spring or counterbalance that is not linear, a dress pack",
+    "position and speed": "lubricant that is thicker at one end of the travel, a damper with a lever",
+    "position and sign": "a seal or brake that rubs more at one end of the travel",
+    "load": "a bearing or gear under load, a torque constant that droops",
+    "load and speed": "losses of a gear with load and speed, a worm or wave gear",
+    "time": "warming up, a drift of the torque sensor or the drive's offset",
+    "angle": "an unbalance, a magnet or cogging with the turn of the joint",
+    "angle and sign": "a bent shaft, an eccentric bearing, a brake disc that is not flat",
+    "angle and speed": "an eccentric rotor in a brake's field, a bearing out of round",
+    "neighbour": "crosstalk between drives, a cable over both joints, a coupling of the gears",
+}
+"""Per family of the dictionary, what in nature looks like it."""
+
+_HIGH = {1: "", 2: "²", 3: "³"}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One entry of the dictionary.
+
+    Attributes:
+        joint: whose torque it adds to, from 0.
+        formula: without its factor.
+        factors: what it is the product of.
+        kind: its family in the dictionary, for what in nature looks like it.
+        unit: of its factor.
+        scale: deviation of its factor before any data are seen.
+    """
+
+    joint: int
+    formula: str
+    factors: tuple[Factor, ...]
+    kind: str
+    unit: str
+    scale: float
+
+    @property
+    def variables(self) -> frozenset[str]:
+        """What it is made of: q, v, a, load with the joint's number, t."""
+        return frozenset(one.variable for one in self.factors)
+
+    @property
+    def looks_like(self) -> str:
+        """What in nature does."""
+        return NOTES[self.kind]
+
+    def value(self, state: State, present: PresentModel) -> FloatArray:
+        """The formula, (samples,)."""
+        ones = np.ones(state.velocity.shape[0])
+        return np.asarray(np.prod([ones, *(one.value(state, present) for one in self.factors)], axis=0))
+
+
+def dictionary(robot: Robot, joint: int) -> tuple[Term, ...]:
+    """All terms of one joint (from 0)."""
+    return tuple(
+        _term(robot, joint, kind, factors)
+        for kind, products in _of_kinds(robot, joint)
+        for factors in products
+    )
+
+
+def _of_kinds(robot: Robot, j: int) -> Iterator[tuple[str, Sequence[tuple[Factor, ...]]]]:
+    v, s, q, weight, t = speed(robot, j), direction(robot, j), position(robot, j), load(robot, j), time(j)
+    wave = waves(robot, j)
+    folded = [amount(one) for one in wave]
+    yield "own model", [(v,), (s,), (acceleration(robot, j),), ()]
+    yield "speed", [(v, amount(v)), (v, v, v)]
+    yield "position", [(q,), (q, q), (q, q, q)]
+    yield "position and speed", [(v, q), (v, q, q), (v, amount(q))]
+    yield "position and sign", [(s, q), (s, q, q), (s, amount(q))]
+    yield "load", [(weight, amount(weight)), (s, amount(weight)), (s, weight, weight)]
+    products = [(v, amount(weight)), (v, weight), (amount(v), weight), (v, weight, weight)]
+    yield "load and speed", products
+    yield "time", [(t,), (s, t), (v, t), (weight, t)]
+    yield "angle", [(one,) for one in (*wave, *folded)]
+    yield "angle and sign", [(s, one) for one in (*wave, *folded)]
+    yield "angle and speed", [(v, one) for one in (*wave, *folded)]
+    for k in range(robot.n):
+        if k != j:
+            other = speed(robot, k)
+            alone = (direction(robot, k), acceleration(robot, k), load(robot, k))
+            yield "neighbour", [(other,), *((one,) for one in alone)]
+            yield "neighbour", [(v, amount(other)), (v, other), (s, amount(other)), (other, amount(other))]
+
+
+def _term(robot: Robot, joint: int, kind: str, factors: Sequence[Factor]) -> Term:
+    return Term(
+        joint=joint,
+        formula="·".join(_powers([one.words for one in factors])) or "1",
+        factors=tuple(factors),
+        kind=kind,
+        unit=_unit(robot, joint, [sum(one.unit[k] for one in factors) for k in range(3)]),
+        scale=dry_friction(robot, Place("drive", (joint,))) / float(np.prod([one.size for one in factors])),
+    )
+
+
+def _unit(robot: Robot, joint: int, below: Sequence[int]) -> str:
+    """Torque over the unit of the formula."""
+    own = robot.joint[joint]
+    parts = ((own.torque_unit, 1 - below[0]), ("s", -below[2]), (own.unit, -below[1]))
+    above = [word + _HIGH[power] for word, power in parts if power > 0]
+    under = [word + _HIGH[-power] for word, power in parts if power < 0]
+    top, bottom = "·".join(above) or "1", "·".join(under)
+    if "·" in bottom:
+        bottom = f"({bottom})"
+    return f"{top}/{bottom}" if bottom else top
+
+
+def _powers(words: Sequence[str]) -> list[str]:
+    """Equal words as a power."""
+    return [word + _HIGH[words.count(word)] for word in dict.fromkeys(words)]
