@@ -62,7 +62,7 @@ def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, c
     found = command(captures, captures / "model" / "emps.model.toml")
     names = ("accepted", "fit", "validation")
     recordings = [load_recording(captures / f"{name}.mcap", rig).recordings[0] for name in names]
-    other = naming.search(rig, *recordings)
+    other = naming.search(rig, *recordings, "rules")
     assert [item.kind for item in found.unrepeated] == ["louder"]
     assert "joint 1: torque noise is" in found.description
     assert (found.verdict, found.findings) == ("unnamed", ())

@@ -20,8 +20,10 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
         raise ArithmeticError("the effects have no columns beyond the present model")
 
     monkeypatch.setattr(diagnosis, "_component", lambda robot, placed: None)
-    monkeypatch.setattr(diagnosis, "basis_of", lambda finding: None)
-    finding = SimpleNamespace(something=1.0, placed=None, words=lambda: "offset (joint 1)")
+    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
+    finding = SimpleNamespace(
+        something=1.0, placed=None, key=("offset", (0,)), names=(), doubt="", words=lambda: "offset (joint 1)"
+    )
     led: Any = SimpleNamespace(
         answer=SimpleNamespace(findings=[finding]),
         step=SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None))),
