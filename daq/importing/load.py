@@ -23,7 +23,7 @@ from daq.importing.log_quantities import (
     position_of_joints,
     time_of_samples,
 )
-from daq.importing.pieces import answered_pieces, complete_at, long_pieces
+from daq.importing.pieces import answered_pieces, complete_at, long_pieces, of_half_an_hour
 from daq.importing.rounding import rounded
 from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
@@ -179,6 +179,7 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
     recordings, dropped = answered_pieces(path, recording, complete)
+    recordings = tuple(part for recording in recordings for part in of_half_an_hour(recording))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
@@ -197,6 +198,8 @@ def log_recording(
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
     """
     source = LogFiles(path)
+    written = columns.position
+    held = rounded(path.name, written.columns, source.pick(written.file, written.columns))
     position = position_of_joints(source, columns.position, robot)
     reference = None if columns.reference is None else position_of_joints(source, columns.reference, robot)
     control_signal = control_signal_of_drives(source, columns, robot)
@@ -209,15 +212,15 @@ def log_recording(
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    read = source.words
+    source.give_up()
     if columns.complete is None:  # otherwise what no drive answered is known, and often held
-        kept, held = kept_rows(path.name, time, position, control_signal)
-        time, position, control_signal = time[kept], position[kept], control_signal[kept]
-        reference, complete = None if reference is None else reference[kept], complete[kept]
-    else:
-        held = ()
+        kept, stuck = kept_rows(path.name, time, position, control_signal)
+        if not kept.all():
+            time, position, control_signal = time[kept], position[kept], control_signal[kept]
+            reference, complete = None if reference is None else reference[kept], complete[kept]
+        held = (*stuck, *held)
     held += clipped(path.name, "control signal", control_signal)
-    written = columns.position
-    held += rounded(path.name, written.columns, source.pick(written.file, written.columns))
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
     step = (
         2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
@@ -229,7 +232,7 @@ def log_recording(
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
-    return even.recording, there, (*source.words, *held, *wrong, *odd, *even.words)
+    return even.recording, there, (*read, *held, *wrong, *odd, *even.words)
 
 
 def kept_rows(
@@ -243,9 +246,10 @@ def kept_rows(
         position: samples × joints.
         signal: samples × drives; not looked at where None.
     """
-    table = np.column_stack([time, position, *([] if signal is None else [signal])])
-    twice = np.zeros(len(table), dtype=np.bool_)
-    twice[1:] = (table[1:] == table[:-1]).all(axis=1)
+    twice = np.zeros(len(time), dtype=np.bool_)
+    twice[1:] = time[1:] == time[:-1]
+    for column in (*position.T, *([] if signal is None else signal.T)):
+        twice[1:] &= column[1:] == column[:-1]
     kept, words = ~twice, list[str]()
     if twice.any():
         at = time[int(np.argmax(twice))]
@@ -255,7 +259,8 @@ def kept_rows(
     for what, values in (("position", position), ("control signal", signal)):
         if values is None:
             continue
-        good, said = not_held(name, what, time[~twice], values[~twice], position[~twice])
+        once = ~twice if twice.any() else slice(None)
+        good, said = not_held(name, what, time[once], values[once], position[once])
         kept[~twice] &= good
         words += said
     return kept, tuple(words)
