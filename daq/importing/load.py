@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from daq.importing.beside import added_signal, joint_velocity, torque_from_outside
 from daq.importing.columns import ALLOWED
 from daq.importing.import_map import (
     ImportMap,
@@ -31,7 +32,8 @@ from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
 from ident.preparation.held import clipped, not_held
 from ident.preparation.outliers import without_outliers
-from ident.preparation.resampling import uniform_recording
+from ident.preparation.resampling import Uniform, uniform_recording
+from ident.preparation.velocities import with_velocities
 from robots import Identification, Robot
 from robots.arrays import BoolArray, FloatArray
 
@@ -204,6 +206,7 @@ def log_recording(
     lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
     if reference is not None:
         lengths["reference"] = len(reference)
+    beside = _beside(source, columns, robot, position)
     complete = answered(source, columns, robot, len(position))
     lengths["complete"] = len(complete)
     if len(set(lengths.values())) > 1:
@@ -213,6 +216,7 @@ def log_recording(
         kept, held = kept_rows(path.name, time, position, control_signal)
         time, position, control_signal = time[kept], position[kept], control_signal[kept]
         reference, complete = None if reference is None else reference[kept], complete[kept]
+        beside = {channel: values[kept] for channel, values in beside.items()}
     else:
         held = ()
     held += clipped(path.name, "control signal", control_signal)
@@ -225,11 +229,36 @@ def log_recording(
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
-    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz)
+    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz, beside)
+    recording, said = _with_beside(even, cutoff_hz)
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
-    return even.recording, there, (*source.words, *held, *wrong, *odd, *even.words)
+    return recording, there, (*source.words, *held, *wrong, *odd, *even.words, *said)
+
+
+def _beside(
+    source: LogFiles, columns: ImportMap, robot: Robot, position: FloatArray
+) -> dict[str, FloatArray]:
+    """Further channels of a log by name, samples × n each."""
+    found = {}
+    if columns.velocity is not None:
+        found["velocity"] = joint_velocity(source, columns.velocity, robot, len(position))
+    if columns.force is not None:
+        found["outside"] = torque_from_outside(source, columns.force, robot, position)
+    if columns.added is not None:
+        found["added"] = added_signal(source, columns.added, robot, len(position))
+    return found
+
+
+def _with_beside(even: Uniform, cutoff_hz: float) -> tuple[Recording, tuple[str, ...]]:
+    """The recording with its further channels, and what the velocities are good for."""
+    recording = replace(even.recording, outside=even.beside.get("outside"), added=even.beside.get("added"))
+    if "velocity" not in even.beside:
+        return recording, ()
+    name, time = recording.name, recording.time
+    both = with_velocities(name, time, recording.position, even.beside["velocity"], cutoff_hz)
+    return replace(recording, position=both.position), both.words
 
 
 def kept_rows(
