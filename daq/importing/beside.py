@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio
 
-from daq.importing.import_map import Added, Force, Velocity
+from daq.importing.import_map import Added, Force, ImportMap, Velocity
 from daq.importing.log_quantities import LogFiles
 from daq.recording.capture import CaptureError
+from ident import Recording
+from ident.preparation.resampling import Uniform
+from ident.preparation.velocities import with_velocities
 from robots import Robot, rigid_body_model
 from robots.arrays import FloatArray
 
@@ -97,3 +102,27 @@ def joint_velocity(source: LogFiles, velocity: Velocity, robot: Robot, samples: 
     if velocity.side == "joint":
         return np.asarray(values)
     return np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T)
+
+
+def channels_beside(
+    source: LogFiles, columns: ImportMap, robot: Robot, position: FloatArray
+) -> dict[str, FloatArray]:
+    """Further channels of a log by name, samples × n each."""
+    found = {}
+    if columns.velocity is not None:
+        found["velocity"] = joint_velocity(source, columns.velocity, robot, len(position))
+    if columns.force is not None:
+        found["outside"] = torque_from_outside(source, columns.force, robot, position)
+    if columns.added is not None:
+        found["added"] = added_signal(source, columns.added, robot, len(position))
+    return found
+
+
+def with_beside(even: Uniform, cutoff_hz: float) -> tuple[Recording, tuple[str, ...]]:
+    """The recording with its further channels, and what the velocities are good for."""
+    recording = replace(even.recording, outside=even.beside.get("outside"), added=even.beside.get("added"))
+    if "velocity" not in even.beside:
+        return recording, ()
+    name, time = recording.name, recording.time
+    both = with_velocities(name, time, recording.position, even.beside["velocity"], cutoff_hz)
+    return replace(recording, position=both.position), both.words

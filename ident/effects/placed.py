@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
 from ident.effects.simulated import SimulatedParts
@@ -244,10 +245,14 @@ def drive_torque(robot: Robot, joint_torque: FloatArray, drive: int) -> FloatArr
 
 
 def rate(values: FloatArray, state: State) -> FloatArray:
-    """Time derivative of a series (samples, …) by central differences; zero where time is not known."""
+    """Time derivative of a series (samples, …), that of a cubic spline; zero where time is not known.
+
+    Central differences of samples 4 ms apart lack 8 % at 28 Hz and a quarter at 50 Hz: of a multi-sine the
+    column of a lag had another form than a lag, and a delay was found in its place.
+    """
     if state.time is None or state.time.shape[0] < 2:
         return np.zeros_like(values)
-    return np.asarray(np.gradient(values, state.time[1] - state.time[0], axis=0))
+    return np.asarray(CubicSpline(state.time, values)(state.time, 1))
 
 
 def torque_unit(robot: Robot, place: Place) -> str:

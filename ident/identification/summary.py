@@ -206,6 +206,7 @@ def not_of_a_rotor(estimate: Estimate) -> tuple[tuple[str, ...], bool]:
         return (), False
     listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])
     words = f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something"
+    words += ", or the torque is of sensors at the links (--torque-sensors)"
     return (words,), any(p.value < -_IMPOSSIBLE * p.sigma for p in found)
 
 
