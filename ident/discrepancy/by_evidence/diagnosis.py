@@ -78,7 +78,7 @@ class _Led(Search):
                     self._settle_in_loop(number, rival, one.log_odds)
 
     def _has_size(self, finding: EvidenceFinding) -> bool:
-        """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get their sizes.
+        """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
 
         Where no motion repeats a measured torque would explain itself, so there a drive that saturates has no
         rows; such a one would leave a whole set without sizes, and so without names.
