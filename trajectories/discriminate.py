@@ -219,7 +219,9 @@ def _columns(
     unit = flat / np.where(scale > 0.0, scale, 1.0) / np.sqrt(len(flat))
     sizes = [sum(len(effect.parameters) for effect in candidate) for candidate in candidates]
     ends = b + np.cumsum([0, *sizes])
-    model = np.zeros((len(unit), 0)) if known is not None else unit[:, :b]
+    # A parameter that nothing is known of takes up whatever lies along its column, prior or not.
+    free = np.ones(b, dtype=np.bool_) if known is None else np.diag(known) == 0.0
+    model = unit[:, :b][:, free]
     blocks = [np.arange(first, last) for first, last in itertools.pairwise(ends)]
     visible = tuple(_independent(unit, block, model) for block in blocks)
     for label, block in zip(labels, visible, strict=True):

@@ -251,6 +251,7 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
         facts,
         result.more.power,
         tuple(map(term_words, result.more.terms)),
+        result.more.when,
     )
     write_diagnosis_page(folder / "diagnosis.html", page)
     whole = result.more.model or diagnosis

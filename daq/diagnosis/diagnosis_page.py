@@ -39,6 +39,7 @@ class DiagnosisContent:
     """How it was made, label → text, in the order shown."""
     power: tuple[Smallest, ...] | None = None
     terms: tuple[str, ...] = ()
+    when: tuple[str, ...] = ()
 
 
 _KIND = {
@@ -93,6 +94,7 @@ def render_diagnosis(content: DiagnosisContent) -> str:
             rejected=[(sentence_of(f.words()), f.confirmation.reason) for f in diagnosis.rejected],
             blind=[spot.words() for spot in content.blind],
             terms=content.terms,
+            when=content.when,
             power=None if content.power is None else power_map(content.robot, content.power),
             facts=content.facts,
         )

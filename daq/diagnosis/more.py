@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from daq.diagnosis.onset_words import onset_json, onset_words
 from daq.diagnosis.term_words import term_words
 from daq.report.power import power_json, print_power
 from daq.text.progress import Steps
@@ -19,6 +20,7 @@ from ident.discrepancy.by_evidence.terms.asked import proposed_terms
 from ident.discrepancy.by_evidence.terms.fitted import with_terms
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.workflow import recorded_sizes
+from ident.discrepancy.onset import Onset, onsets
 
 _LOG = logging.getLogger(__name__)
 
@@ -31,15 +33,27 @@ class More:
         power: the smallest size of each effect that would have been named; None where that was not asked.
         terms: for what has no name.
         model: the diagnosis whose model has them; None where there are none.
+        onsets: when findings began within the recordings that were fitted.
+        names: of these recordings.
     """
 
     power: tuple[Smallest, ...] | None = None
     terms: tuple[Proposal, ...] = ()
     model: Diagnosis | None = None
+    onsets: tuple[Onset, ...] = ()
+    names: tuple[str, ...] = ()
+
+    @property
+    def when(self) -> tuple[str, ...]:
+        """When findings began, a sentence each."""
+        return tuple(onset_words(one, self.names) for one in self.onsets)
 
     def as_json(self) -> dict[str, Any]:
         """Keys of ``diagnose --json``."""
-        content: dict[str, Any] = {"terms": [one.as_json() for one in self.terms]}
+        content: dict[str, Any] = {
+            "terms": [one.as_json() for one in self.terms],
+            "onsets": [onset_json(one) for one in self.onsets],
+        }
         return content if self.power is None else content | {"power": power_json(self.power)}
 
 
@@ -59,7 +73,7 @@ def more_of(diagnosis: Diagnosis, question: Question, steps: Steps, *, power: bo
     if power:
         with steps.step("Smallest sizes that would have been named"):
             sizes = recorded_sizes(question)
-    return More(sizes, terms, model)
+    return More(sizes, terms, model, onsets(diagnosis), tuple(one.name for one in question.fit))
 
 
 def _terms(question: Question) -> tuple[Proposal, ...]:
@@ -71,7 +85,9 @@ def _terms(question: Question) -> tuple[Proposal, ...]:
 
 
 def print_more(console: Console, more: More) -> None:
-    """Terms, then the table of sizes."""
+    """When findings began, terms, then the table of sizes."""
+    for sentence in more.when:
+        write(console, sentence)
     for term in more.terms:
         write(console, term_words(term))
     if more.power is not None:

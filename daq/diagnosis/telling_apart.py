@@ -11,6 +11,7 @@ from daq.diagnosis.scored_families import scored_family, settled_by
 from ident.discrepancy import Candidate, Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
 from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import hidden_from_motion
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Motion, PlanError, Trajectory, TrajectoryError
@@ -187,6 +188,8 @@ def _hidden_from_motion(
     robot: Robot, stage: Stage, first: _Explanation, second: _Explanation, settings: PlanSettings
 ) -> str | None:
     """Why no motion shows the difference; None where one may."""
+    if _declared_hidden(first, second):
+        return "while the arm moves both make the same torque"
     try:
         _discriminate(robot, stage, (first, second), settings, evaluations=1)
     except PlanError as error:
@@ -195,6 +198,17 @@ def _hidden_from_motion(
         if error.constraint != "separation":
             raise
     return None
+
+
+def _declared_hidden(first: _Explanation, second: _Explanation) -> bool:
+    """Whether the two are one effect each, at one place, of names that no motion tells apart."""
+    if len(first.effects) != 1 or len(second.effects) != 1:
+        return False
+    (one,), (other,) = first.effects, second.effects
+    same = set(one.place.joints) <= set(other.place.joints) or set(other.place.joints) <= set(
+        one.place.joints
+    )
+    return same and hidden_from_motion(one.name, other.name)
 
 
 def _discriminate(

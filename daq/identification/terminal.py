@@ -14,6 +14,7 @@ from daq.text.verdict_words import VerdictKind, words_of
 from daq.text.wrapped import Column, write, write_table
 from ident import Estimate, Fitted, Identification
 from ident.effects.entry import found_words
+from ident.listing import listed
 from ident.results import Consistency, Essential, HeldOut, Rank, Signals
 
 _COLOURS: dict[VerdictKind, str] = {"good": "green", "switch": "green", "bad": "red", "unknown": "yellow"}
@@ -146,7 +147,7 @@ def _essential(essential: Essential) -> str:
     count = len(essential.parameters)
     if not essential.dropped:
         return f"Essential parameters: all {count} are needed."
-    names = ", ".join(dropped.name for dropped in essential.dropped)
+    names = listed([dropped.name for dropped in essential.dropped])
     last = essential.dropped[-1]
     return (
         f"Essential parameters: {count}; without {names} the fit is not worse"

@@ -58,7 +58,7 @@ _SHORT_REFERENCE = {"d", "r", "s"}
 """Marks of a reference where the quantity stands before: ``q_d``, ``tau_J_d``."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Channels:
     """Columns that belong together.
 

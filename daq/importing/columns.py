@@ -15,6 +15,7 @@ from daq.importing.dialect import TextTable, decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
 from daq.recording.capture import CaptureError
+from ident.listing import listed
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
@@ -55,8 +56,8 @@ class Table:
         values = {name: self._column(name) for name in names}
         lengths = {name: len(column) for name, column in values.items()}
         if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-            raise CaptureError(f"{self.path}: variables differ in length: {listed}")
+            told = listed([f"{name} {length}" for name, length in lengths.items()])
+            raise CaptureError(f"{self.path}: variables differ in length: {told}")
         return np.column_stack([values[name] for name in names])
 
     def _column(self, name: str) -> FloatArray:
@@ -65,7 +66,7 @@ class Table:
         part = _PART.fullmatch(name)
         if part and part[1] in self.columns and 0 < int(part[3]) <= int(part[2]):
             return self.columns[part[1]][int(part[3]) - 1 :: int(part[2])]
-        present = ", ".join(sorted(self.columns)) or "none"
+        present = listed(sorted(self.columns), few=20) or "none"
         raise CaptureError(f"{self.path}: no variable {name!r}; present: {present}")
 
 

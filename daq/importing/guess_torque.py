@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
@@ -22,6 +23,10 @@ _SEEN = 5.0
 """Deviations that a share must have to say something."""
 _NEAR = 2.5
 """A factor by which a URDF's masses may be wrong: what is farther off is in another unit."""
+_UNTOLD = 0.5
+"""Share of its variance that a motion may leave of a torque that is its joint's."""
+_BETTER = 2.0
+"""Times less that the right motion leaves of a torque than a wrong one."""
 _MILLI = {"mnm"}
 
 
@@ -75,7 +80,8 @@ def torque_table(
     turned = proof.turned(offset, (share < -_SEEN * sigma) & arm.has_masses)
     signs = np.ones(robot.n)
     signs[turned] = -1.0
-    words = [f"torque: {torque.label}"]
+    raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
+    words = [f"torque: {torque.label}", *exchanged(robot, raw.explained(offset))]
     if turned:
         names = ", ".join(robot.joint[k].name for k in turned)
         words.append(
@@ -114,8 +120,31 @@ def torque_table(
         raise CaptureError(
             f"{log.name}: no mass of the URDF is seen in {torque.label}; give --ratio or --gain"
         )
-    raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
     return _from_masses(raw, offset, share, seen, signs, unit, words)
+
+
+def exchanged(robot: Robot, explained: FloatArray) -> list[str]:
+    """A sentence where columns of torques stand in the place of others.
+
+    Of all orders of the columns the likeliest is taken, by what each joint's motion leaves of the torque
+    beside it. It counts where every joint foretells the torque that stands elsewhere far better than its own.
+
+    Args:
+        robot: names of the joints.
+        explained: (n, n) share of the torque in row i that the motion of joint j foretells.
+    """
+    if not np.isfinite(explained).all():
+        return []  # the log has values that are no numbers, which loading it refuses
+    left = np.maximum(1.0 - explained, np.finfo(float).eps)
+    torques, joints = linear_sum_assignment(np.log(left))
+    moved = [(i, j) for i, j in zip(torques, joints, strict=True) if i != j]
+    if not moved or not all(left[i, j] < min(_UNTOLD, left[i, i] / _BETTER) for i, j in moved):
+        return []
+    names = ", ".join(robot.joint[i].name for i, _ in moved)
+    found = ", ".join(f"{robot.joint[j].name} {100 * explained[i, j]:.0f} %" for i, j in moved)
+    return [
+        f"torques of {names}: the motion of another joint foretells each ({found}); exchanged? look it over"
+    ]
 
 
 def given_factor(hints: LogHints, log: Sampled) -> tuple[FloatArray, str]:

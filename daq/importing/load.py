@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.importing.beside import channels_beside, with_beside
 from daq.importing.columns import ALLOWED
 from daq.importing.import_map import (
     ImportMap,
@@ -23,7 +24,7 @@ from daq.importing.log_quantities import (
     position_of_joints,
     time_of_samples,
 )
-from daq.importing.pieces import answered_pieces, complete_at, long_pieces
+from daq.importing.pieces import answered_pieces, complete_at, long_pieces, of_half_an_hour
 from daq.importing.rounding import rounded
 from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
 from daq.recording.reader import read_capture
@@ -179,6 +180,7 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
     recordings, dropped = answered_pieces(path, recording, complete)
+    recordings = tuple(part for recording in recordings for part in of_half_an_hour(recording))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
@@ -197,6 +199,8 @@ def log_recording(
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
     """
     source = LogFiles(path)
+    written = columns.position
+    held = rounded(path.name, written.columns, source.pick(written.file, written.columns))
     position = position_of_joints(source, columns.position, robot)
     reference = None if columns.reference is None else position_of_joints(source, columns.reference, robot)
     control_signal = control_signal_of_drives(source, columns, robot)
@@ -204,20 +208,22 @@ def log_recording(
     lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
     if reference is not None:
         lengths["reference"] = len(reference)
+    beside = channels_beside(source, columns, robot, position)
     complete = answered(source, columns, robot, len(position))
     lengths["complete"] = len(complete)
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+    read = source.words
+    source.give_up()
     if columns.complete is None:  # otherwise what no drive answered is known, and often held
-        kept, held = kept_rows(path.name, time, position, control_signal)
-        time, position, control_signal = time[kept], position[kept], control_signal[kept]
-        reference, complete = None if reference is None else reference[kept], complete[kept]
-    else:
-        held = ()
+        kept, stuck = kept_rows(path.name, time, position, control_signal)
+        if not kept.all():
+            time, position, control_signal = time[kept], position[kept], control_signal[kept]
+            reference, complete = None if reference is None else reference[kept], complete[kept]
+            beside = {channel: values[kept] for channel, values in beside.items()}
+        held = (*stuck, *held)
     held += clipped(path.name, "control signal", control_signal)
-    written = columns.position
-    held += rounded(path.name, written.columns, source.pick(written.file, written.columns))
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
     step = (
         2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
@@ -225,11 +231,12 @@ def log_recording(
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
-    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz)
+    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz, beside)
+    recording, said = with_beside(even, cutoff_hz)
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
-    return even.recording, there, (*source.words, *held, *wrong, *odd, *even.words)
+    return recording, there, (*read, *held, *wrong, *odd, *even.words, *said)
 
 
 def kept_rows(
@@ -243,9 +250,10 @@ def kept_rows(
         position: samples × joints.
         signal: samples × drives; not looked at where None.
     """
-    table = np.column_stack([time, position, *([] if signal is None else [signal])])
-    twice = np.zeros(len(table), dtype=np.bool_)
-    twice[1:] = (table[1:] == table[:-1]).all(axis=1)
+    twice = np.zeros(len(time), dtype=np.bool_)
+    twice[1:] = time[1:] == time[:-1]
+    for column in (*position.T, *([] if signal is None else signal.T)):
+        twice[1:] &= column[1:] == column[:-1]
     kept, words = ~twice, list[str]()
     if twice.any():
         at = time[int(np.argmax(twice))]
@@ -255,7 +263,8 @@ def kept_rows(
     for what, values in (("position", position), ("control signal", signal)):
         if values is None:
             continue
-        good, said = not_held(name, what, time[~twice], values[~twice], position[~twice])
+        once = ~twice if twice.any() else slice(None)
+        good, said = not_held(name, what, time[once], values[once], position[once])
         kept[~twice] &= good
         words += said
     return kept, tuple(words)

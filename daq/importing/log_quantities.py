@@ -62,6 +62,10 @@ class LogFiles:
         """What is missing in the files that were read, one sentence each."""
         return tuple(words for table in self._tables.values() for words in table.words)
 
+    def give_up(self) -> None:
+        """Forget what was read: long logs fill the memory."""
+        self._tables.clear()
+
     def pick(self, file: str | None, names: tuple[str, ...]) -> FloatArray:
         path = self.path
         if path.is_dir() and not is_bag_folder(path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from robots.arrays import BoolArray, FloatArray
 
 SHORTEST_PIECE = 2.0
 """s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
+_LONGEST_PIECE = 1800.0
+"""s; what the ends of a part cost is a ten-thousandth of it."""
 _NEAR = 0.75
 """Of a period: a time without a sample that near has none."""
 
@@ -71,6 +74,16 @@ def answered_pieces(
         return recording.piece(pieces[number], name)
 
     return long_pieces(path, [rows.stop - rows.start for rows in pieces], recording.sample_time, make)
+
+
+def of_half_an_hour(recording: Recording) -> tuple[Recording, ...]:
+    """A recording of hours in parts of equal length, which are filtered one after the other; else itself."""
+    count = int(np.ceil(recording.time.size * recording.sample_time / _LONGEST_PIECE - 1e-9))
+    if count < 2:
+        return (recording,)
+    ends = np.linspace(0, recording.time.size, count + 1).astype(int).tolist()
+    parts = enumerate(pairwise(ends), start=1)
+    return tuple(recording.piece(slice(a, b), f"{recording.name}, part {k}") for k, (a, b) in parts)
 
 
 def complete_at(grid: FloatArray, time: FloatArray, complete: BoolArray) -> BoolArray:

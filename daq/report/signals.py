@@ -10,6 +10,7 @@ import numpy as np
 from daq.report.parameters import joint_heading
 from daq.text.numbers import NOTHING, count, percent, probability, setting, significant, with_sigma
 from daq.text.verdict_words import words_of
+from ident.listing import listed
 from ident.results import DroppedParameter, Essential, HeldOut, Identification, Rank, Signals
 from robots.description import Robot
 
@@ -121,7 +122,7 @@ def _lag_row(signals: Signals) -> SettingRow:
 def _rank_row(rank: Rank) -> SettingRow:
     note = "directions of the observation matrix that stand out of the noise of its own columns"
     if rank.unseen:
-        note = f"not above the noise: {', '.join(rank.unseen)}"
+        note = f"not above the noise: {listed(rank.unseen)}"
     if rank.reasons:
         note += f" ({'; '.join(rank.reasons)})"
     return SettingRow("Rank", f"{rank.structural} by structure", f"{rank.data} in the data", note)

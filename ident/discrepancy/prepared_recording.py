@@ -13,7 +13,6 @@ from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
-from ident.parameters.identity_cache import IdentityCache
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
 from ident.signals import (
@@ -26,6 +25,7 @@ from ident.signals import (
 )
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
+from robots.identity_cache import IdentityCache
 
 _EDGE = 5.0
 """Periods of the cut-off frequency at both ends in which a filtered acceleration is not to be trusted."""

@@ -22,11 +22,14 @@ from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
-from ident.parameters.identity_cache import IdentityCache
 from ident.statistics.whitening import Whitening
+from robots.identity_cache import IdentityCache
 
 LoopRun = tuple[LoopGap | None, str]
 """A model in closed loop on the validation recordings, or the reason why it cannot be simulated."""
+
+_EXACT = 1e-12
+"""rad (or m): a simulation is no nearer."""
 
 _STEPS = 8
 """Models whose simulation is kept."""
@@ -119,11 +122,16 @@ class Validation:
         )
 
     def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
-        """Of what the one model changes of the other's simulated positions, the share that is there."""
+        """Of what the one model changes of the other's simulated positions, the share that is there.
+
+        Each joint counts by what the nearer of both leaves there, its misfit or its noise. (In units of noise
+        alone the first joint of an arm with play, of which no simulation says where in it it is, decided
+        what the friction of the fifth was.)
+        """
         if without[0] is None or whole[0] is None:
             return None
-        floor = position_floor(self.prepared)
-        unit = np.where(np.isfinite(floor) & (floor > 0.0), floor, without[0].position)
+        misfit = np.minimum(without[0].position, whole[0].position)
+        unit = np.maximum(np.fmax(misfit, position_floor(self.prepared)), _EXACT)
         return shown_in_positions(self.prepared, without[0].errors, whole[0].errors, unit)
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:

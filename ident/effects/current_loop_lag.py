@@ -49,6 +49,7 @@ CURRENT_LOOP_LAG = Family(
             "lock the joint and step the control signal: a delay shifts the current, a lag rounds it"
         ),
     },
+    not_by_motion=("time_delay",),
     equation="the control signal leads the torque by `lag` times its rate",
     row=210,
 )

@@ -125,6 +125,7 @@ DRAGGING_BRAKE = Family(
         ),
         "drifting_friction": "lift the brake by hand and record again: its drag is gone, a drift is not",
     },
+    not_by_motion=("coulomb_friction",),
     equation=(
         "sign(q̇)·(drag + drag_cos·cos(2πt/period) + drag_sin·sin(2πt/period)) or, where it rubs once,"
         " sign(q̇)·drag after the instant (`side` 1) or before it (−1)"

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 
 from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.gear_state import lag_of_link
+from ident.effects.gear_state import finer, lag_between_samples
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -23,6 +23,7 @@ from ident.effects.simulated import GearSpring, SimulatedParts
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.identity_cache import IdentityCache
 
 _CONTACT = (0.5, 1.6, 4.0)
 """Frequency of the link on the flanks of a gear with play, in the home posture, over the cut-off of the
@@ -36,6 +37,8 @@ _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 _ABOUT_ONE = (0.1,)
 """Deviation of that factor: what links that are known to a tenth leave of it."""
+_AT_HOME: IdentityCache[FloatArray] = IdentityCache()
+"""Every effect of a gear with every shape asks for these."""
 
 
 def inertia_along(mass: FloatArray, back: FloatArray) -> FloatArray:
@@ -45,11 +48,16 @@ def inertia_along(mass: FloatArray, back: FloatArray) -> FloatArray:
 
 def link_inertia(robot: Robot, drive: int) -> float:
     """Inertia of the described links at a drive's output in the home position, kg·m² (or kg)."""
+    return float(_AT_HOME.of(robot, lambda: _link_inertias(robot))[drive])
+
+
+def _link_inertias(robot: Robot) -> FloatArray:
+    """(n,) of all drives."""
     model = rigid_body_model(robot)
     mass = pinocchio.crba(model, model.createData(), np.array(robot.home, dtype=np.float64))
-    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+    back = np.linalg.inv(robot.transmission_matrix)
     whole = np.triu(mass) + np.triu(mass, 1).T
-    return max(float(back @ whole @ back), 1e-6)
+    return np.asarray(np.maximum(np.einsum("id,ij,jd->d", back, whole, back), 1e-6))
 
 
 def gear_columns(
@@ -69,12 +77,16 @@ def gear_columns(
         if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
-        mass = present.link_mass_matrix(state.position)
-        inertia = inertia_along(mass, back)
-        load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
+
+        def series() -> FloatArray:
+            inertia = inertia_along(present.link_mass_matrix(state.position), back)
+            load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
+            return finer(inertia, load)
+
+        fine = state.once(present, (drive, offset_at_link), series)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
-        lag, rate, push = lag_of_link(inertia, load, step, stiffness, damping, gap, cubic)
+        lag, rate, push = lag_between_samples(fine, step, stiffness, damping, gap, cubic)
         moved = State(
             state.position - np.outer(lag, back),
             state.velocity - np.outer(rate, back),
@@ -165,6 +177,7 @@ JOINT_ELASTICITY = Family(
             "lock the link and step the control signal: the current shows the lag, no gear is in it"
         ),
     },
+    timeless=True,
     equation=(
         "links behind the gear are moved by the measured motion of the drive through a spring "
         "with damper; the torque is that of the links as they then move, less that of links which"
@@ -193,6 +206,7 @@ BACKLASH = Family(
             "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
         ),
     },
+    timeless=True,
     equation=(
         "as `joint_elasticity`, between two flanks that push and never pull; the factor is "
         "`play`. Stiffness and damping of a flank are those of impacts as a filtered record shows"

@@ -7,14 +7,19 @@ closed-loop simulation use once the effect has been named.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
-from typing import Literal, Protocol
+from collections.abc import Callable, Collection, Hashable
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol, TypeVar
+
+import numpy as np
 
 from ident.effects.entry import joint_words
 from robots.arrays import FloatArray
 from robots.carried import Load
 from robots.description import Robot
+from robots.identity_cache import IdentityCache
+
+Made = TypeVar("Made")
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
 
@@ -86,6 +91,21 @@ class State:
     time: FloatArray | None = None
     torque: FloatArray | None = None
     load: Load | None = None
+    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(2), compare=False)
+
+    def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
+        """What effects ask of this motion and of one model again and again, made once; by the very model."""
+        made: dict[Hashable, Made] = self._made.of(model, dict)
+        return made[key] if key in made else made.setdefault(key, make())
+
+    def ahead(self, shift: float) -> FloatArray:
+        """q, q̇ and q̈ some time on (s), as the samples about it go through: samples × 3 × joints."""
+        from scipy.interpolate import CubicSpline  # here: it takes long to load
+
+        time, motion = self.time, (self.position, self.velocity, self.acceleration)
+        assert time is not None
+        course = self.once(None, "course", lambda: CubicSpline(time, np.stack(motion, axis=1)))
+        return np.asarray(course(np.clip(time + shift, time[0], time[-1])))
 
 
 class Effect(Protocol):

@@ -51,9 +51,26 @@ def lag_of_link(
         gap: rad (or m), the whole play; the link starts in contact on the side that its load presses it to.
         cubic: N·m/rad³ (or N/m³) of a spring that stiffens, without a gap.
     """
-    frequency = float(np.sqrt(stiffness / np.median(inertia)))
+    return lag_between_samples(finer(inertia, load), sample_time, stiffness, damping, gap, cubic)
+
+
+def finer(inertia: FloatArray, load: FloatArray) -> FloatArray:
+    """Inertia and load (samples,) with points between the samples: (2, finer samples).
+
+    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
+    """
+    series = np.stack([inertia, load], axis=1)
+    fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
+    return np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
+
+
+def lag_between_samples(
+    series: FloatArray, sample_time: float, stiffness: float, damping: float, gap: float, cubic: float = 0.0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same of inertia and load as of :func:`finer`."""
+    inertia, load = series
+    frequency = float(np.sqrt(stiffness / np.median(inertia[::_PARTS])))
     step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
-    inertia, load = _finer(np.stack([inertia, load], axis=1))
     lag, rate, push = (np.empty_like(load) for _ in range(3))
     substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
     start = load[0] / stiffness + 0.5 * gap * np.sign(load[0])
@@ -64,15 +81,6 @@ def lag_of_link(
     h = sample_time / (_PARTS * substeps)
     _kernel()(inertia, load, h, substeps, stiffness, damping, 0.5 * gap, cubic, start, lag, rate, push)
     return lag[::_PARTS], rate[::_PARTS], push[::_PARTS]
-
-
-def _finer(series: FloatArray) -> FloatArray:
-    """Series (samples, k) with points between the samples: (k, finer samples).
-
-    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
-    """
-    fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
-    return np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
 
 
 @cache

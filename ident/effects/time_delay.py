@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.placed import Family, Law, Parameters, Parts, each_drive
+from ident.effects.placed import Family, Law, Parameters, Parts, along, drive_torque, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -50,8 +50,7 @@ def _make(
         time, state = state.time, present.low_cutoff(state)
         moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
         motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
-        shifted = motion @ moving.T
-        ahead = CubicSpline(time, shifted)(np.clip(time + shift, time[0], time[-1])) - shifted
+        ahead = (state.ahead(shift) - motion) @ moving.T
         position, velocity, acceleration = (motion + ahead).transpose(1, 0, 2)
         moved = State(position, velocity, acceleration, time, load=state.load)
         change = (present.torque(moved) - present.torque(state)) @ showing
@@ -86,15 +85,14 @@ def _acting(
     """A drive's torque follows its control signal late: the signal is the torque of some time ahead."""
     (ahead,), drive = shape, place.joints[0]
     transmission = robot.transmission_matrix
-    own = np.linalg.inv(transmission)[:, [drive]] @ transmission[[drive]]
 
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
         time, state = state.time, present.low_cutoff(state)
-        torque = present.torque(state) @ own
+        torque = drive_torque(robot, present.torque(state), drive)
         later = CubicSpline(time, torque)(np.clip(time + ahead, time[0], time[-1]))
-        return np.asarray((later - torque) / ahead)[:, :, np.newaxis]
+        return along(transmission[drive], (later - torque) / ahead)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(drives=(DriveChange(drive, delay=max(0.0, float(values[0]))),))
@@ -114,6 +112,7 @@ ACTING_LATE = Family(
     each_drive,
     _acting,
     _acting_shapes,
+    timeless=True,
     equation="the control signal is the drive's torque of `ahead` later",
 )
 TIME_DELAY = Family(
@@ -127,6 +126,7 @@ TIME_DELAY = Family(
     further=(ACTING_LATE,),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    timeless=True,
     equation=(
         "how much later positions are read than control signals; a negative one means that "
         "control signals are late. Its `shift` is where the change of the torque is taken, at "

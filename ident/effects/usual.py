@@ -195,6 +195,7 @@ ASYMMETRIC_FRICTION = Family(
             "hold still under a known load, reached from both sides: an offset stays, friction turns"
         ),
     },
+    not_by_motion=("current_offset",),
     equation="dFc·|sign(q̇)| + dFv·|q̇|: half the difference between both directions",
     row=30,
 )

@@ -58,6 +58,12 @@ def confused_with(name: str) -> tuple[str, ...]:
     )
 
 
+def hidden_from_motion(one: str, other: str) -> bool:
+    """Whether no motion tells two names of the vocabulary apart at one place: it is declared on either."""
+    pairs = {(family.name, name) for family in VOCABULARY for name in family.not_by_motion}
+    return (one, other) in pairs or (other, one) in pairs
+
+
 def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
     """The form of a name of the vocabulary that has these shapes; the first one where none has.
 

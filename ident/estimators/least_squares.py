@@ -8,6 +8,7 @@ import numpy as np
 
 from ident.errors import IdentificationError
 from ident.estimators.fit import LinearFit, Stacked
+from ident.listing import listed
 from robots.arrays import FloatArray
 
 ErrorDeviation = Literal["unbiased", "sample"]
@@ -78,7 +79,7 @@ def require_full_rank(x: FloatArray, names: tuple[str, ...]) -> None:
     silent = [name for name, size in zip(names, scale, strict=True) if size == 0.0]
     if silent:
         raise IdentificationError(
-            f"the motion does not excite {', '.join(silent)}; move the joints they belong to"
+            f"the motion does not excite {listed(silent)}; move the joints they belong to"
         )
     _, values, directions = np.linalg.svd(x / scale, full_matrices=False)
     blind = values < _DEPENDENT * values[0]
@@ -86,5 +87,5 @@ def require_full_rank(x: FloatArray, names: tuple[str, ...]) -> None:
         share = np.abs(directions[blind]).max(axis=0)
         mixed = [name for name, part in zip(names, share, strict=True) if part > 0.1]
         raise IdentificationError(
-            f"the motion does not tell apart {', '.join(mixed)}; record a more exciting trajectory"
+            f"the motion does not tell apart {listed(mixed)}; record a more exciting trajectory"
         )

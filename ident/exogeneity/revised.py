@@ -13,6 +13,7 @@ from ident.exogeneity.instruments import INSTRUMENTS_NULL, GateSettings, instrum
 from ident.exogeneity.rank import RANK_NULL, rank_gate
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows, single_p_values, wald_f
+from ident.listing import listed
 from ident.verdicts import ColumnCheck, Gate, RevisedTest
 from robots.arrays import FloatArray, IntArray
 
@@ -105,7 +106,7 @@ def exogeneity_gate(
     guilty = [check.column for check in checks if not check.passed]
     detail = errors
     if guilty:
-        detail += f"; correlated with the errors: {', '.join(guilty)}"
+        detail += f"; correlated with the errors: {listed(guilty)}"
     return Gate("exogeneity", _EXOGENEITY, p >= level, statistic, "F", df, p, detail, checks)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ident.effects import State
 from ident.errors import IdentificationError
+from ident.listing import listed
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows
 from ident.preparation.spectrum import PositionSpectrum
@@ -151,7 +152,7 @@ def _taking_part(directions: FloatArray) -> IntArray:
 def _unseen(what: str, which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> IdentificationError:
     why = "; ".join(_reasons(which, base, moved))
     advice = why or "the joints move in step with one another; record a more exciting trajectory"
-    return IdentificationError(f"the motion {what} {', '.join(base.names[k] for k in which)}: {advice}")
+    return IdentificationError(f"the motion {what} {listed([base.names[k] for k in which])}: {advice}")
 
 
 def _reasons(which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> list[str]:

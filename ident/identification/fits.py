@@ -53,6 +53,15 @@ class Fits:
     impossible: bool = False
     of_loads: FloatArray | None = None
 
+    def each(self, change: Callable[[LinearFit], LinearFit]) -> Fits:
+        """The same with every estimate changed."""
+        return replace(
+            self,
+            least_squares=change(self.least_squares),
+            instrumental=None if self.instrumental is None else change(self.instrumental),
+            alternatives={name: change(fit) for name, fit in self.alternatives.items()},
+        )
+
     def widened(self, spread: Callable[[LinearFit], FloatArray | None]) -> Fits:
         """With covariances that hold what is not known of bodies that the arm carried."""
         more = spread(self.least_squares)
@@ -62,13 +71,7 @@ class Fits:
         def wide(fit: LinearFit) -> LinearFit:
             return replace(fit, covariance=fit.covariance + more)
 
-        return replace(
-            self,
-            least_squares=wide(self.least_squares),
-            instrumental=None if self.instrumental is None else wide(self.instrumental),
-            alternatives={name: wide(fit) for name, fit in self.alternatives.items()},
-            of_loads=more,
-        )
+        return replace(self.each(wide), of_loads=more)
 
 
 def all_fits(

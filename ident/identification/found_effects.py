@@ -9,7 +9,7 @@ depend on what that night's recording makes of the parameters.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,12 +32,14 @@ class FoundModel:
         usual: names of its other effects, in column order.
         found: the effects that were found, in the order of the findings.
         values: base parameters by name, SI.
+        covariance: of the parameters of what was found, by two names each; empty where it is not known.
     """
 
     source: str
     usual: tuple[str, ...]
     found: tuple[EffectEntry, ...]
     values: Mapping[str, float]
+    covariance: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @classmethod
     def of(

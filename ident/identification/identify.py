@@ -19,11 +19,13 @@ from ident.exogeneity import (
     simulation_agreement,
     textbook_test,
 )
-from ident.identification.alignment import LagEstimate, estimate_lag
+from ident.identification.alignment import estimate_lag
+from ident.identification.doubts import doubts_of
 from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
 from ident.identification.intervals import half_widths
+from ident.identification.kept_effects import KeptEffects, known_names
 from ident.identification.loads import spread_of, unknown_of
 from ident.identification.options import Options
 from ident.identification.summary import (
@@ -38,15 +40,15 @@ from ident.identification.summary import (
     with_consistent,
 )
 from ident.identification.taken_up import TakenUp, without_taken_up
+from ident.identification.tried_cutoff import ProposedCutoff, proposed_for
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.checks import check_recordings
-from ident.preparation.cutoff import CutoffProposal, propose_cutoff
 from ident.preparation.noise import noise_estimate
 from ident.preparation.observation import Rows, observe
 from ident.preparation.spectrum import PositionSpectrum, position_spectrum
 from ident.recording import Recording
-from ident.results import Identification, Rank, Signals
+from ident.results import Identification, Signals
 from ident.statistics.restricted import regression_whitening
 from ident.verdicts import Gate, RevisedTest
 from robots.description import Robot
@@ -102,7 +104,7 @@ def identify(
     progress("base parameters", 0.0)
     warnings = check_recordings(robot, (*recordings, *options.validation))
     spectrum = position_spectrum(recordings)
-    proposal = propose_cutoff(spectrum)
+    proposal = proposed_for(robot, recordings, spectrum)
     if options.propose_cutoff:
         robot = _with_settings(robot, cutoff_hz=proposal.hz)
     model = RegressorModel.of(robot)
@@ -114,21 +116,24 @@ def identify(
     unknown, carried = unknown_of(base, recordings), recordings
     recordings = unknown.complete(recordings)
     options = replace(options, validation=unknown.complete(options.validation))
-    prepared = _prepare(base, recordings, spectrum, progress)
+    prepared = _prepare(base, recordings, spectrum, progress, known_names(options.found))
     base, rows, stacked = prepared.base, prepared.rows, prepared.stacked
     settings = base.model.robot.identification
     fits = all_fits(prepared, recordings, options, progress).widened(
         lambda fit: spread_of(fit, base, rows, carried, unknown)
     )
+    kept, alone = KeptEffects.of(base, options.found), fits
+    fits = fits.each(kept.in_fit)
     progress("revised Durbin-Wu-Hausman test", 0.9)
     test, textbook = _test(prepared, recordings, fits)
-    half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads)
+    half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads, alone.least_squares)
     least_squares = estimate_of("ls", base, stacked, fits.least_squares, half)
     refuse_negative_friction(least_squares, robot.n)
     computed = {"ls": least_squares}
     if fits.instrumental is not None and fits.instruments is not None:
         columns = fits.instruments.columns
-        half = half_widths(prepared, recordings, fits.instrumental, columns, fits.of_loads)
+        of = (fits.instrumental, columns, fits.of_loads, alone.instrumental)
+        half = half_widths(prepared, recordings, *of)
         computed["iv"] = estimate_of("iv", base, stacked, fits.instrumental, half)
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
@@ -146,8 +151,9 @@ def identify(
         warnings=(
             *warnings,
             *unknown.sentences(),
+            *kept.sentences(alone.least_squares),
             *prepared.taken_up.sentences,
-            *_doubts(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
+            *doubts_of(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
             *(() if beyond else rotors),
             *poorly_seen(least_squares),
         ),
@@ -186,14 +192,18 @@ def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> Cons
 
 
 def _prepare(
-    base: BaseParameters, recordings: tuple[Recording, ...], spectrum: PositionSpectrum, progress: Progress
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    spectrum: PositionSpectrum,
+    progress: Progress,
+    known: frozenset[str],
 ) -> Prepared:
     """Rows under the arm's settings; made again where their lag is to be found in the data."""
     progress("observation matrix", 0.1)
     robot = base.model.robot
     rows, taken_up = observe(base, recordings, robot.identification), TakenUp()
     if any(isinstance(effect, Found) for effect in base.model.effects):
-        base, rows, taken_up = without_taken_up(base, rows)
+        base, rows, taken_up = without_taken_up(base, rows, known)
     rank = rank_of(base, rows, recordings, spectrum)
     require_enough_rows(rows, len(base.names))
     stacked = stack(rows)
@@ -245,7 +255,7 @@ def _signals(
     prepared: Prepared,
     recordings: tuple[Recording, ...],
     spectrum: PositionSpectrum,
-    proposal: CutoffProposal,
+    proposal: ProposedCutoff,
 ) -> Signals:
     robot, lag = prepared.base.model.robot, prepared.lag
     settings = robot.identification
@@ -261,31 +271,3 @@ def _signals(
         estimated_lag=lag.lag if lag.converged else None,
         lag_sigma=lag.sigma if lag.converged else None,
     )
-
-
-def _doubts(
-    signals: Signals, proposal: CutoffProposal, lag: LagEstimate, rank: Rank, friction_sign: str
-) -> list[str]:
-    """Settings that the data speak against, and parameters that the motion hardly shows."""
-    found = []
-    if proposal.is_far_from(signals.cutoff_hz):
-        found.append(
-            f"cut-off {signals.cutoff_hz:g} Hz; the spectrum of the positions proposes {proposal.hz:g} Hz"
-        )
-    if lag.disagrees and signals.lag == lag.given:
-        found.append(
-            f"control-signal lag {1e3 * lag.given:g} ms; the data say {1e3 * lag.lag:.3g} ±"
-            f" {1e3 * lag.sigma:.1g} ms, and a wrong lag reads as inertia and viscous friction"
-        )
-    if friction_sign == "tanh" and signals.friction_width < signals.proposed_friction_width:
-        found.append(
-            f"friction width {signals.friction_width:g}: noise swings the friction's sign at standstill;"
-            f" at least {signals.proposed_friction_width:.2g} is proposed"
-        )
-    if rank.data < rank.structural:
-        why = f" ({'; '.join(rank.reasons)})" if rank.reasons else ""
-        found.append(
-            f"the data have rank {rank.data} of {rank.structural}: the motion does not lift"
-            f" {', '.join(rank.unseen)} above the noise of the positions{why}"
-        )
-    return found

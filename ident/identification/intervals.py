@@ -100,10 +100,22 @@ def half_widths(
     fit: LinearFit,
     instruments: FloatArray | None,
     more: FloatArray | None,
+    alone: LinearFit | None,
 ) -> FloatArray:
-    """(b,) half of the interval that covers 95 %, with a covariance (b, b) that is no matter of the rows."""
+    """(b,) half of the interval that covers 95 %.
+
+    Args:
+        prepared, recordings, fit, instruments: as of :func:`deviations`.
+        more: (b, b) covariance that is no matter of the rows.
+        alone: the estimate without what was known before of some parameters, which narrows the interval as
+            it does σ.
+    """
     half = deviations(prepared, recordings, fit, instruments).half_width
-    return half if more is None else np.asarray(np.hypot(half, QUANTILE * np.sqrt(np.diag(more))))
+    if more is not None:
+        half = np.hypot(half, QUANTILE * np.sqrt(np.diag(more)))
+    if alone is not None and alone is not fit:
+        half = half * np.sqrt(np.diag(fit.covariance) / np.diag(alone.covariance))
+    return np.asarray(half)
 
 
 class _Map:

@@ -10,6 +10,7 @@ import numpy as np
 from ident.errors import IdentificationError
 from ident.estimators import Dropped, EssentialFit, LinearFit, Stacked, essential_parameters, stack
 from ident.estimators.consistent import ConsistentFit
+from ident.listing import listed
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
@@ -169,7 +170,7 @@ def trace_of(rows: Rows, beta: FloatArray) -> TorqueTrace:
 def poorly_seen(estimate: Estimate) -> tuple[str, ...]:
     """A sentence on the parameters with a large %σ; none where there is none."""
     poor = [p.name for p in estimate.parameters if p.sigma > _POORLY_SEEN * abs(p.value)]
-    return (f"seen with more than 30 % σ: {', '.join(poor)}",) if poor else ()
+    return (f"seen with more than 30 % σ: {listed(poor)}",) if poor else ()
 
 
 def refuse_nothing_explained(estimate: Estimate, rank: Rank) -> None:
@@ -205,6 +206,7 @@ def not_of_a_rotor(estimate: Estimate) -> tuple[tuple[str, ...], bool]:
         return (), False
     listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])
     words = f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something"
+    words += ", or the torque is of sensors at the links (--torque-sensors)"
     return (words,), any(p.value < -_IMPOSSIBLE * p.sigma for p in found)
 
 

@@ -7,13 +7,14 @@ they take up of it is kept, so that a model with the effect and one without can 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ident.effects.found import Found
 from ident.effects.vocabulary import form_of
+from ident.listing import listed
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observation import Rows
@@ -43,12 +44,16 @@ class TakenUp:
     sentences: tuple[str, ...] = ()
 
 
-def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, Rows, TakenUp]:
+def without_taken_up(
+    base: BaseParameters, rows: Rows, known: Collection[str] = ()
+) -> tuple[BaseParameters, Rows, TakenUp]:
     """The model less what these rows do not tell of its found effects, and the rows of what is left.
 
     Args:
         base: of a model with found effects.
         rows: all columns of it.
+        known: parameters of effects whose size is known before: these are taken up only where the columns of
+            the others make up for theirs exactly.
     """
     found = [effect for effect in base.model.effects if isinstance(effect, Found)]
     plain = len(base.names) - sum(sum(effect.kept) for effect in found)
@@ -61,7 +66,9 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
     start = plain
     for effect in found:
         end = start + sum(effect.kept)
-        own, basis = _told(base.model.robot, effect, basis, unit[:, start:end])
+        before = any(parameter.name in known for parameter in effect.parameters)
+        least = _SPANNED if before else _REFITTED
+        own, basis = _told(base.model.robot, effect, basis, unit[:, start:end], least)
         told[start:end] = own
         if not own.all():
             sentences.append(_sentence(effect, base.names[start:end], own, seen=bool(size[start:end].any())))
@@ -81,9 +88,12 @@ def without_taken_up(base: BaseParameters, rows: Rows) -> tuple[BaseParameters, 
 
 
 def _told(
-    robot: Robot, effect: Found, basis: FloatArray, columns: FloatArray
+    robot: Robot, effect: Found, basis: FloatArray, columns: FloatArray, least: float
 ) -> tuple[np.ndarray, FloatArray]:
-    """(m,) which columns of unit norm the rows tell from the basis before them, and the basis with these."""
+    """(m,) which columns of unit norm the rows tell from the basis before them, and the basis with these.
+
+    Of an effect that only a prior tells, one of them by at least a share of itself.
+    """
     family = form_of(robot, effect.name, effect.shape_names)
     own, wider, largest = [], basis, 0.0
     for column in columns.T:
@@ -97,7 +107,7 @@ def _told(
             wider = np.column_stack([wider, rest / left])
     place = iter(own)
     whole = [has and next(place) for has in effect.kept]
-    none = any(not whole[index] for index in family.essential) or (family.needs_prior and largest < _REFITTED)
+    none = any(not whole[index] for index in family.essential) or (family.needs_prior and largest < least)
     return (np.zeros(len(own), dtype=np.bool_), basis) if none else (np.array(own, dtype=np.bool_), wider)
 
 
@@ -106,6 +116,6 @@ def _sentence(effect: Found, names: Sequence[str], own: np.ndarray, *, seen: boo
     if not seen:
         return f"{what} does not show in these recordings; the model that is identified is without it"
     if own.any():
-        lost = ", ".join(name for name, is_told in zip(names, own, strict=True) if not is_told)
+        lost = listed([name for name, is_told in zip(names, own, strict=True) if not is_told])
         what = f"{lost} of {what}"
     return f"{what}: without a prior the other parameters take it up; it is in their values now"

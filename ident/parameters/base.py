@@ -18,7 +18,7 @@ from ident.effects import Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import StandardParameter
 from ident.effects.found import Found
-from ident.parameters.chain import along_chain
+from ident.parameters.chain import chain_torque
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
@@ -110,13 +110,13 @@ class BaseParameters:
                 continue
             chain = chain_frames(effect.model) if isinstance(effect, RigidBody) else None
             if chain is None or not isinstance(effect, RigidBody):
-                torque += effect.columns(state) @ standard[own]
+                torque += np.tensordot(effect.columns(state), standard[own], axes=1)
             else:
                 gravity = np.array(effect.model.gravity.linear, dtype=np.float64)
                 links = standard[own].reshape(-1, 10)
-                torque += along_chain(
+                torque += chain_torque(
                     chain, links, gravity, state.position, state.velocity, state.acceleration
-                )[0]
+                )
         return torque
 
     def with_effects(self, effects: Sequence[Effect], kept: BoolArray) -> BaseParameters:

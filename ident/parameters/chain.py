@@ -1,4 +1,4 @@
-"""Torques of a serial chain of links along a motion."""
+"""Torques and mass matrices of a serial chain of links along a motion."""
 
 from __future__ import annotations
 
@@ -7,36 +7,33 @@ import numpy as np
 from robots.arrays import FloatArray
 
 
-def along_chain(
+def chain_torque(
     frames: FloatArray,
     links: FloatArray,
     gravity: FloatArray,
     position: FloatArray,
     velocity: FloatArray,
     acceleration: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Torque (samples × n) and mass matrix (samples × n × n) of links along a motion.
+) -> FloatArray:
+    """Torque of links along a motion, samples × n; see :func:`ident.parameters.newton_euler.torque_along`."""
+    # Imported here: the compiler takes a second to load.
+    from ident.parameters.newton_euler import torque_along
+
+    return torque_along(frames, links, gravity, position, velocity, acceleration)
+
+
+def chain_masses(frames: FloatArray, links: FloatArray, position: FloatArray) -> FloatArray:
+    """Mass matrices of links along a motion, samples × n × n.
 
     Args:
         frames: (n, 37), see :func:`ident.effects.chain.chain_frames`.
-        links: (n, 10) standard parameters; the torque is linear in them.
-        gravity: (3,) m/s² in the base.
-        position, velocity, acceleration: samples × n.
+        links: (n, 10) standard parameters; the masses are linear in them.
+        position: samples × n.
     """
     # Imported here: the compiler takes a second to load.
-    from ident.parameters.link_torque import along_motion
+    from ident.parameters.link_masses import masses_along
 
     samples, n = position.shape
-    torque, masses = np.empty((samples, n)), np.empty((samples, n, n))
-    along_motion(
-        tuple(range(n)),
-        frames,
-        np.ascontiguousarray(links),
-        gravity,
-        np.ascontiguousarray(position),
-        np.ascontiguousarray(velocity),
-        np.ascontiguousarray(acceleration),
-        torque,
-        masses,
-    )
-    return torque, masses
+    masses = np.empty((samples, n, n))
+    masses_along(tuple(range(n)), frames, np.ascontiguousarray(links), np.ascontiguousarray(position), masses)
+    return masses

@@ -14,13 +14,13 @@ from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
-from ident.parameters.chain import along_chain
-from ident.parameters.identity_cache import IdentityCache
+from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
 from robots.carried import Load
 from robots.description import Robot
+from robots.identity_cache import IdentityCache
 
 _LIGHT = 1e-6
 """kg; far below what any torque shows."""
@@ -78,17 +78,17 @@ class Present:
         return self._link_torques.of(state, lambda: self._link_torque(state))
 
     def _torque(self, state: State) -> FloatArray:
-        total = self.link_torque(state)
+        total = self.link_torque(state).copy()
         for effect, values in self._effects():
             if not (isinstance(effect, RigidBody) or _is_load(effect)):
-                total = total + effect.columns(state) @ values
+                total += np.tensordot(effect.columns(state), values, axes=1)
         return total
 
     def _link_torque(self, state: State) -> FloatArray:
         chain = self._chain
         if chain is not None:
             motion = (state.position, state.velocity, state.acceleration)
-            return along_chain(chain, self._link_parameters(state.load), self._gravity, *motion)[0]
+            return chain_torque(chain, self._link_parameters(state.load), self._gravity, *motion)
         model = self._links(state.load)
         data = model.createData()
         torque = np.zeros_like(state.position)
@@ -104,8 +104,7 @@ class Present:
     def _mass_matrix(self, position: FloatArray) -> FloatArray:
         chain = self._chain
         if chain is not None:
-            still = np.zeros_like(position)
-            return along_chain(chain, self._link_parameters(), self._gravity, position, still, still)[1]
+            return chain_masses(chain, self._link_parameters(), position)
         model = self._links()
         data = model.createData()
         samples, joints = position.shape

@@ -80,14 +80,16 @@ def _into_noise(spectrum: PositionSpectrum, power: FloatArray, joint: int, highe
 def _bandwidth(spectrum: PositionSpectrum, power: FloatArray, joint: int, noise: float) -> float:
     """Frequency that holds the acceleration's power up to where its spectrum is lowest.
 
-    Beyond that valley the noise of the positions, differentiated twice, outgrows the motion.
+    Beyond that valley the noise of the positions, differentiated twice, outgrows the motion. The motion is
+    where speeds are largest: of accelerations, those of a noise that is not white may be larger.
     """
     chosen = spectrum.frequency <= noise
     if np.count_nonzero(chosen) < 2:
         return noise
     frequency = spectrum.frequency[chosen]
     acceleration = power[chosen] * frequency**4
-    peak = int(np.argmax(acceleration[frequency <= max(noise / 2, frequency[0])]))
+    speed = power[chosen] * frequency**2
+    peak = int(np.argmax(speed[frequency <= max(noise / 2, frequency[0])]))
     valley = peak + int(np.argmin(acceleration[peak:])) + 1
     motion = np.maximum(spectrum.power[chosen, joint][:valley] - spectrum.noise[joint], 0.0)
     gathered = np.cumsum(motion * frequency[:valley] ** 4)

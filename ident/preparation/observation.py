@@ -53,6 +53,11 @@ _SAMPLES_AT_ONCE = 400
 """Samples at which the regressor is evaluated together: a piece of it stays in the cache."""
 
 
+_LONG = 200_000
+"""Samples of a motion that is decimated at once: 0.3 GB of columns for six axes."""
+_FORGOTTEN = 128
+"""Rows after which the decimation filter has forgotten the end of a record, to rounding."""
+
 _STATES = 64
 """Random states that show which columns are zero by structure."""
 
@@ -132,10 +137,16 @@ def _columns_of(
 
 def _columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
     """The base regressor of a motion through the decimation filter."""
-    samples, joints = state.position.shape
-    count = len(base.names)
+    samples = state.position.shape[0]
     if settings.decimation == 1:
         return base.columns(state)
+    if samples > _LONG and all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
+        return _long_columns(base, state, settings)
+    return _columns_at_once(base, state, settings)
+
+
+def _columns_at_once(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
+    (samples, joints), count = state.position.shape, len(base.names)
     present, series = _series(base, state)
     thin = np.zeros((decimate_index(samples, settings.decimation).size, joints * count))
     for start in range(0, present.size, _COLUMNS_AT_ONCE):
@@ -143,6 +154,22 @@ def _columns(base: BaseParameters, state: State, settings: Identification) -> Fl
         rows = decimate(series[part], settings.decimation, settings.decimation_filter, axis=1)
         thin[:, present[part]] = rows.T
     return thin.reshape(-1, joints, count)
+
+
+def _long_columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
+    """The same of a long motion, block by block, each with ends that the filter has forgotten in its core."""
+    kept = decimate_index(state.position.shape[0], settings.decimation)
+    rows = max(_LONG // settings.decimation // 2, 4 * _FORGOTTEN)
+    thin = np.empty((kept.size, state.position.shape[1], len(base.names)))
+    for first in range(0, kept.size, rows):
+        last = min(first + rows, kept.size)
+        begin = kept[first - _FORGOTTEN] if first > _FORGOTTEN else 0
+        end = min(last + _FORGOTTEN, kept.size)
+        part = slice(begin, kept[end - 1] + 1)  # its last sample is kept, as that of every record is
+        piece = State(state.position[part], state.velocity[part], state.acceleration[part])
+        found = _columns_at_once(base, piece, settings)
+        thin[first:last] = found[len(found) - (end - first) : len(found) - (end - last)]
+    return thin
 
 
 def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:

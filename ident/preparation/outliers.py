@@ -45,15 +45,14 @@ def without_outliers(
     """
     if values.shape[0] < _FEWEST or (np.abs(values) > LARGEST[what]).any():
         return values, ()  # what is beyond any arm is refused by Recording
-    off = _off_neighbours(values) * _evenly_sampled(time)[:, np.newaxis]
-    residual = np.abs(off)
-    usual = np.percentile(residual, 90.0, axis=0)
-    mended, sentences = values.copy(), []
+    even, mended, sentences = _evenly_sampled(time), values, []
     for joint in range(values.shape[1]):
-        far = residual[:, joint] > max(_TIMES_USUAL * usual[joint], impossible[joint])
+        off = _off_neighbours(values[:, joint]) * even
+        residual = np.abs(off)
+        far = residual > max(_TIMES_USUAL * float(np.percentile(residual, 90.0)), impossible[joint])
         if not far.any():
             continue
-        peaks = np.flatnonzero(far & _is_peak(residual[:, joint]))
+        peaks = np.flatnonzero(far & _is_peak(residual))
         at = ", ".join(f"{time[k]:.6g}" for k in peaks[:_NAMED]) + (" …" if len(peaks) > _NAMED else "")
         crowded = len(peaks) > 1 and int(np.diff(peaks).min()) <= 2 * _NEIGHBOURS
         if crowded or len(peaks) > max(1, _SHARE * len(values)):
@@ -61,8 +60,9 @@ def without_outliers(
                 f"{name}: {what} of joint {joint + 1} jumps at {len(peaks)} samples ({at} s), as no arm"
                 " can; cut the log there"
             )
-        size = float(residual[peaks, joint].max())
-        mended[peaks, joint] = values[peaks, joint] - off[peaks, joint]
+        size = float(residual[peaks].max())
+        mended = values.copy() if mended is values else mended
+        mended[peaks, joint] = values[peaks, joint] - off[peaks]
         number = "one sample" if len(peaks) == 1 else f"{len(peaks)} single samples"
         sentences.append(
             f"{name}: {what} of joint {joint + 1} is off by up to {size:.3g} at {number} ({at} s), set aside"

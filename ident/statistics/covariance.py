@@ -66,5 +66,11 @@ def instrumental_covariance(
     weights = 1.0 / sigma**2
     cross = np.einsum("sja,j,sjb->ab", instruments, weights, regressor, optimize=True)
     score = weighted_score_covariance(instruments, sigma, whitening, segment)
-    half = np.linalg.solve(cross, score)
-    return np.asarray(np.linalg.solve(cross, half.T).T)
+    # Columns of kilogrammes beside columns of friction, and products by fast convolution: rounding is a share
+    # of the largest, and took variances of small ones below zero. The root of the score has no such side.
+    scale = np.sqrt(np.maximum(np.diag(score), 0.0))
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(0.5 * (score + score.T) / np.outer(scale, scale))
+    root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
+    half = np.linalg.solve(cross / scale[:, np.newaxis], root / scale[:, np.newaxis])
+    return np.asarray(half @ half.T)

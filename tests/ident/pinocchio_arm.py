@@ -29,15 +29,17 @@ def tx40() -> Robot:
     return robot.model_copy(update={"identification": settings})
 
 
-def course(robot: Robot, seed: int, seconds: float = 12.0) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """q, q̇, q̈ of sums of sines about home, samples × joints, exact."""
+def course(
+    robot: Robot, seed: int, seconds: float = 12.0, share: float = 0.6
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """q, q̇, q̈ of sums of sines about home within a share of the range, samples × joints, exact."""
     generator = np.random.default_rng(seed)
     t = np.arange(0.0, seconds, STEP)
     q, v, a = (np.empty((t.size, robot.n)) for _ in range(3))
     for joint, home in enumerate(robot.home):
         frequency = 2 * np.pi * np.array([0.13, 0.31, 0.57, 0.9]) * (1 + 0.07 * joint)
         size, phase = generator.uniform(0.4, 1.0, 4) / frequency, generator.uniform(0, 2 * np.pi, 4)
-        reach = 0.6 * min(home - robot.lower[joint], robot.upper[joint] - home)
+        reach = share * min(home - robot.lower[joint], robot.upper[joint] - home)
         size *= min(reach / size.sum(), 0.6 * robot.velocity_limits[joint] / (size * frequency).sum())
         angle = np.outer(t, frequency) + phase
         q[:, joint] = home + np.sin(angle) @ size
@@ -60,10 +62,11 @@ def record(
     noise: float = 0.3,
     encoder: float = 1e-5,
     seconds: float = 12.0,
+    share: float = 0.6,
 ) -> Recording:
     """A recording, with a body in the frame of the last joint and whatever a hook adds to the torque."""
     robot = tx40()
-    q, v, a = course(robot, seed, seconds)
+    q, v, a = course(robot, seed, seconds, share)
     model = links_of(robot)
     if body is not None:
         model.appendBodyToJoint(robot.n, body, pinocchio.SE3.Identity())

@@ -10,7 +10,7 @@ from ident.covariances import BartlettHac, Block, Cluster, Independent, White, c
 from ident.covariances.cluster import groups
 from ident.covariances.hac import bartlett_sum, newey_west_bandwidth
 from ident.covariances.problem import EstimatedRows
-from ident.statistics.covariance import autocovariance
+from ident.statistics.covariance import autocovariance, instrumental_covariance
 from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
@@ -220,3 +220,18 @@ def test_whitening_in_words() -> None:
         assert Whitening("ar", coefficients, np.ones(2), p).describe() == words
     told = Whitening("ar", coefficients, np.ones(2), np.array([0.5, 0.00099])).describe()
     assert told == f"{words}; not quite white are joints 2 (p 0.001), Ljung-Box"
+
+
+def test_no_variance_is_below_zero_by_rounding() -> None:
+    """Columns of very different size that nearly depend on each other, as of a poor motion."""
+    generator = np.random.default_rng(3)
+    base = generator.normal(size=(400, 2, 6)).cumsum(axis=0)
+    for column in range(1, 6):
+        base[:, :, column] = base[:, :, 0] + 10.0 ** (-1.7 * column) * base[:, :, column]
+    base *= 10.0 ** np.arange(6, -6, -2)
+    whitening = Whitening("ar", (np.array([0.95]), np.array([0.99])), np.array([1.0, 0.5]))
+    covariance = instrumental_covariance(
+        base, base, np.array([1.0, 0.5]), whitening, np.zeros(400, dtype=np.int64)
+    )
+    assert (np.diag(covariance) >= 0.0).all()
+    np.testing.assert_allclose(covariance, covariance.T)

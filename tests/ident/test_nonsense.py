@@ -50,6 +50,7 @@ def test_a_fit_that_is_none_is_refused(estimate: Estimate, rank: Rank, message: 
 
 def test_a_rotor_below_zero_is_said_beyond_three_deviations() -> None:
     said = "rotor inertia below zero (Ia3 by 6.67 σ): no rotor has it, so the model lacks something"
+    said += ", or the torque is of sensors at the links (--torque-sensors)"
     assert not_of_a_rotor(ESTIMATE) == ((said,), True)
     odd = replace(ESTIMATE, parameters=(replace(PARAMETERS[1], sigma=0.05),))
     assert not_of_a_rotor(odd) == ((said.replace("6.67", "4"),), False)

@@ -105,6 +105,17 @@ def test_more_noise_never_raises_the_proposal() -> None:
     assert proposals == sorted(proposals, reverse=True)
 
 
+def test_a_noise_that_is_not_white_is_not_the_motion() -> None:
+    """Positions that are stamped late have a noise that ends below half the sampling rate."""
+    time = np.arange(20_000) / RATE
+    swings = sum(np.sin(2 * np.pi * tone * time + tone) / tone for tone in (0.2, 0.5, 0.9))
+    noise = np.random.default_rng(3).standard_normal(time.size)
+    late = 1e-3 * sosfiltfilt(butter(4, 100.0, fs=RATE, output="sos"), noise)
+    position = (0.1 * swings + late + 1e-6 * noise)[:, np.newaxis]
+    made = Recording("late", time, None, position, np.zeros_like(position))
+    assert propose_cutoff(position_spectrum((made,))).hz < 15.0
+
+
 def test_far_is_a_factor_of_two() -> None:
     proposal = propose_cutoff(position_spectrum((recording(10.0, 1e-9),)))
     assert not proposal.is_far_from(0.6 * proposal.hz)

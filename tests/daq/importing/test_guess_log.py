@@ -168,6 +168,27 @@ def test_a_torque_that_cannot_be_that_of_the_bodies_is_said(
     assert "joint_6: by its column's name alone" in unseen[0]
 
 
+@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 5, 4], [1, 2, 0, 3, 4, 5]])
+def test_torques_that_stand_in_the_place_of_others_are_said(
+    tmp_path: Path, motion: tuple[FloatArray, ...], order: list[int]
+) -> None:
+    t, q, _, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", torque[:, order], 1)})
+    said = [sentence for sentence in found.words if "exchanged? look it over" in sentence]
+    moved = [k for k in range(6) if order[k] != k]
+    assert len(said) == bool(moved)
+    assert not moved or said[0].startswith(f"torques of {', '.join(NAMES[k] for k in moved)}:")
+
+
+def test_values_that_are_no_numbers_are_refused(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    odd = torque.copy()
+    odd[300:305, 3] = np.nan
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", odd, 1)})
+    with pytest.raises(CaptureError, match="'tau4' is not a number at sample 300"):
+        load_recording(tmp_path / "log.csv", found.robot)
+
+
 @pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (8.85, True)])
 def test_a_ratio_that_the_masses_contradict_is_said(
     tmp_path: Path, motion: tuple[FloatArray, ...], factor: float, odd: bool

@@ -89,6 +89,7 @@ def tables() -> str:
         for family in VOCABULARY
         for other, how in family.told_from.items()
     )
+    hidden = [family for family in VOCABULARY if family.not_by_motion]
     laws = "".join(f"- `{family.name}`: {family.equation}.\n" for family in VOCABULARY)
     parts = (
         head + "|---" * 7 + "|\n" + "".join(map(_row, FORMS)),
@@ -98,6 +99,9 @@ def tables() -> str:
         f"An estimate of the lag between the channels takes these up: {_of('taken_by_alignment')}.\n",
         "| Name | What on the arm shows it, where no motion does |\n|---|---|\n" + settled,
         "| Names | What on the arm tells them apart |\n|---|---|\n" + told,
+        "No motion is planned for these pairs, since on a moving arm they make the same torque: "
+        + "; ".join(f"`{family.name}` and {_names(family.not_by_motion)}" for family in hidden)
+        + ".\n",
         _LAWS + laws,
     )
     return "\n".join(parts)

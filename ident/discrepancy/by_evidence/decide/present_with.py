@@ -12,9 +12,9 @@ from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
 from ident.effects.family import PlacedEffect
 from ident.effects.placed import Placed
-from ident.parameters.identity_cache import IdentityCache
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
 
 
 @dataclass(frozen=True)

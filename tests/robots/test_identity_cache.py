@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.parameters.identity_cache import IdentityCache
+from robots.identity_cache import IdentityCache
 
 
 def test_what_was_asked_last_is_not_made_again_and_the_oldest_is_forgotten() -> None:

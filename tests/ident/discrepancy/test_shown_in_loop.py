@@ -1,0 +1,56 @@
+"""What the simulated loop says of a finding: each joint by what a simulation leaves there at best."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from ident.discrepancy.gap import LoopGap
+from ident.discrepancy.validation import LoopRun, Validation
+
+STEP, PERIOD, SAMPLES = 0.01, 1000, 3000
+NOISE = 1e-6
+"""rad, of what does not repeat in the positions."""
+
+
+def validation(repeats: bool) -> Validation:
+    """Three periods of two joints that stand still but for their noise; with another noise, of no period."""
+    noise = NOISE * np.random.default_rng(0).normal(size=(SAMPLES, 2))
+    recording = SimpleNamespace(time=STEP * np.arange(SAMPLES), position=noise)
+    piece = SimpleNamespace(recording=recording, period=PERIOD if repeats else None, torque=noise)
+    return Validation((cast(Any, piece),), cast(Any, None))
+
+
+def run(errors: np.ndarray) -> LoopRun:
+    size = np.sqrt(np.mean(errors**2, axis=0))
+    return LoopGap(size, size, (errors,)), ""
+
+
+def errors(of_first: float, of_second: float) -> np.ndarray:
+    """Of the joint whose effect is asked about; of one whose simulation is wrong by much, and by chance."""
+    time = STEP * np.arange(SAMPLES)
+    first = of_first * NOISE * np.sin(2.0 * time)
+    second = NOISE * (300.0 * np.sin(3.0 * time) + of_second * np.sin(3.0 * time + 0.5))
+    return np.stack([first, second], axis=1)
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+@pytest.mark.parametrize(("left", "there"), [(1.0, True), (20.0, False)])
+def test_a_joint_that_no_model_simulates_does_not_decide(repeats: bool, left: float, there: bool) -> None:
+    """At its own joint an effect is there, or is not; elsewhere it moves what is wrong anyway by a tenth."""
+    for elsewhere in (-40.0, 40.0):
+        whole = errors(left if there else 10.0 + left, elsewhere)
+        shown = validation(repeats).shown_in_loop(run(errors(10.0, 0.0)), run(whole))
+        assert shown is not None
+        assert shown.there is there
+        assert shown.contradicted is not there
+
+
+def test_where_both_simulations_are_exact_there_is_nothing_to_tell() -> None:
+    none = run(np.zeros((SAMPLES, 2)))
+    shown = validation(False).shown_in_loop(none, none)
+    assert shown is not None
+    assert not shown.there
