@@ -23,7 +23,7 @@ def gain(
         ),
     ],
     payload: Annotated[
-        Path, typer.Option("--payload", help="payload.toml: mass of the payload; centre and inertia if known.")
+        Path, typer.Option("--payload", help="payload.toml: its mass, centre and inertia if known.")
     ],
     robot: RobotOfRecording = None,
     columns: Columns = None,
