@@ -67,6 +67,7 @@ class Cell:
         bristle: factor on the displacement over which dry friction turns round: the model has none.
         scale: of the motion.
         reversals: whether rows near reversals are fitted.
+        margin: s to either side of one that are not.
     """
 
     encoder: float = 10.0
@@ -77,10 +78,16 @@ class Cell:
     bristle: float = 1.0
     scale: float = 1.0
     reversals: bool = False
+    margin: float = 0.04
 
     def prepared(self) -> Robot:
         robot = robots.load("emps")
-        changes = {**SETTINGS, "cutoff_hz": self.cutoff, "decimation": self.decimation}
+        changes = {
+            **SETTINGS,
+            "cutoff_hz": self.cutoff,
+            "decimation": self.decimation,
+            "standstill_margin": self.margin,
+        }
         if self.reversals:
             changes |= {"minimum_speed": 0.0, "standstill_margin": 0.0}
         return robot.model_copy(update={"identification": robot.identification.model_copy(update=changes)})
@@ -91,6 +98,7 @@ CELLS = {
     "100 × encoder noise, 80 Hz": Cell(encoder=100.0, cutoff=80.0, decimation=5),
     "rows near reversals": Cell(reversals=True),
     "weak motion, 20 Hz": Cell(scale=0.2, cutoff=20.0, decimation=20),
+    "weak motion, 20 Hz, margin of its filter": Cell(scale=0.2, cutoff=20.0, decimation=20, margin=0.12),
     "errors remember 50 ms": Cell(sensor_time=0.05),
     "weak motion": Cell(scale=0.2),
     "cut-off 20 Hz": Cell(cutoff=20.0, decimation=20),

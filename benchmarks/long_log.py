@@ -61,7 +61,7 @@ def measured(log: Path) -> dict[str, float]:
     command = [
         sys.executable,
         "-m",
-        "daq.cli",
+        "daq",
         "identify",
         str(log),
         "--urdf",

@@ -23,7 +23,7 @@ def gain(
         ),
     ],
     payload: Annotated[
-        Path, typer.Option("--payload", help="payload.toml: mass, centre and inertia of the payload.")
+        Path, typer.Option("--payload", help="payload.toml: its mass, centre and inertia if known.")
     ],
     robot: RobotOfRecording = None,
     columns: Columns = None,

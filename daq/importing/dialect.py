@@ -11,8 +11,10 @@ _LEAST_TEXT = 9
 """Code of the tabulator: no text has a byte below it, and nearly every binary file has."""
 _HEAD = 60
 """Lines in which header, units and comments are looked for."""
-_LIST = re.compile(r'(?<=[,;\t\n])[ ]*"?[\[(]([-+\d.eE,;\s]+)[\])]"?(?=[ ]*[,;\t\r\n]|$)')
+_LIST = re.compile(r'(?<=[,;\t\n])[ ]*"?[\[(]([-+\d.eE,;\s]*\d[-+\d.eE,;\s]*)[\])]"?(?=[ ]*[,;\t\r\n]|$)')
 """A cell that holds numbers in brackets, as pandas writes one; NumPy breaks the lines within."""
+_COUNT = "\x01"
+"""Before the length of a list: no text has it."""
 _SEPARATORS = re.compile(r"[,;\s]+")
 _LOOK = 100_000
 """Characters in which such cells are looked for."""
@@ -86,13 +88,15 @@ def _spread(text: str) -> str:
     """A table whose cells hold lists with a column for each of their numbers, called name:1, name:2 …"""
     head, _, body = text.partition("\n")
     delimiter = _delimiter(head) or " "
-    counted = _LIST.sub(lambda cell: f"[{len(_SEPARATORS.sub(' ', cell[1]).split())}", "\n" + body[:_LOOK])
+    counted = _LIST.sub(
+        lambda cell: f"{_COUNT}{len(_SEPARATORS.sub(' ', cell[1]).split())}", "\n" + body[:_LOOK]
+    )
     names: list[str] = []
     for name, cell in zip(
         _split(head, delimiter), counted[1:].partition("\n")[0].split(delimiter), strict=False
     ):
         count = cell.strip()
-        names += [f"{name}:{k + 1}" for k in range(int(count[1:]))] if count[:1] == "[" else [name]
+        names += [f"{name}:{k + 1}" for k in range(int(count[1:]))] if count[:1] == _COUNT else [name]
     rows = _LIST.sub(lambda cell: delimiter.join(_SEPARATORS.sub(" ", cell[1]).split()), "\n" + body)
     return delimiter.join(names) + rows
 

@@ -133,6 +133,8 @@ def exchanged(robot: Robot, explained: FloatArray) -> list[str]:
         robot: names of the joints.
         explained: (n, n) share of the torque in row i that the motion of joint j foretells.
     """
+    if not np.isfinite(explained).all():
+        return []  # the log has values that are no numbers, which loading it refuses
     left = np.maximum(1.0 - explained, np.finfo(float).eps)
     torques, joints = linear_sum_assignment(np.log(left))
     moved = [(i, j) for i, j in zip(torques, joints, strict=True) if i != j]

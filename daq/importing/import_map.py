@@ -100,6 +100,41 @@ class Complete(_Quantity):
     """Whether each drive answered at each sample: 0 where it did not, and its values are no sample."""
 
 
+class Force(_Quantity):
+    """A measured wrench: three forces, N, and three moments, N·m; its part of the torques is taken off."""
+
+    columns: Names = Field(description="fx fy fz in N, then tx ty tz in N·m")
+    frame: str | None = Field(default=None, description="link at whose origin it is measured; the last one")
+    axes: Literal["frame", "base"] = Field(
+        default="frame", description="along the axes of the link, or the base"
+    )
+    acts: Literal["on_arm", "by_arm"] = "on_arm"
+
+
+class Added(_Quantity):
+    """What is in the control signal that no position controller put there: fed forward or injected."""
+
+    scale: Annotated[float, Field(ge=1e-9, le=1e9)] = 1.0
+
+
+class Velocity(_Quantity):
+    """Measured velocities."""
+
+    side: Side = "joint"
+    ratio: tuple[Ratio, ...] | None = Field(
+        default=None, description="for side 'motor': motor turns per turn"
+    )
+    unit: Literal["rad/s", "deg/s", "rpm", "m/s", "mm/s"]
+
+    @model_validator(mode="after")
+    def _ratio_goes_with_motor(self) -> Self:
+        if (self.side == "motor") != (self.ratio is not None):
+            raise ValueError("ratio is needed for side 'motor' and only allowed there")
+        if self.ratio is not None and any(abs(value) < LEAST_RATIO for value in self.ratio):
+            raise ValueError(f"ratio must be at least {LEAST_RATIO:g} in size")
+        return self
+
+
 class Time(_Frozen):
     """A column of time stamps, or a sampling rate where there is none."""
 
@@ -125,6 +160,9 @@ class ImportMap(_Frozen):
     torque: Torque | None = None
     control_signal: ControlSignal | None = None
     complete: Complete | None = None
+    velocity: Velocity | None = None
+    force: Force | None = None
+    added: Added | None = None
     identification: dict[str, Any] = Field(
         default_factory=dict,
         description="settings for such logs in place of the robot's; same keys as in robot.toml",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.importing.beside import channels_beside, with_beside
 from daq.importing.columns import ALLOWED
 from daq.importing.import_map import (
     ImportMap,
@@ -207,6 +208,7 @@ def log_recording(
     lengths = {"time": len(time), "position": len(position), "control signal": len(control_signal)}
     if reference is not None:
         lengths["reference"] = len(reference)
+    beside = channels_beside(source, columns, robot, position)
     complete = answered(source, columns, robot, len(position))
     lengths["complete"] = len(complete)
     if len(set(lengths.values())) > 1:
@@ -219,6 +221,7 @@ def log_recording(
         if not kept.all():
             time, position, control_signal = time[kept], position[kept], control_signal[kept]
             reference, complete = None if reference is None else reference[kept], complete[kept]
+            beside = {channel: values[kept] for channel, values in beside.items()}
         held = (*stuck, *held)
     held += clipped(path.name, "control signal", control_signal)
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
@@ -228,11 +231,12 @@ def log_recording(
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
-    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz)
+    even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz, beside)
+    recording, said = with_beside(even, cutoff_hz)
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
-    return even.recording, there, (*read, *held, *wrong, *odd, *even.words)
+    return recording, there, (*read, *held, *wrong, *odd, *even.words, *said)
 
 
 def kept_rows(

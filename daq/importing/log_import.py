@@ -60,6 +60,11 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
     columns = load_import_map(map_path)
     settings = settings_of(columns, robot, map_path)
     recording, complete, warnings = log_recording(source, robot, columns, settings.cutoff_hz)
+    lost = [name for name in ("force", "added") if getattr(columns, name) is not None]
+    if lost:
+        warnings += (
+            f"{source.name}: a capture has no place for {' and '.join(lost)}; identify from the log itself",
+        )
     facts = _facts(source, robot, map_path, columns, recording, warnings, note)
     has_reference = recording.reference is not None
     samples = _samples(recording, complete, float(facts[RUN]["period"]))

@@ -34,6 +34,8 @@ _ROUGHER = 1.5
 """Times: a measurement beside what it was to be."""
 _SEEN = 5.0
 """Deviations."""
+_QUANTITIES = 3
+"""Quantities that a log without velocities may have: of more there are too many readings to try."""
 _REMEDY = "write a header line (t,q1,…,tau1,…) into it, or a column map"
 
 
@@ -80,8 +82,10 @@ def _readings(log: UnnamedColumns, n: int, arm: LooseUrdf, hints: LogHints, fold
     rates = [rate for _, rate in pairs]
     tried: list[tuple[Block, Block | None]] = [pair for pair in pairs if pair[0] not in rates]
     heads = [position for position, _ in tried]
+    if not tried and len(log.names) <= _QUANTITIES * n:
+        tried = [(block, None) for block in log.side_by_side(blocks, n)]
     found = []
-    for position, velocity in tried or [(block, None) for block in log.side_by_side(blocks, n)]:
+    for position, velocity in tried:
         motion = _motion(log, position, arm, hints, folder)
         torques = [b for b in blocks if not b.overlaps([position, *rates, *heads])]
         for torque in torques if motion is not None else []:

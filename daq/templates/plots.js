@@ -5,7 +5,13 @@
 (() => {
   const WIDTH = 1000;
   const HEIGHT = 400;
-  for (const figure of document.querySelectorAll("figure.traces")) trace(figure);
+  const figures = document.querySelectorAll("figure.traces");
+  const keys = document.createElement("p");
+  keys.id = "keys-of-pictures";
+  keys.hidden = true;
+  keys.textContent = "Arrow keys move a cursor, plus and minus zoom, Escape shows all";
+  if (figures.length) document.body.append(keys);
+  for (const figure of figures) trace(figure);
 
   function trace(figure) {
     const [t0, t1] = figure.dataset.span.split(" ").map(Number);
@@ -35,7 +41,7 @@
     let at = null;
     let dragged = null;
     frame.tabIndex = 0;
-    frame.setAttribute("aria-description", "Arrow keys move a cursor, plus and minus zoom, Escape shows all");
+    frame.setAttribute("aria-describedby", keys.id);
 
     // Share of the whole time at a place of the pointer.
     const share = (event) => {

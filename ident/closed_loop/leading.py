@@ -42,7 +42,7 @@ class Leading:
         points, speeds: (controller samples, n) set-points at the drive outputs and their velocities.
         added: (controller samples, n) control signal beside the controller's, or (0, n) where there is none:
             fed forward, injected, and what forces from outside come to, which the drives do not show.
-        outside: (samples, n) of these the forces from outside, or (0, n).
+        outside: (samples, n) of these the forces from outside at the samples, or (0, n).
         velocity: (n,) of the joints at the start.
         per_sample: controller samples per recorded sample.
         substeps: integration steps per controller sample.
@@ -87,30 +87,31 @@ def leading_of(robot: Robot, recording: Recording, substeps: int | None) -> Lead
         substeps = max(1, int(np.ceil(robot.controller.sample_time / _LONGEST_STEP * (1 - 1e-9))))
     accelerations = set_point_accelerations(targets, recording.sample_time, per_sample, moving)
     added = fed_forward(robot.controller, speeds, accelerations)
-    outside = np.empty((0, robot.n))
+    outside, fine = np.empty((0, robot.n)), None
     if recording.outside is not None:
-        outside = robot.control_signal(recording.outside)
-    for beside in _beside_the_controller(robot, recording, outside, per_sample):
-        added = added + beside if added.size else beside
+        forces = robot.control_signal(recording.outside)
+        outside = _within(forces, per_sample, 0.0)[::per_sample]
+        # Forces act without the delay of the controller's output.
+        fine = _within(forces, per_sample, robot.controller.delay_samples)
+    # A drive holds what it was sent.
+    sent = None if recording.added is None else np.repeat(recording.added, per_sample, axis=0)
+    for beside in (fine, sent):
+        if beside is not None:
+            added = added + beside if added.size else beside
     return Leading(robot, recording, points, speeds, added, outside, velocity, per_sample, substeps)
 
 
-def _beside_the_controller(
-    robot: Robot, recording: Recording, outside: FloatArray, per_sample: int
-) -> list[FloatArray]:
-    """What is added to the control signal at each controller sample, (controller samples, n) each.
+def _within(values: FloatArray, per_sample: int, later: float) -> FloatArray:
+    """Means over controller samples of a course that is known at recorded samples: (controller samples, n).
 
-    A drive holds what it was sent. Forces act without the delay of the controller's output.
+    Args:
+        values: (samples, n).
+        per_sample: controller samples per recorded sample.
+        later: controller samples by which the mean is taken later.
     """
-    found = []
-    if recording.added is not None:
-        found.append(np.repeat(recording.added, per_sample, axis=0))
-    if outside.size:
-        late = robot.controller.delay_samples / per_sample
-        samples = np.arange(outside.shape[0] * per_sample) / per_sample + late
-        known = np.arange(outside.shape[0])
-        found.append(np.stack([np.interp(samples, known, column) for column in outside.T], axis=1))
-    return found
+    known = np.arange(values.shape[0])
+    at = (np.arange(values.shape[0] * per_sample) + 0.5 + later) / per_sample
+    return np.stack([np.interp(at, known, column) for column in values.T], axis=1)
 
 
 def _controller_samples(robot: Robot, recording: Recording) -> int:

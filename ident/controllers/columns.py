@@ -63,7 +63,10 @@ class LoopSignals:
             robot,
             recording.reference @ transmission.T,
             np.asarray(positions),
-            recording.control_signal,
+            # What was fed forward or injected is none of the controller's.
+            recording.control_signal
+            if recording.added is None
+            else recording.control_signal - recording.added,
             used,
             recording.sample_time,
             per_sample,

@@ -47,6 +47,9 @@ _AT_ONCE = 20
 _REACH = 0.25
 """s beyond which no filter looks."""
 
+_FEWEST = 30
+"""Rows to either side of a step, so that every filter has samples enough."""
+
 _THERE = 3.0
 """Standard deviations from which on an effect is there on one side of the change."""
 
@@ -274,7 +277,7 @@ def _times(examination: Examination) -> FloatArray:
 def _response(piece: PreparedRecording) -> tuple[FloatArray, FloatArray]:
     """s from a step of torque, and how much of it the rows show: filters look to both sides."""
     step, every = piece.recording.sample_time, piece.decimation
-    half = every * round(_REACH / (step * every))
+    half = every * max(round(_REACH / (step * every)), _FEWEST)
     time: FloatArray = step * np.arange(2 * half + 1, dtype=np.float64)
     offsets, values = [], []
     for shift in range(every):

@@ -177,6 +177,7 @@ JOINT_ELASTICITY = Family(
             "lock the link and step the control signal: the current shows the lag, no gear is in it"
         ),
     },
+    timeless=True,
     equation=(
         "links behind the gear are moved by the measured motion of the drive through a spring "
         "with damper; the torque is that of the links as they then move, less that of links which"
@@ -205,6 +206,7 @@ BACKLASH = Family(
             "lock the motor and push the link both ways with a dial gauge on it: play moves without force"
         ),
     },
+    timeless=True,
     equation=(
         "as `joint_elasticity`, between two flanks that push and never pull; the factor is "
         "`play`. Stiffness and damping of a flank are those of impacts as a filtered record shows"

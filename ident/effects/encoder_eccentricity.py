@@ -105,6 +105,7 @@ ENCODER_ECCENTRICITY = Family(
         ),
         "gear_ripple": "uncouple the gear and run the motor alone: the encoder's ripple stays",
     },
+    timeless=True,
     equation=(
         "the reading is reads_cos·cos(encoder_turns·q) + reads_sin·sin(encoder_turns·q) too large; the "
         "torque is that of the whole model at the true motion less that at the recorded one"

@@ -119,6 +119,7 @@ GEAR_RIPPLE = Family(
             "uncouple the motor and turn it alone: ripple of the torque stays, an error of the gear is gone"
         ),
     },
+    timeless=True,
     equation=(
         "the output is ahead of the input by gear_error_cos·cos + gear_error_sin·sin of "
         "periods_per_turn times the motor's angle; it accelerates the links and is a lever for "

@@ -42,6 +42,7 @@ class Placed:
     centre: tuple[float, ...] = ()
     of_measured: bool = False
     stiff: bool = False
+    timeless: bool = False
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -95,16 +96,15 @@ class Family:
     """One name of the vocabulary; see :class:`ident.effects.family.EffectFamily`.
 
     ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
-    ``essential`` are the parameters,
-    from 0, without which it is something else: a spring without stiffness is an offset. ``contains`` are
-    the effects that are limits of this one: it is not reported where such a limit explains as much.
-    ``not_by_motion`` are those of ``told_from`` that no motion tells from it: on a moving arm their torque is
-    the same.
-    ``several`` of an effect that comes in waves can sit at one place. ``forms`` are others of the same name
-    with shapes of their own, ``further`` those that the search by evidence alone asks for.
-    ``equation`` says how its torque is made of its parameters, for
-    the reference page. ``row`` is where it stands in the vocabulary; a form that stands under another
-    family has none.
+    ``essential`` are the parameters, from 0, without which it is something else: a spring without stiffness
+    is an offset. ``contains`` are the effects that are limits of this one: it is not reported where such a
+    limit explains as much. ``not_by_motion`` are those of ``told_from`` that no motion tells from it: on a
+    moving arm their torque is the same. ``several`` of an effect that comes in waves can sit at one place.
+    ``timeless``, which what is dear to calculate says of itself: its torque is that of the motion and of what
+    was shortly before, whenever it happens. ``forms`` are others of the same name with shapes of their own,
+    ``further`` those that the search by evidence alone asks for. ``equation`` says how its torque is made of
+    its parameters, for the reference page. ``row`` is where it stands in the vocabulary; a form that stands
+    under another family has none.
     """
 
     name: str
@@ -123,6 +123,7 @@ class Family:
     further: tuple[Family, ...] = ()
     stiff: bool = False
     history: bool = False
+    timeless: bool = False
     taken_by_alignment: bool = False
     settled_by: str = ""
     told_from: Mapping[str, str] = field(default_factory=dict)
@@ -163,6 +164,7 @@ class Family:
             parameters.centre or (0.0,) * len(parameters.symbols),
             parameters.of_measured,
             self.stiff,
+            self.timeless,
         )
 
 

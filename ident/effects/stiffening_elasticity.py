@@ -71,6 +71,7 @@ STIFFENING_ELASTICITY = Family(
             " moves ever less"
         ),
     },
+    timeless=True,
     equation=(
         "as `joint_elasticity`, through a spring of K·x + C·x³ with K = 1/compliance; where a tenth of the "
         "rated torque would bend it by K alone, C·x² is `stiffening` times K"

@@ -112,6 +112,7 @@ ACTING_LATE = Family(
     each_drive,
     _acting,
     _acting_shapes,
+    timeless=True,
     equation="the control signal is the drive's torque of `ahead` later",
 )
 TIME_DELAY = Family(
@@ -125,6 +126,7 @@ TIME_DELAY = Family(
     further=(ACTING_LATE,),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
+    timeless=True,
     equation=(
         "how much later positions are read than control signals; a negative one means that "
         "control signals are late. Its `shift` is where the change of the torque is taken, at "

@@ -7,7 +7,8 @@ their number, they were taken evenly and only stamped late: then the even clock 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -39,11 +40,13 @@ class Uniform:
         recording: M samples.
         there: (M,) whether a sample is near; False inside gaps that no spline can fill.
         words: what was done, as sentences of warning.
+        beside: further channels by name, M × n each.
     """
 
     recording: Recording
     there: BoolArray
     words: tuple[str, ...]
+    beside: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def uniform_recording(
@@ -53,6 +56,7 @@ def uniform_recording(
     position: FloatArray,
     control_signal: FloatArray,
     cutoff_hz: float,
+    beside: Mapping[str, FloatArray] | None = None,
 ) -> Uniform:
     """A recording from samples that need not be evenly spaced.
 
@@ -66,6 +70,7 @@ def uniform_recording(
         position: samples × joints, rad (or m).
         control_signal: samples × drives.
         cutoff_hz: of the low-pass for the positions.
+        beside: further channels by name, samples × n each.
 
     Raises:
         IdentificationError: too few samples, or time that goes back; says where, and what to do.
@@ -76,7 +81,9 @@ def uniform_recording(
     period = float(np.median(steps))
     if period > 0 and np.abs(steps - period).max() <= JITTER_ALLOWED * period:
         everywhere = np.ones(len(time), dtype=np.bool_)
-        return Uniform(Recording(name, time, reference, position, control_signal), everywhere, ())
+        return Uniform(
+            Recording(name, time, reference, position, control_signal), everywhere, (), beside or {}
+        )
     clock = clock_of(name, time, position)
     taken, period = clock.taken, clock.period
     grid = taken[0] + period * np.arange(int((taken[-1] - taken[0]) / period + 1e-6) + 1)
@@ -88,7 +95,8 @@ def uniform_recording(
     assert resampled[2] is not None
     recording = Recording(name, grid, resampled[0], resampled[1], resampled[2])
     there = _there(grid, taken, cutoff_hz)
-    return Uniform(recording, there, (_said(name, clock, there, cutoff_hz),))
+    more = {channel: _on_grid(grid, taken, values) for channel, values in (beside or {}).items()}
+    return Uniform(recording, there, (_said(name, clock, there, cutoff_hz),), more)
 
 
 @dataclass(frozen=True)

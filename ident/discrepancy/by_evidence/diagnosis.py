@@ -21,6 +21,7 @@ from ident.discrepancy.by_evidence.reversals import likeliest_in_loop
 from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
+from ident.discrepancy.library import partialled
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.step import LoopStep
@@ -64,7 +65,7 @@ class _Led(Search):
         self.answer = answer
 
     def _search_in_motion(self) -> None:
-        found = [one for one in self.answer.findings if one.something >= SURE]
+        found = [one for one in self.answer.findings if one.something >= SURE and self._has_size(one)]
         if found:
             robot = self.step.base.model.robot
             components = [_component(robot, one.placed) for one in found]
@@ -77,6 +78,19 @@ class _Led(Search):
             for number, one in enumerate(found):
                 for rival in _at_reversals(robot, one):
                     self._settle_in_loop(number, rival, one.log_odds)
+
+    def _has_size(self, finding: EvidenceFinding) -> bool:
+        """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
+
+        Where no motion repeats a measured torque would explain itself, so there a drive that saturates has no
+        rows; such a one would leave a whole set without sizes, and so without names.
+        """
+        first = self.course.first
+        component = _component(first.base.model.robot, finding.placed)
+        if partialled(first.examination, component.effect(first.examination, first.present)) is not None:
+            return True
+        _log.warning("%s: the rows that are fitted show nothing of it", finding.words())
+        return False
 
     def _settle_in_loop(self, number: int, rival: Named, nats: float) -> None:
         """Take a rival that differs at reversals, where rows and the simulated loop together say so.

@@ -180,6 +180,15 @@ def test_torques_that_stand_in_the_place_of_others_are_said(
     assert not moved or said[0].startswith(f"torques of {', '.join(NAMES[k] for k in moved)}:")
 
 
+def test_values_that_are_no_numbers_are_refused(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    t, q, _, torque = motion
+    odd = torque.copy()
+    odd[300:305, 3] = np.nan
+    found = guessed(tmp_path, {"t": t, **numbered("q", q, 1), **numbered("tau", odd, 1)})
+    with pytest.raises(CaptureError, match="'tau4' is not a number at sample 300"):
+        load_recording(tmp_path / "log.csv", found.robot)
+
+
 @pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (8.85, True)])
 def test_a_ratio_that_the_masses_contradict_is_said(
     tmp_path: Path, motion: tuple[FloatArray, ...], factor: float, odd: bool

@@ -160,7 +160,7 @@ def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: 
         "seed": 1,
         "axes": [],
         "verdict": "named",
-        "findings": [{"effect": "payload", "joints": [], "set": []}],
+        "findings": [{"effect": "payload", "joints": [], "set": [], "named": True}],
         "floor": [1.0, 1.0],
         "level": [[3.0, 1.0], [1.25, 0.75]],
         "explainable": [[8.0**0.5, 0.0], [0.75, 0.0]],
@@ -171,6 +171,8 @@ def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: 
     lines = [line, clean, clean | {"explainable": [[0.6, 0.0], [0.6, 0.0]]}]
     file.write_text("".join(json.dumps(one) + "\n" for one in lines), encoding="utf-8")
     text = naming_report.report(file)
+    assert "named (confirmed, alone) | 100 % [21, 100] of 1 |" in text
+    assert "something else named, any kind of run | 0 % [0, 56] of 3 |" in text
     assert "| gap of clean arms in floors, all joints, median | 0.55 |" in text
     assert "where a fifth of it is no less than that | 0 % [0, 79] of 1 |" in text
     assert "where named right | 0 % [0, 79] of 1 |" in text

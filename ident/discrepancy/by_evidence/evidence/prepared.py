@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.by_evidence.evidence.expected_motion import expected_motion
+from ident.discrepancy.by_evidence.evidence.repeated_motion import is_timeless, lengthened, shorter
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
-from ident.effects.family import PresentModel
+from ident.effects.family import PlacedEffect, PresentModel
 from ident.errors import IdentificationError
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
@@ -75,6 +77,17 @@ class Part:
     def at_rows(self) -> State:
         """The other periods' motion at the rows."""
         return _every(self.other, slice(None), self.finer)
+
+    def columns(self, effect: PlacedEffect) -> FloatArray:
+        """Of an effect at the other periods' motion, rows × joints × p."""
+        if self._shorter is None or not is_timeless(effect):
+            return effect.columns(self.other)[:: self.finer]
+        assert self.period is not None
+        return lengthened(effect.columns(self._shorter)[:: self.finer], self.period, self.rows)
+
+    @cached_property
+    def _shorter(self) -> State | None:
+        return None if self.period is None else shorter(self.other, self.period * self.finer)
 
 
 @dataclass(frozen=True)

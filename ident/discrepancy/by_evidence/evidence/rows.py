@@ -7,7 +7,7 @@ rows of that joint alone, so κ of one joint is no matter of the others.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -25,6 +25,9 @@ _FLAT = 1e-9
 """Precision of a parameter without a prior, relative to that of the data."""
 
 _NOTHING = 1e-9
+
+_TOGETHER = 32
+"""Effects whose products are made together."""
 
 
 @dataclass(frozen=True)
@@ -155,17 +158,31 @@ class Rows:
 
     def products_with(self, effect: WhiteEffects) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Per joint, products of [known, y] (k + 1, p) and of the diagonalised misfit (m, p) with columns."""
-        return effect.products(self, lambda: self._products_with(effect))
+        return effect.products(self, lambda: self._products_with((effect,))[0])
 
-    def _products_with(self, effect: WhiteEffects) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        k, none, found = self.known.precision.size, np.zeros((0, 0)), []
-        for white, part, (_, vectors) in zip(self.white, effect.joints, self.diagonal, strict=True):
-            if part is None:
-                found.append((none, none))
+    def keep_products_with(self, effects: Sequence[WhiteEffects]) -> None:
+        """Those of many effects, made together: a product with a few columns reads all rows for each."""
+        for start in range(0, len(effects), _TOGETHER):
+            some = effects[start : start + _TOGETHER]
+            for effect, products in zip(some, self._products_with(some), strict=True):
+                effect.products(self, lambda made=products: made)  # type: ignore[misc]
+
+    def _products_with(
+        self, effects: Sequence[WhiteEffects]
+    ) -> list[tuple[tuple[FloatArray, FloatArray], ...]]:
+        k, none = self.known.precision.size, (np.zeros((0, 0)), np.zeros((0, 0)))
+        found = [[none] * self.n for _ in effects]
+        for j, (white, (_, vectors)) in enumerate(zip(self.white, self.diagonal, strict=True)):
+            here = [number for number, effect in enumerate(effects) if effect.joints[j] is not None]
+            if not here:
                 continue
-            whole = white.T @ part
-            found.append((np.delete(whole, np.s_[k:-1], axis=0), vectors.T @ whole[k:-1]))
-        return tuple(found)
+            whole = white.T @ np.concatenate([effects[number].columns(j) for number in here], axis=1)
+            outside, inner = np.delete(whole, np.s_[k:-1], axis=0), vectors.T @ whole[k:-1]
+            cuts = np.cumsum([effects[number].count for number in here])[:-1]
+            parts = zip(np.split(outside, cuts, axis=1), np.split(inner, cuts, axis=1), strict=True)
+            for number, (first, second) in zip(here, parts, strict=True):
+                found[number][j] = (first.copy(), second.copy())
+        return [tuple(one) for one in found]
 
     @cached_property
     def precision(self) -> FloatArray:
@@ -213,4 +230,4 @@ class Rows:
 
 def effect_rows(prepared: Prepared, effect: PlacedEffect) -> FloatArray:
     """Columns of an effect at the other periods' motion, rows × joints × p."""
-    return np.concatenate([effect.columns(part.other)[:: part.finer] for part in prepared.parts])
+    return np.concatenate([part.columns(effect) for part in prepared.parts])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
 from robots.description import Robot
@@ -73,11 +74,18 @@ def library(
     present: PresentModel,
 ) -> tuple[Entry, ...]:
     """Candidates with every combination of their grids, those that the data show anything of."""
+    made = at_once(lambda candidate: _entries(rows, candidate, present), wanted)
+    entries = tuple(entry for some in made for entry in some)
+    rows.keep_products_with([entry.white for entry in entries])
+    return entries
+
+
+def _entries(rows: Rows, candidate: Candidate, present: PresentModel) -> list[Entry]:
+    """A candidate with every combination of its grids."""
     entries = []
-    for candidate in wanted:
-        for shape in product(*(one.grid for one in candidate.shapes)):
-            placed = candidate.at(rows.prepared.robot, shape, present)
-            white = rows.effect(placed)
-            if white.there:
-                entries.append(Entry(candidate, placed, white.for_a_library()))
-    return tuple(entries)
+    for shape in product(*(one.grid for one in candidate.shapes)):
+        placed = candidate.at(rows.prepared.robot, shape, present)
+        white = rows.effect(placed)
+        if white.there:
+            entries.append(Entry(candidate, placed, white.for_a_library()))
+    return entries

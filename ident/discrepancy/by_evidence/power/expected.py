@@ -79,7 +79,13 @@ class Expectation:
             of: whose nats are asked for, all where nothing is said.
         """
         columns, index, posterior = self.index[number][: direction.size], self.index[of], self.posterior[of]
-        shown = np.append(self.own[:, columns] @ direction, 0.0)[index]
+        first, end = (
+            int(self.index[of.start or 0, 0]),
+            int(index.max(where=index < self.own.shape[0], initial=-1)) + 1,
+        )
+        shown = np.append(self.own[first:end, columns] @ direction, 0.0)[
+            np.minimum(index - first, end - first)
+        ]
         weighted = np.einsum("epq,eq->ep", posterior, shown)
         wrong = np.sign(weighted[:, 0]) * self.bounded[of] > 0.0
         a = np.where(wrong, 0.0, 0.5 * np.sum(shown * weighted, axis=1))

@@ -174,7 +174,7 @@ class _Odds:
         place = int(np.searchsorted(self.starts, number, side="right")) - 1
         a, nats = self._own(number, sign)
         means = self.expected.means(number, self._direction(number, sign))
-        gains = np.logaddexp.reduceat(means.at(SIZES), self.starts, axis=1) - np.log(self.shapes)
+        gains = self._sums(means.at(SIZES)) - np.log(self.shapes)
         largest = np.maximum.reduceat(means.a, self.starts)
         others = [k for k, one in enumerate(self.candidates) if one.key != self.candidates[place].key]
         rivals = np.column_stack([np.zeros(SIZES.size), (TEMPERATURE * gains + self.prior)[:, others]])
@@ -185,6 +185,12 @@ class _Odds:
         below = max(int(np.searchsorted(SIZES, min(size, SIZES[-1]))) - 1, 0)
         last = int(np.argmin(safe[below]))
         return size, NOTHING if last == 0 else self.candidates[others[last - 1]].key
+
+    def _sums(self, nats: FloatArray) -> FloatArray:
+        """Logarithms of the sums over each candidate's entries, (S, E) to (S, candidates)."""
+        most = np.maximum.reduceat(nats, self.starts, axis=1)
+        shares = np.exp(nats - np.repeat(most, self.shapes, axis=1))
+        return np.asarray(most + np.log(np.add.reduceat(shares, self.starts, axis=1)))
 
     def _safely(self, ahead: FloatArray, number: int, a: float, of_rival: FloatArray | float) -> FloatArray:
         """Log odds that are exceeded with the chance that is asked for, (S,) or (S, rivals)."""

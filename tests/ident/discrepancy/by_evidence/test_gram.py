@@ -213,3 +213,18 @@ def beside(
     back = np.linalg.solve(system, whole[np.ix_(inner, [*outer, y])])
     cross = whole[np.ix_(inner, outer)]
     return whole[np.ix_(outer, outer)] - cross.T @ back[:, :-1], whole[outer, y] - cross.T @ back[:, -1]
+
+
+def test_products_that_are_made_together_are_those_of_each() -> None:
+    rows = problem()
+    effects = [
+        effect(rows, joints, seed, 0.0, FREE) for seed, joints in enumerate([(0,), (1,), (0, 1), (), (1,)])
+    ]
+    alone = [rows.products_with(replace(one)) for one in effects]
+    rows.keep_products_with(effects)
+    for one, expected in zip(effects, alone, strict=True):
+        kept = rows.products_with(one)
+        assert rows.products_with(one) is kept
+        for pair, other in zip(kept, expected, strict=True):
+            for got, wanted in zip(pair, other, strict=True):
+                np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-12)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 
 from ident.discrepancy.by_evidence.decide.screening import _gain
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
@@ -133,3 +134,15 @@ def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
         return Smallest("a", (1,), "Fv1", "1", share, share, 1, "N·m", (), ("nothing", ()), share)
 
     assert [one.size for one in worst_first([said(0.1), said(np.inf), said(0.2)])] == [np.inf, 0.2, 0.1]
+
+
+def test_shapes_of_a_candidate_are_summed_each_with_its_own() -> None:
+    first, second = entry("first", candidate=None), entry("second", candidate=None)
+    entries = [first, *[entry("several", candidate=second.candidate) for _ in range(3)], second]
+    odds = _Odds(entries, information(5, 1.0, 4), 0.9, 0.8)
+    nats = np.random.default_rng(5).normal(scale=500.0, size=(7, 5))
+    expected = np.stack([nats[:, 0], logsumexp(nats[:, 1:], axis=1)], axis=1)
+    np.testing.assert_allclose(odds._sums(nats), expected, rtol=1e-13)
+    close = nats / 500.0
+    expected = np.stack([close[:, 0], logsumexp(close[:, 1:], axis=1)], axis=1)
+    np.testing.assert_allclose(odds._sums(close), expected, rtol=1e-13, atol=1e-13)

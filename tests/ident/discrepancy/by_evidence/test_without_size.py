@@ -21,14 +21,40 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
 
     monkeypatch.setattr(diagnosis, "_component", lambda robot, placed: None)
     monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
-    finding = SimpleNamespace(
-        something=1.0, placed=None, key=("offset", (0,)), names=(), doubt="", words=lambda: "offset (joint 1)"
-    )
     led: Any = SimpleNamespace(
-        answer=SimpleNamespace(findings=[finding]),
+        answer=SimpleNamespace(findings=[named("offset (joint 1)")]),
         step=SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None))),
         course=SimpleNamespace(take=take),
+        _has_size=lambda finding: True,
     )
     with caplog.at_level(logging.WARNING):
         diagnosis._Led._search_in_motion(led)
     assert "offset (joint 1): the effects have no columns" in caplog.text
+
+
+def named(words: str) -> SimpleNamespace:
+    """A finding that is sure."""
+    return SimpleNamespace(
+        something=1.0, placed=words, words=lambda: words, key=(words, ()), names=(), doubt=""
+    )
+
+
+def test_an_effect_without_rows_takes_no_name_from_the_others(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Where no motion repeats a measured torque would explain itself, and saturation has no rows."""
+    taken: list[str] = []
+    monkeypatch.setattr(diagnosis, "_component", lambda _, words: SimpleNamespace(effect=lambda *_: words))
+    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
+    monkeypatch.setattr(diagnosis, "_at_reversals", lambda robot, finding: [])
+    monkeypatch.setattr(diagnosis, "partialled", lambda _, words: None if words == "saturation" else words)
+    model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
+    first = SimpleNamespace(base=model.base, examination=None, present=None)
+    take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
+    led: Any = diagnosis._Led.__new__(diagnosis._Led)
+    led.answer = SimpleNamespace(findings=[named("saturation"), named("lag")])
+    led.course = SimpleNamespace(take=take, first=first, step=model)
+    with caplog.at_level(logging.WARNING):
+        led._search_in_motion()
+    assert taken == ["lag"]
+    assert "saturation: the rows" in caplog.text
