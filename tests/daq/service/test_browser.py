@@ -54,6 +54,15 @@ def test_every_page_in_dark_and_light_on_a_desk_and_a_phone(page: Browser, tmp_p
     assert page.problems == []
 
 
+def test_rows_of_a_phone_begin_below_each_other(page: Browser) -> None:
+    page.resize(PHONE, 844)
+    for path in ("/runs", "/arms/emps-sim"):
+        page.open(path)
+        gaps = page.evaluate(_GAPS)
+        assert len(gaps) > 5
+        assert {round(gap) for gap in gaps} == {12}, (path, gaps)
+
+
 def test_the_keyboard_reaches_everything_and_shows_where_it_is(page: Browser) -> None:
     for path in PAGES:
         page.open(path)
@@ -226,6 +235,9 @@ _FOCUS = """
 })()
 """
 
+_GAPS = """[...document.querySelectorAll('.stack td.time')].map(
+  cell => cell.getBoundingClientRect().left - cell.previousElementSibling.getBoundingClientRect().right)"""
+"""px between the number of a run and its date, as the style has it between all cells of a row."""
 _AXES = """[...document.querySelectorAll('.live-joint .panel, .live-joint .time')].map(
   axis => [...axis.querySelectorAll('.grid span, :scope > span:not(.what)')].map(e => e.textContent))"""
 """Labels of each axis of the live pictures: three of values, one of time."""
