@@ -37,13 +37,25 @@ _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 _ABOUT_ONE = (0.1,)
 """Deviation of that factor: what links that are known to a tenth leave of it."""
+_LEAST = 0.01
+"""Of the described inertia of the links at home: an arm that folds has more."""
+
 _AT_HOME: IdentityCache[FloatArray] = IdentityCache()
 """Every effect of a gear with every shape asks for these."""
 
 
-def inertia_along(mass: FloatArray, back: FloatArray) -> FloatArray:
-    """(samples,) inertia of mass matrices (samples, n, n) for a joint motion (n,), kg·m² (or kg)."""
-    return np.asarray(np.maximum(np.einsum("i,sij,j->s", back, mass, back), 1e-6))
+def inertia_along(mass: FloatArray, back: FloatArray, described: float) -> FloatArray:
+    """(samples,) inertia of mass matrices (samples, n, n) for a joint motion (n,), kg·m² (or kg).
+
+    Parameters that were fitted to a motion need be no body's: their inertia can be next to nothing, or
+    negative, and a link of that inertia would fly from flank to flank. No posture has so little.
+
+    Args:
+        mass: of the model.
+        back: joint motion per motion of a drive.
+        described: inertia of the described links there, kg·m² (or kg).
+    """
+    return np.asarray(np.maximum(np.einsum("i,sij,j->s", back, mass, back), _LEAST * described))
 
 
 def link_inertia(robot: Robot, drive: int) -> float:
@@ -73,13 +85,15 @@ def gear_columns(
     """Torque of links that follow through the gear less that of links that follow rigidly."""
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
 
+    described = link_inertia(robot, drive)
+
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
 
         def series() -> FloatArray:
-            inertia = inertia_along(present.link_mass_matrix(state.position), back)
+            inertia = inertia_along(present.link_mass_matrix(state.position), back, described)
             load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
             return finer(inertia, load)
 

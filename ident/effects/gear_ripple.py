@@ -66,7 +66,8 @@ def _make(
 
     def _given_way(state: State, frequency: FloatArray) -> FloatArray:
         """(samples,) how much larger the links' motion is than the error."""
-        inertia = inertia_along(present.link_mass_matrix(state.position), back)
+        mass = present.link_mass_matrix(state.position)
+        inertia = inertia_along(mass, back, link_inertia(robot, drive))
         ratio = 2.0 * np.pi * frequency * np.sqrt(inertia / stiffness)
         return np.asarray(1.0 / (1.0 - np.minimum(ratio, _NEAREST) ** 2))
 

@@ -57,11 +57,14 @@ def lag_of_link(
 def finer(inertia: FloatArray, load: FloatArray) -> FloatArray:
     """Inertia and load (samples,) with points between the samples: (2, finer samples).
 
-    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
+    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate. The inertia
+    stays within its samples: where it jumps a spline would go below nothing.
     """
     series = np.stack([inertia, load], axis=1)
     fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
-    return np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
+    points = np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
+    points[0] = np.clip(points[0], inertia.min(), inertia.max())
+    return points
 
 
 def lag_between_samples(

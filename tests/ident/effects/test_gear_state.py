@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from ident.effects.gear_state import lag_of_link
+from ident.effects.elastic_gear import inertia_along
+from ident.effects.gear_state import finer, lag_of_link
 from ident.effects.hysteresis import deflection
 from robots.arrays import FloatArray
 
@@ -122,3 +123,17 @@ def test_a_bristle_follows_dahl_and_does_not_know_the_speed() -> None:
     there_and_back = np.concatenate([rising, rising[-2::-1]])
     fine, coarse = deflection(there_and_back, length), deflection(there_and_back[::2], length)
     np.testing.assert_allclose(fine[::2], coarse, atol=1e-12)
+
+
+def test_a_model_that_is_no_bodys_moves_no_link_from_flank_to_flank() -> None:
+    """KR300: fitted parameters whose inertia is negative in most postures; lags were of 10¹⁷² rad."""
+    described = 5.0
+    mass = np.where(np.arange(LOAD.size) % 50 < 40, -2.0, 5.8)[:, np.newaxis, np.newaxis]
+    inertia = inertia_along(mass, np.ones(1), described)
+    assert inertia.min() == pytest.approx(0.01 * described)
+    fine = finer(inertia, LOAD)[0]
+    assert inertia.min() <= fine.min() and fine.max() <= inertia.max()
+    stiffness = described * (2 * np.pi * 40.0) ** 2
+    for gap in (0.0, 0.002):
+        lag = lag_of_link(inertia, LOAD, STEP, stiffness, 0.02 * stiffness / 250.0, gap)[0]
+        assert np.abs(lag).max() < 10.0 * (np.abs(LOAD).max() / stiffness + gap)
