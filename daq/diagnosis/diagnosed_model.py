@@ -120,8 +120,8 @@ def _torque_noise(diagnosis: Diagnosis) -> tuple[float, ...]:
 
 def _relative_error(diagnosis: Diagnosis) -> float:
     """100·‖ε‖/‖y‖ on the fitted rows."""
-    examination = diagnosis.examinations[-1]
-    torque = np.concatenate([piece.torque for piece in examination.prepared])
-    left = np.concatenate([piece.residual(diagnosis.base, diagnosis.beta) for piece in examination.prepared])
-    used = examination.used
+    prepared = diagnosis.examinations[-1].prepared
+    torque = np.concatenate([piece.torque for piece in prepared])
+    left = np.concatenate([piece.residual(diagnosis.base, diagnosis.beta) for piece in prepared])
+    used = np.concatenate([piece.moving for piece in prepared])  # those of an examined loop are others
     return float(100.0 * np.linalg.norm(left[used]) / np.linalg.norm(torque[used]))

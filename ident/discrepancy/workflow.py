@@ -144,8 +144,7 @@ class Search:
 
         Where nothing was found in motion, single joints may do otherwise: that is what is looked for.
         """
-        examination = in_loop.examination
-        limit = self.question.settings.not_the_arm_in_loop
+        examination, limit = in_loop.examination, self.question.settings.not_the_arm_in_loop
         matches = examination.excess <= limit * examination.torque.shape[0]
         if not self.findings:
             of_joints = examination.excess_of_joints / np.maximum(examination.rows_of_joints, 1)
@@ -186,8 +185,12 @@ class Search:
             if unnamed:
                 self.unnamed = f"drive {unnamed[0].place.joints[0] + 1} has {unnamed[0].family.sentence}"
                 break
-            self.course.add(choice.chosen, choice)
+            self._take(choice.chosen, choice)
         return choice
+
+    def _take(self, chosen: Score, choice: Choice) -> None:
+        """Go on with what was chosen."""
+        self.course.add(chosen, choice)
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
         found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
@@ -222,9 +225,8 @@ class Search:
         the prior's rows.
         """
         assert choice.chosen is not None
-        of_prior = min(trial.prior_share for trial in choice.chosen.trials)
-        shown = float(self.step.examination.excess_of_joints.sum())
-        of_data = 1.0 if shown > self._misfit_threshold() else 1.0 - of_prior
+        plenty = float(self.step.examination.excess_of_joints.sum()) > self._misfit_threshold()
+        of_data = 1.0 if plenty else 1.0 - min(trial.prior_share for trial in choice.chosen.trials)
         return bool(choice.chosen.gain >= self.question.settings.explained * of_data * choice.unexplained)
 
     def _form_of_found(self, chosen: Score) -> bool:
