@@ -108,9 +108,8 @@ class Course:
         """The final model less one finding."""
         in_motion = self._in_motion()
         if position >= len(in_motion):
-            return self._in_loop_with(
-                [one for k, one in enumerate(self.findings) if k >= len(in_motion) and k != position]
-            )
+            assert self.reversing is not None
+            return self.reversing
         others = [one for k, one in enumerate(in_motion) if k != position]
         if not others:
             return self.first
@@ -119,19 +118,6 @@ class Course:
         base = extended(self.first.base, [one.placed for one in others], seen)
         whitening = self.first.examination.whitening
         return Step.of(base, self.prepared, prior, whitening, self.first.plain, simulated=False)
-
-    def _in_loop_with(self, others: Sequence[Accepted]) -> Step:
-        """The model in closed loop with what the moving arm shows and some of what reversals do."""
-        assert self.reversing is not None
-        if not others:
-            return self.reversing
-        seen, before = [one.seen for one in others], self.reversing
-        return before.extended(
-            extended(before.base, [one.placed for one in others], seen),
-            self.prepared,
-            extended_prior(before.prior, int(sum(one.sum() for one in seen))),
-            np.concatenate([before.examination.beta, *(one.linear[one.seen] for one in others)]),
-        )
 
     def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.
@@ -158,11 +144,8 @@ class Course:
                 return found, rejected, last
             k = min(wrong, key=lambda k: found[k].confirmation.torque.share)
             rejected.append(found[k])
-            kept = [one for j, one in enumerate(self.findings) if j != k]
+            self.step = self.moving
             if k < len(in_motion):
-                self.step = self.moving
-                self._fit_together(kept)
-                continue
-            self.findings = kept
-            of_loop = kept[len(in_motion) :]
-            self.step = self._in_loop_with(of_loop) if of_loop else self.moving
+                self._fit_together([one for j, one in enumerate(in_motion) if j != k])
+            else:
+                self.findings = in_motion

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.names import SURE, Key, Slot, as_limit, probabilities
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
@@ -68,7 +68,7 @@ def likeliest_in_loop(
     present = present_with(problem, empty)
     wanted = [one for one in candidates(problem.prepared.robot, families) if one.key not in found]
     screened = screen(problem, empty, library(rows, wanted, present))
-    odds: dict[Key, float] = {("nothing", ()): 0.0}
+    odds: dict[Key, float] = {NOTHING: 0.0}
     forms: dict[Key, PlacedEffect] = {}
     sets: dict[Key, Found] = {}
     exact = replace(problem, rows=replace(rows, exact=True))
