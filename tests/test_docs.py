@@ -93,7 +93,7 @@ def bring(folder: Path, words: list[str], shared_data: Callable[[], Path]) -> No
         (folder / "my-map.toml").write_text(COLUMN_MAP)
     if "runs/second/capture.mcap" in words and not (folder / "runs/second").exists():
         shutil.copytree(folder / "runs/first", folder / "runs/second")
-    if "loaded.mcap" in words:
+    if "loaded.mcap" in words and not (folder / "loaded.mcap").exists():
         write_payload_captures(robots.load("emps"), folder)
     if "my-log.csv" in words:
         write_log(folder / "my-log.csv", robots.load("tx40"))

@@ -124,10 +124,12 @@ class _Led(Search):
         assert isinstance(self.step, LoopStep)
         families = [family for family in self.question.families if family.shows != "motion"]
         found = {(one.effect, one.placed.place.joints) for one in self.findings} | self.confusable
-        one = likeliest_in_loop(self.step, families, found)
+        joints = {joint for trial in chosen.trials for joint in trial.place.joints}
+        one = likeliest_in_loop(self.step, families, found, joints)
         if one is None:
-            self.settled |= {joint for trial in chosen.trials for joint in trial.place.joints}
+            self.settled |= joints
             return
+        _log.info("scores chose %s at the reversals", [trial.key for trial in chosen.trials])
         component = _component(self.step.base.model.robot, one.placed)
         self.course.add_in_loop(component, basis_of(one.key, one.names))
 

@@ -49,9 +49,9 @@ class AtReversals:
 
 
 def likeliest_in_loop(
-    step: LoopStep, families: Sequence[EffectFamily], found: Collection[Key]
+    step: LoopStep, families: Sequence[EffectFamily], found: Collection[Key], joints: Collection[int]
 ) -> AtReversals | None:
-    """The likeliest effect beside a model in closed loop; None where nothing is as likely.
+    """The likeliest effect at some joints beside a model in closed loop; None where nothing is as likely.
 
     One at a time: its columns hold for the model as it is, and one that has it is simulated before the next.
 
@@ -59,6 +59,7 @@ def likeliest_in_loop(
         step: the model, examined in closed loop.
         families: that show at reversals.
         found: names and places that are no further effect.
+        joints: from 0.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
@@ -66,7 +67,11 @@ def likeliest_in_loop(
     problem, rows = posed_in_loop(step)
     empty = Found((), problem.level, problem.score, problem.posterior)
     present = present_with(problem, empty)
-    wanted = [one for one in candidates(problem.prepared.robot, families) if one.key not in found]
+    wanted = [
+        one
+        for one in candidates(problem.prepared.robot, families)
+        if one.key not in found and set(one.place.joints) & set(joints)
+    ]
     screened = screen(problem, empty, library(rows, wanted, present))
     odds: dict[Key, float] = {NOTHING: 0.0}
     forms: dict[Key, PlacedEffect] = {}

@@ -47,7 +47,7 @@ def falling() -> LoopStep:
 
 
 def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep) -> None:
-    found = likeliest_in_loop(falling, FAMILIES, set())
+    found = likeliest_in_loop(falling, FAMILIES, set(), {0})
     assert found is not None
     assert found.key == ("stribeck_friction", (0,))
     assert found.names.probability(found.key) > 0.9
@@ -57,13 +57,13 @@ def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep)
 
 
 def test_what_was_found_is_no_further_effect(falling: LoopStep) -> None:
-    found = likeliest_in_loop(falling, FAMILIES, {("stribeck_friction", (0,))})
+    found = likeliest_in_loop(falling, FAMILIES, {("stribeck_friction", (0,))}, {0})
     assert found is None or found.key != ("stribeck_friction", (0,))
 
 
 def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise() -> None:
     clean = in_loop(Scenario())
-    assert likeliest_in_loop(clean, FAMILIES, set()) is None
+    assert likeliest_in_loop(clean, FAMILIES, set(), {0}) is None
     problem, rows = posed_in_loop(clean)
     assert problem.level.excess.max() < 1.2
     assert problem.level.kappa.max() < 0.5 * max(one.marginal for one in rows.noise)
@@ -75,7 +75,7 @@ def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise() -> None:
 def test_what_scores_choose_has_the_name_of_the_evidence_or_none(
     monkeypatch: pytest.MonkeyPatch, falling: LoopStep, sure: bool
 ) -> None:
-    named = likeliest_in_loop(falling, FAMILIES, set())
+    named = likeliest_in_loop(falling, FAMILIES, set(), {0})
     assert named is not None
     monkeypatch.setattr(diagnosis, "likeliest_in_loop", lambda *_: named if sure else None)
     taken: list[tuple[str, float | None]] = []
@@ -90,7 +90,13 @@ def test_what_scores_choose_has_the_name_of_the_evidence_or_none(
         settled=set(),
         course=course,
     )
-    chosen: Any = SimpleNamespace(trials=[SimpleNamespace(place=Place("drive", (0,)))])
+    chosen: Any = SimpleNamespace(
+        trials=[SimpleNamespace(place=Place("drive", (0,)), key=("hysteresis", (0,)))]
+    )
     diagnosis._Led._take(led, chosen, cast(Any, None))
     assert [name for name, _ in taken] == (["stribeck_friction"] if sure else [])
     assert led.settled == (set() if sure else {0})
+
+
+def test_another_joint_has_no_part_in_it(falling: LoopStep) -> None:
+    assert likeliest_in_loop(falling, FAMILIES, set(), {1}) is None
