@@ -13,13 +13,13 @@ from robots.description import Robot
 
 _LEAST = 1e-4
 """s; the torque is linear in a shift of the motion this small."""
-_ABOUT = 2.0**0.5
-"""A delay is at most so many times longer or shorter than its column's shift: half a step of the grid."""
-_SHORT = 1.5e-3
+_ABOUT = 2.0
+"""A delay is at most so many times longer or shorter than the shift of its column."""
+_SHORT = 1e-3
 """s; the column of a shift this short stands for all that is shorter, too."""
 _FEWEST = 4
 """Samples that a motion can be shifted with."""
-_SHIFTS = (-0.012, -0.006, -0.003, -0.0015, 0.0015, 0.003, 0.006, 0.012)
+_SHIFTS = (-0.012, -0.007, -0.003, -0.001, 0.001, 0.003, 0.007, 0.012)
 """s; positive where positions are late, negative where control signals are."""
 
 

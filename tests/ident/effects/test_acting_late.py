@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -41,16 +39,3 @@ def test_the_torque_that_other_joints_ask_for_comes_late_too() -> None:
     assert np.abs(shown[:, [0, 1, 3, 4, 5]]).max() == 0.0
     (change,) = late.simulated(np.array([DELAY])).drives
     assert (change.drive, change.delay, change.position_age, change.signal_age) == (2, DELAY, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("shape", ["ahead", "shift"])
-def test_each_delay_has_one_column_that_stands_for_it(shape: str) -> None:
-    """Of a shift half as long as the delay the column is on the way to that of a lag."""
-    robot, place = robots.load("tx40"), Place("drive", (0,))
-    form, model = form_of(robot, "time_delay", (shape,)), RegressorModel.of(robot)
-    present = Present(model, model.prior())
-    shifts = sorted(one for one in form.shapes(robot, place)[0].grid if one > 0.0)
-    windows = [form.effect(robot, place, (one,), present).bounds[0] for one in shifts]
-    assert windows[0][0] == 0.0
-    for (_, end), (start, _) in itertools.pairwise(windows):
-        assert start == pytest.approx(end)
