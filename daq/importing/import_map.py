@@ -117,22 +117,10 @@ class Added(_Quantity):
     scale: Annotated[float, Field(ge=1e-9, le=1e9)] = 1.0
 
 
-class Velocity(_Quantity):
+class Velocity(_Geared):
     """Measured velocities."""
 
-    side: Side = "joint"
-    ratio: tuple[Ratio, ...] | None = Field(
-        default=None, description="for side 'motor': motor turns per turn"
-    )
     unit: Literal["rad/s", "deg/s", "rpm", "m/s", "mm/s"]
-
-    @model_validator(mode="after")
-    def _ratio_goes_with_motor(self) -> Self:
-        if (self.side == "motor") != (self.ratio is not None):
-            raise ValueError("ratio is needed for side 'motor' and only allowed there")
-        if self.ratio is not None and any(abs(value) < LEAST_RATIO for value in self.ratio):
-            raise ValueError(f"ratio must be at least {LEAST_RATIO:g} in size")
-        return self
 
 
 class Time(_Frozen):

@@ -12,7 +12,9 @@ from fastapi.testclient import TestClient
 from daq.catalogue.database import Catalogue
 from daq.service.app import create_app
 from daq.service.settings import Service
+from tests.daq.service.browser import Browser, browsing, chromium
 from tests.daq.service.filled import fill
+from tests.daq.service.serving import running
 
 READ, DRIVE = "read-token-of-the-test", "drive-token-of-the-test"
 Clients = Callable[[Service], TestClient]
@@ -47,3 +49,16 @@ def client_of(filled: Catalogue, tmp_path: Path) -> Clients:
 @pytest.fixture
 def client(client_of: Clients) -> TestClient:
     return client_of(Service())
+
+
+@pytest.fixture
+def page(filled: Catalogue, tmp_path: Path, no_leftovers: None) -> Iterator[Browser]:
+    """A page of a service that may drive the arms of a fleet."""
+    program = chromium()
+    assert program is not None
+    service = Service(drive_token=DRIVE, fleet=tmp_path / "fleet.toml")
+    with (
+        running(service, filled, tmp_path / "http") as port,
+        browsing(program, tmp_path / "profile", f"http://127.0.0.1:{port}") as browser,
+    ):
+        yield browser

@@ -2,35 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from daq.catalogue.database import Catalogue
-from daq.service.settings import Service
 from tests.daq.report.contents import content
 from tests.daq.report.test_report import write
-from tests.daq.service.browser import Browser, browsing, chromium
-from tests.daq.service.serving import running
-from tests.daq.service.test_browser import DESK, DRIVE, PAGES, PHONE
+from tests.daq.service.browser import Browser, chromium
+from tests.daq.service.test_browser import DESK, PAGES, PHONE
 
 PROGRAM = chromium()
 AXE = Path(str(pytest.importorskip("axe_core_python").__file__)).with_name("axe.min.js")
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="Chromium is not here")
 SERIOUS = ("serious", "critical")
-
-
-@pytest.fixture
-def page(filled: Catalogue, tmp_path: Path, no_leftovers: None) -> Iterator[Browser]:
-    assert PROGRAM is not None
-    service = Service(drive_token=DRIVE, fleet=tmp_path / "fleet.toml")
-    with (
-        running(service, filled, tmp_path / "http") as port,
-        browsing(PROGRAM, tmp_path / "profile", f"http://127.0.0.1:{port}") as browser,
-    ):
-        yield browser
 
 
 def found_on(page: Browser, width: int, scheme: str) -> list[dict[str, Any]]:

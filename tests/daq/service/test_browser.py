@@ -3,36 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from daq.catalogue.database import Catalogue
-from daq.service.settings import Service
 from drivers import Channel
 from robots import Robot
-from tests.daq.service.browser import Browser, browsing, chromium
+from tests.daq.service.browser import Browser, chromium
 from tests.daq.service.fleets import write_fleet
-from tests.daq.service.serving import running
 
 DRIVE = "drive-token-of-the-test"
 PROGRAM = chromium()
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="Chromium is not here")
 PHONE, DESK = 390, 1280
 PAGES = ("/", "/runs", "/arms/emps-sim?parameter=Fc1", "/runs/12", "/docs", "/login")
-
-
-@pytest.fixture
-def page(filled: Catalogue, tmp_path: Path, no_leftovers: None) -> Iterator[Browser]:
-    """A page of a service that may drive the arms of a fleet."""
-    assert PROGRAM is not None
-    service = Service(drive_token=DRIVE, fleet=tmp_path / "fleet.toml")
-    with (
-        running(service, filled, tmp_path / "http") as port,
-        browsing(PROGRAM, tmp_path / "profile", f"http://127.0.0.1:{port}") as browser,
-    ):
-        yield browser
 
 
 def test_every_page_in_dark_and_light_on_a_desk_and_a_phone(page: Browser, tmp_path: Path) -> None:

@@ -96,6 +96,7 @@ def known_columns(
 
 
 def _lags(prepared: Prepared, present: Present) -> FloatArray:
+    """Those of :func:`lag_columns` at the motion of the other periods."""
     arm = arm_lag(prepared.robot, prepared.parts[0].sample_time)
     parts = []
     for part in prepared.parts:
