@@ -10,6 +10,7 @@ from typing import Any, Literal
 from ident.effects.entry import EffectEntry
 from robots.arrays import FloatArray
 from robots.errors import UserError
+from robots.standard import torque_units_of
 
 RunKind = Literal["demo", "plan", "check", "commission", "import", "run"]
 RunState = Literal["running", "finished", "abandoned"]
@@ -128,7 +129,7 @@ class NewModel:
         method: the estimator: ls, iv or robust.
         verdict: of the revised test.
         gates: the test as ``identify --json`` prints it.
-        torque_rms: of the residual per joint, N·m.
+        torque_rms: of the residual per joint, in ``torque_units``.
         effects: names, those that were found last.
         found: effects that a diagnosis had found, with place and shape.
         covariance: of the parameters, (b, b); None where it is not known.
@@ -154,6 +155,12 @@ class NewModel:
     file: str | None = None
     report: str | None = None
     found: tuple[EffectEntry, ...] = ()
+
+    @property
+    def torque_units(self) -> tuple[str, ...]:
+        """Of the joints' torques: N·m, or N of a joint that slides."""
+        units = {parameter.name: parameter.unit for parameter in self.parameters}
+        return torque_units_of(units, len(self.torque_rms))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,7 +219,7 @@ class NewFinding:
 
     Attributes:
         parameters: ``{"name", "value", "sigma", "unit", "shape"}`` each.
-        gap_before, gap_after: rms torque residual over the joints on held-out data, N·m.
+        gap_before, gap_after: rms torque residual over the joints on held-out data, N·m (or N).
         held_out_gain: share of the explainable gap that it closes there.
     """
 

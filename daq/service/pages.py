@@ -30,8 +30,9 @@ from daq.service.reference import routes_of, shared_answers
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
-from daq.text.numbers import percent, significant, with_sigma
+from daq.text.numbers import mixed_unit, percent, significant, with_sigma
 from ident.effects.entry import found_words
+from robots.standard import EITHER_UNIT
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
 _STATIC = {
@@ -144,6 +145,7 @@ def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
                 (f, significant(f.gap_before), significant(f.gap_after))
                 for f in findings.of_run(catalogue, run.id)
             ],
+            torque_unit=EITHER_UNIT if model is None else mixed_unit(model.torque_units),
             check=_verdict_view(verdicts, catalogue),
             has_report=any(one.report for one in of_run),
             found="" if model is None else found_words(model.found),

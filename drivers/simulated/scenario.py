@@ -47,6 +47,7 @@ class Scenario(BaseModel):
     directional_efficiency: tuple[friction.DirectionalEfficiency, ...] = ()
     dragging_brake: tuple[motor.DraggingBrake, ...] = ()
     drifting_friction: tuple[friction.DriftingFriction, ...] = ()
+    temperature_viscous_friction: tuple[friction.TemperatureViscousFriction, ...] = ()
     position_dependent_friction: tuple[friction.PositionDependentFriction, ...] = ()
     joint_elasticity: tuple[gear.JointElasticity, ...] = ()
     stiffening_elasticity: tuple[gear.StiffeningElasticity, ...] = ()

@@ -79,6 +79,12 @@ EFFECTS: dict[str, Recipe] = {
         "directional_efficiency", "drive", lambda m, s: {"driving": 0.4 * m, "driven": 0.15 * m}
     ),
     "drifting_friction": _one("drifting_friction", "drive", shapes.drift_sized, shapes.drift),
+    "temperature_viscous_friction": _one(
+        "temperature_viscous_friction",
+        "drive",
+        lambda m, s: s | {"start": 60.0 * m * s["start"]},
+        lambda rng, place: {"start": shapes.sign(rng), "time_constant": shapes.between(rng, 4.0, 20.0)},
+    ),
     "position_dependent_friction": _one(
         "position_dependent_friction", "drive", shapes.wave_sized, shapes.wave
     ),

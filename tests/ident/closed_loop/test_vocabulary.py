@@ -99,6 +99,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
         (5, (2.0,), (0.2, 0.1, -0.1, -0.05), 0.005),
     ],
+    "temperature_viscous_friction": [(2, (8.0,), (0.3, 0.0), 0.005), (5, (2.0,), (0.1, -0.05), 0.005)],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
     "stiffening_elasticity": [(2, None, (1.0,), 0.1)],

@@ -69,6 +69,15 @@ def test_a_brake_that_rubs_now_and_then() -> None:
     assert np.hypot(found["drag_cos1"][0], found["drag_sin1"][0]) == pytest.approx(wave, rel=0.15)
 
 
+def test_oil_that_gets_thinner_beside_dry_friction_that_stays() -> None:
+    """Named beside drifting friction, of which it is the half that a warm gear's oil has."""
+    found = values(only("temperature_viscous_friction", {"start": -10.0, "time_constant": 6.0}))
+    viscous = draw_truth(EMPS, TRUTH).parameters["Fv1"]
+    # The plant's oil goes exponentially with temperature: the colder it is, the quicker.
+    assert found["settling_time"][0] == pytest.approx(6.0, rel=0.1)
+    assert found["Fv_oil_cold1"][0] == pytest.approx(viscous * np.expm1(0.015 * 10.0), rel=0.1)
+
+
 def test_a_dress_pack_that_comes_back_by_another_way() -> None:
     """On six axes, of which the second has to carry the arm beside it."""
     robot, duration = robots.load("tx40"), 5.0
