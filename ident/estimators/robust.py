@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ident.estimators.fit import LinearFit, Stacked
 from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
@@ -14,7 +14,7 @@ from robots.arrays import FloatArray
 
 _STILL = 1e-8
 _ITERATIONS = 200
-_QUARTILE = float(norm.ppf(0.75))
+_QUARTILE = float(ndtri(0.75))
 
 Function = Callable[[FloatArray], FloatArray]
 
