@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from daq.catalogue import checks, runs
 from daq.catalogue.database import Catalogue
 from daq.notify.settings import NotifyError, notify_path, read_notify
+from daq.notify.told import settle_told
 
 if TYPE_CHECKING:  # the sender is a process of its own, and takes none of the numerics along
     from daq.check.request import CheckResult
@@ -96,6 +97,7 @@ def notify_of(
             raise
         log.error("%s", error)  # the verdict stands, whatever the file says
         return None
+    settle_told(catalogue, file)
     arm = runs.get(catalogue, result.run).arm_id
     message = message_of(result, settings.base_url, checks.last_told(catalogue, arm))
     if message is None:
