@@ -25,7 +25,7 @@ from daq.importing.joint_states import is_bag_folder
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
 from daq.importing.unnamed import told_apart
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident.preparation.outliers import without_outliers
 from robots import Robot
 from robots.arrays import FloatArray

@@ -13,7 +13,7 @@ from daq.importing.import_map import (
     Torque,
 )
 from daq.importing.joint_states import is_bag_folder
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 

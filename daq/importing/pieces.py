@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.recording import JITTER_ALLOWED
 from robots.arrays import BoolArray, FloatArray

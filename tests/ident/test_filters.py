@@ -83,7 +83,9 @@ def test_two_shares_are_none_below_nothing() -> None:
 
 
 def test_tails() -> None:
-    assert beyond_chi2(7.0, 3) == pytest.approx(chi2.sf(7.0, 3))
+    for freedom in (1, 2, 3, 10, 29, 30, 4.5):
+        for statistic in (1e-3, 0.7, 7.0, 60.0, 2000.0):
+            assert beyond_chi2(statistic, freedom) == pytest.approx(chi2.sf(statistic, freedom), abs=1e-14)
     assert beyond_f(2.5, 3, 40.5) == pytest.approx(f_distribution.sf(2.5, 3, 40.5))
     assert beyond_f(-1.0, 3, 40.5) == beyond_chi2(-1.0, 3) == 1.0
     np.testing.assert_allclose(

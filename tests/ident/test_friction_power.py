@@ -21,7 +21,7 @@ def _rows() -> Rows:
 
 
 def _estimate(viscous: float, dry: float, sigma: float) -> Estimate:
-    """Viscous and dry friction that are hardly told apart: their sum at usual speeds is known by ``sigma``."""
+    """Viscous and dry friction that are hardly told apart: their sum is known by ``sigma``."""
     values = (("off1", "off", 1.0), ("Fv1", "Fv", viscous), ("Fc1", "Fc", dry))
     parameters = tuple(
         Parameter(name, value, 1.0, "", name, StandardParameter(symbol, JOINT, "friction", ""))
