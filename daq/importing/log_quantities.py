@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.importing.bags import is_bag_folder
 from daq.importing.columns import Table, read_table
 from daq.importing.import_map import (
     ImportMap,
     Position,
     Torque,
 )
-from daq.importing.joint_states import is_bag_folder
 from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
