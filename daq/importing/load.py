@@ -17,7 +17,7 @@ from daq.importing.log_quantities import (
     position_of_joints,
     time_of_samples,
 )
-from daq.importing.pieces import answered_pieces, complete_at, of_half_an_hour
+from daq.importing.pieces import answered_pieces, complete_at, in_parts
 from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
@@ -69,7 +69,7 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
     recordings, dropped = answered_pieces(path, recording, complete)
-    recordings = tuple(part for recording in recordings for part in of_half_an_hour(recording))
+    recordings = tuple(part for recording in recordings for part in in_parts(recording))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
