@@ -14,6 +14,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from scipy.signal import lfilter
 
+from ident.effects.foot import FootSpring
 from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 
@@ -269,6 +270,7 @@ class SimulatedParts:
         constant: (n,) torque.
         position, friction: torques over positions and over speeds.
         springs, errors: of gears.
+        feet: of a base that gives way.
         drives: what the drives do to the control signal.
     """
 
@@ -281,6 +283,7 @@ class SimulatedParts:
     friction: tuple[FrictionTorque, ...] = ()
     springs: tuple[GearSpring, ...] = ()
     errors: tuple[GearError, ...] = ()
+    feet: tuple[FootSpring, ...] = ()
     drives: tuple[DriveChange, ...] = ()
 
 
