@@ -13,7 +13,7 @@ from typing import Any
 
 import robots
 from daq.check.errors import CheckError
-from daq.importing.load import loaded_capture
+from daq.importing.captures import loaded_capture
 from daq.recording.reader import read_capture
 from ident import Fitted, Options, identify
 from ident.identification.found_effects import FoundModel
