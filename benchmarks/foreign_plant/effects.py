@@ -59,7 +59,6 @@ OUTSIDE = (
     "eddy_brake",
     "crosstalk",
     "slosh",
-    "base_compliance",
 )
 """Names that armhil's vocabulary of 2026-11 does not hold."""
 

@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any, Literal
 
 from ident.effects.entry import EffectEntry
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 from robots.errors import UserError
 from robots.standard import torque_units_of
 
@@ -74,7 +74,8 @@ class Run:
         stage: of commissioning; empty elsewhere.
         description_sha256: of the robot.toml that the run was made with.
         finished: None while it runs, and where it was abandoned.
-        process: host, process id and its start, by which an abandoned run is told.
+        process: host, process id and its start, by which an abandoned run is told; empty once the run has
+            ended and, of a check, its verdict is kept.
         capture: path; None where nothing was recorded.
         trajectory: in words or as a path.
         facts: what else is known: channel, seed, cycles, missed cycles, folder, report.
@@ -174,18 +175,25 @@ class Model(NewModel):
     who: str
 
 
-@dataclass(frozen=True)
-class TrendPoint:
-    """One parameter in one model, for its course over the runs."""
+@dataclass(frozen=True, eq=False)
+class Course:
+    """One parameter over the models of an arm, by the time of their runs; N models.
 
-    model_id: int
-    run_id: int
-    at: datetime
-    """When the run was started."""
+    Attributes:
+        models, runs: (N,) their numbers.
+        at: (N,) when the runs were started.
+        seconds: (N,) the same in Unix time, s.
+        values, sigmas: (N,) in ``unit``.
+    """
+
     name: str
-    value: float
-    sigma: float
     unit: str
+    models: IntArray
+    runs: IntArray
+    at: tuple[datetime, ...]
+    seconds: FloatArray
+    values: FloatArray
+    sigmas: FloatArray
 
 
 @dataclass(frozen=True)

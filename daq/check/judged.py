@@ -22,7 +22,7 @@ from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
-from daq.importing.load import capture_recordings
+from daq.importing.captures import capture_recordings
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import IDENTIFY
 from daq.keeping.keep import Provenance, keep_diagnose_request, keep_identified

@@ -68,6 +68,7 @@ class Scenario(BaseModel):
     payload: loads.Payload | None = None
     gravity_spring: tuple[loads.GravitySpring, ...] = ()
     base_tilt: loads.BaseTilt | None = None
+    base_compliance: loads.BaseCompliance | None = None
     time_delay: tuple[motor.TimeDelay, ...] = ()
     cable_spring: tuple[loads.CableSpring, ...] = ()
     dress_pack_hysteresis: tuple[loads.DressPackHysteresis, ...] = ()

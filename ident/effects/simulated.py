@@ -13,6 +13,7 @@ from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
+from ident.effects.foot import FootSpring
 from ident.effects.speed_term import FrictionSign
 from ident.filters import recursion
 from robots.arrays import FloatArray
@@ -270,6 +271,7 @@ class SimulatedParts:
         constant: (n,) torque.
         position, friction: torques over positions and over speeds.
         springs, errors: of gears.
+        feet: of a base that gives way.
         drives: what the drives do to the control signal.
     """
 
@@ -282,6 +284,7 @@ class SimulatedParts:
     friction: tuple[FrictionTorque, ...] = ()
     springs: tuple[GearSpring, ...] = ()
     errors: tuple[GearError, ...] = ()
+    feet: tuple[FootSpring, ...] = ()
     drives: tuple[DriveChange, ...] = ()
 
 

@@ -8,9 +8,9 @@ too small where residuals are correlated.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import matmul_toeplitz
 
 from ident.filters import recursion
+from ident.statistics.toeplitz import spectrum, times
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray, IntArray
 
@@ -34,7 +34,7 @@ def weighted_score_covariance(
         for index in np.unique(segment):
             z = instruments[segment == index, joint] / sigma[joint] ** 2
             gamma = autocovariance(coefficients, float(whitening.sigma[joint]), z.shape[0])
-            total += z.T @ matmul_toeplitz(gamma, z)
+            total += z.T @ times(gamma, spectrum(z))
     return total
 
 

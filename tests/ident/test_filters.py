@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.linalg import toeplitz
 from scipy.ndimage import binary_dilation
 from scipy.optimize import nnls
 from scipy.signal import butter, cheby1, filtfilt, firwin, lfilter, welch
@@ -22,6 +23,7 @@ from ident.filters import (
 )
 from ident.preparation.spectrum import two_shares
 from ident.statistics.tails import beyond_chi2, beyond_f, each_beyond_f
+from ident.statistics.toeplitz import circle, spectrum, times
 
 LOT = np.random.default_rng(7)
 
@@ -83,9 +85,18 @@ def test_two_shares_are_none_below_nothing() -> None:
 
 
 def test_tails() -> None:
-    assert beyond_chi2(7.0, 3) == pytest.approx(chi2.sf(7.0, 3))
+    for freedom in (1, 2, 3, 10, 29, 30, 4.5):
+        for statistic in (1e-3, 0.7, 7.0, 60.0, 2000.0):
+            assert beyond_chi2(statistic, freedom) == pytest.approx(chi2.sf(statistic, freedom), abs=1e-14)
     assert beyond_f(2.5, 3, 40.5) == pytest.approx(f_distribution.sf(2.5, 3, 40.5))
     assert beyond_f(-1.0, 3, 40.5) == beyond_chi2(-1.0, 3) == 1.0
     np.testing.assert_allclose(
         each_beyond_f(np.array([0.1, 9.0]), 1, 30), f_distribution.sf([0.1, 9.0], 1, 30)
     )
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 100, 1237])
+def test_toeplitz_products(samples: int) -> None:
+    gamma, series = LOT.standard_normal(samples), LOT.standard_normal((samples, 2))
+    np.testing.assert_allclose(times(gamma, spectrum(series)), toeplitz(gamma) @ series, atol=1e-10)
+    assert 2 * samples - 1 <= circle(samples) <= max(1.07 * (2 * samples - 1), 2 * samples)
