@@ -23,8 +23,8 @@ _FLAT = 1e-6
 _NEARER = (1.8, 1.25)
 """Steps, nearer and nearer, of the points beside the best one so far."""
 _NEAREST = 1.06
-"""The last one, of the likelier law: a loss is no parabola over more. (With 1.25 the last width came out 5 % too
-large on a foreign plant, and what friction then lacked was static friction of two drives with 180 nats.)"""
+"""The last one: a loss is no parabola over more. (With 1.25 the width came out 5 % too large on a clean
+foreign arm, and what friction then lacked was a static friction of two drives with 180 nats.)"""
 
 Law = Bristle | FrictionSign
 
