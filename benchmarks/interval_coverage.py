@@ -68,6 +68,7 @@ class Cell:
         scale: of the motion.
         reversals: whether rows near reversals are fitted.
         margin: s to either side of one that are not.
+        filters: ``torque_filter`` and ``decimation_filter``: those of the published rig, or the defaults.
     """
 
     encoder: float = 10.0
@@ -79,6 +80,7 @@ class Cell:
     scale: float = 1.0
     reversals: bool = False
     margin: float = 0.04
+    filters: tuple[str, str] = ("none", "chebyshev")
 
     def prepared(self) -> Robot:
         robot = robots.load("emps")
@@ -87,12 +89,15 @@ class Cell:
             "cutoff_hz": self.cutoff,
             "decimation": self.decimation,
             "standstill_margin": self.margin,
+            "torque_filter": self.filters[0],
+            "decimation_filter": self.filters[1],
         }
         if self.reversals:
             changes |= {"minimum_speed": 0.0, "standstill_margin": 0.0}
         return robot.model_copy(update={"identification": robot.identification.model_copy(update=changes)})
 
 
+DEFAULT = ("positions", "fir")
 CELLS = {
     "reference": Cell(),
     "100 × encoder noise, 80 Hz": Cell(encoder=100.0, cutoff=80.0, decimation=5),
@@ -102,6 +107,8 @@ CELLS = {
     "errors remember 50 ms": Cell(sensor_time=0.05),
     "weak motion": Cell(scale=0.2),
     "cut-off 20 Hz": Cell(cutoff=20.0, decimation=20),
+    "weak motion, 20 Hz, default filters": Cell(scale=0.2, cutoff=20.0, decimation=20, filters=DEFAULT),
+    "cut-off 20 Hz, default filters": Cell(cutoff=20.0, decimation=20, filters=DEFAULT),
     "friction turns 20 × as slowly": Cell(bristle=20.0, reversals=True),
     "100 × encoder noise": Cell(encoder=100.0),
     "torque noise remembers 20 ms": Cell(torque_time=0.02),

@@ -51,7 +51,8 @@ def share(hits: Iterable[bool]) -> str:
     p, z = sum(flags) / n, 1.959963984540054
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)
     half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return f"{100 * p:.0f} % [{100 * max(middle - half, 0):.0f}, {100 * min(middle + half, 1):.0f}] of {n}"
+    told = f"{100 * p:.1f}" if 0 < p < 0.01 else f"{100 * p:.0f}"  # one of 300 is not none
+    return f"{told} % [{100 * max(middle - half, 0):.0f}, {100 * min(middle + half, 1):.0f}] of {n}"
 
 
 def report(path: Path) -> str:

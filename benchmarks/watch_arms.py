@@ -26,12 +26,19 @@ from robots.arrays import FloatArray
 from trajectories import plan
 
 DRIVE = 2
-SIMULATED: dict[str, Mapping[str, Any]] = {
-    "play": {"backlash": [{"drive": DRIVE, "width": 4e-4}]},
-    "encoder": {"gear_ripple": [{"drive": DRIVE, "amplitude": 4e-4, "order": 2.0}]},
-    "delay": {"time_delay": [{"drive": DRIVE, "torque": 0.008}]},
-}
+SIMULATED = ("play", "encoder", "delay")
 """What is hidden in the plant: 0.4 mrad of play, 0.4 mrad of encoder error twice a turn, 8 ms of age."""
+SIZES = (0.5, 1.0, 2.0)
+"""Multiples of them that are simulated; wear goes through them."""
+
+
+def hidden(kind: str, size: float) -> Mapping[str, Any]:
+    """Scenario with so many times what is hidden."""
+    if kind == "play":
+        return {"backlash": [{"drive": DRIVE, "width": 4e-4 * size}]}
+    if kind == "encoder":
+        return {"gear_ripple": [{"drive": DRIVE, "amplitude": 4e-4 * size, "order": 2.0}]}
+    return {"time_delay": [{"drive": DRIVE, "torque": 0.008 * size}]}
 
 
 @dataclass(frozen=True)
@@ -42,13 +49,27 @@ class Arm:
         geometry: of the accepted trajectory, with the true parameters.
         within: (b, b) covariance within a run.
         torque_rms: (n,) that the model leaves of each joint's torque, N·m.
-        shifts: by fault, change (b,) of the parameters and (n,) factor on torque_rms.
+        shifts: by fault, at each of the sizes, change (b,) of the parameters and (n,) factor on torque_rms.
     """
 
     geometry: Geometry
     within: FloatArray
     torque_rms: FloatArray
     shifts: dict[str, tuple[FloatArray, FloatArray]]
+
+    def shift_of(self, kind: str, size: float | FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Change (…, b) of the parameters and factor (…, n) on torque_rms, linear between the sizes."""
+        moved, factor = self.shifts[kind]
+        at = np.asarray(size, dtype=float)[..., None]
+        known = np.r_[0.0, SIZES]
+
+        def between(values: FloatArray) -> FloatArray:
+            right = np.clip(np.searchsorted(known, at[..., 0]), 1, len(SIZES))
+            part = (at - known[right - 1][..., None]) / (known[right] - known[right - 1])[..., None]
+            return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+
+        start = np.zeros((1, moved.shape[1])), np.ones((1, factor.shape[1]))
+        return between(np.vstack([start[0], moved])), between(np.vstack([start[1], factor]))
 
 
 def made_arm(seed: int) -> Arm:
@@ -74,11 +95,11 @@ def made_arm(seed: int) -> Arm:
     fit = plain.least_squares
     left = np.array(plain.result.least_squares.torque_rms)
     shifts = {}
-    for name, scenario in SIMULATED.items():
-        other = fitted(scenario)
-        shifts[name] = (
-            other.least_squares.beta - fit.beta,
-            np.array(other.result.least_squares.torque_rms) / left,
+    for kind in SIMULATED:
+        others = [fitted(hidden(kind, size)) for size in SIZES]
+        shifts[kind] = (
+            np.array([other.least_squares.beta - fit.beta for other in others]),
+            np.array([other.result.least_squares.torque_rms for other in others]) / left,
         )
     return Arm(geometry_of(plain.base, plain.rows, fit.sigma, fit.beta), fit.covariance, left, shifts)
 

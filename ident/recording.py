@@ -63,16 +63,16 @@ class Recording:
                 raise IdentificationError(
                     f"{self.name}: {label} has {values.shape[1]} joints, position {self.position.shape[1]}"
                 )
-            bad = ~np.isfinite(values)
-            if bad.any():
+            bad = np.isfinite(values)
+            if not bad.all():
+                bad = ~bad
                 sample, joint = np.argwhere(bad)[0]
                 raise IdentificationError(
                     f"{self.name}: {label} of joint {joint + 1} is not a number at sample {sample}"
                     f" ({int(bad.sum())} such values); allowed: finite values without gaps"
                 )
-            beyond = np.argwhere(np.abs(values) > LARGEST[label])
-            if beyond.size:
-                sample, joint = beyond[0]
+            if values.size and max(values.max(), -values.min()) > LARGEST[label]:
+                sample, joint = np.argwhere(np.abs(values) > LARGEST[label])[0]
                 raise IdentificationError(
                     f"{self.name}: {label} of joint {joint + 1} is {values[sample, joint]:g} at sample"
                     f" {sample}; allowed: up to {LARGEST[label]:g}"

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
-from scipy.signal import butter, cheby1, filtfilt, firwin
-from scipy.sparse import csr_array
 
 from ident.errors import IdentificationError
+from ident.even_spline import EvenSpline
+from ident.filters import LowPass, butterworth, chebyshev, windowed_sinc
 from ident.recording import Recording
 from robots.arrays import FloatArray, IntArray
 from robots.description import Identification
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _LARGEST_STAGE = 13
 """A decimation filter of order 8 is well conditioned up to here; larger factors go in stages."""
@@ -73,8 +75,7 @@ def low_pass(values: FloatArray, cutoff_hz: float, sample_time: float, order: in
     padding = 3 * order
     if values.shape[0] <= padding:
         raise IdentificationError(f"{values.shape[0]} samples; allowed: more than {padding} to be filtered")
-    numerator, denominator = butter(order, cutoff_hz / nyquist)
-    return np.asarray(filtfilt(numerator, denominator, values, axis=0, padlen=padding))
+    return butterworth(order, cutoff_hz / nyquist).both_ways(values.T, padding).T
 
 
 def low_pass_where_sampled(
@@ -171,19 +172,16 @@ class AlignedControlSignal:
     def at(self, lag: float) -> FloatArray:
         if lag == 0:
             return self.recording.control_signal
-        time, half = self.recording.time, 0.5 * self.hold
+        step, last = self.recording.sample_time, self.recording.time.shape[0] - 1
+        half = 0.5 * self.hold / step
+        place = np.clip(np.arange(last + 1) - lag / step, half, last - half)
         if half == 0.0:
-            return np.asarray(self._spline(np.maximum(time - lag, time[0])))
-        centre = np.clip(time - lag, time[0] + half, time[-1] - half)
-        return np.asarray((self._integral(centre + half) - self._integral(centre - half)) / self.hold)
+            return self._spline.at(place)
+        return (self._spline.integral(place + half) - self._spline.integral(place - half)) / (2.0 * half)
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.recording.time, self.recording.control_signal, axis=0)
-
-    @cached_property
-    def _integral(self) -> PPoly:
-        return self._spline.antiderivative()
+    def _spline(self) -> EvenSpline:
+        return EvenSpline(self.recording.control_signal)
 
 
 def decimate(
@@ -218,8 +216,10 @@ def decimate(
 @lru_cache(maxsize=4)
 def _fir_rows(samples: int, factor: int) -> csr_array:
     """The finite filter at the samples that are kept alone, rows × samples; ends are held."""
+    from scipy.sparse import csr_array  # takes time to load; most decimations need none
+
     reach = decimation_reach(factor, "fir")
-    taps = firwin(2 * reach + 1, 0.8 / factor, window=("kaiser", _FIR_BETA))
+    taps = windowed_sinc(reach, 0.8 / factor, _FIR_BETA)
     kept = decimate_index(samples, factor)
     seen = np.clip(kept[:, np.newaxis] + np.arange(-reach, reach + 1), 0, samples - 1)
     rows = np.repeat(np.arange(kept.size), taps.size)
@@ -242,16 +242,16 @@ def decimation_stages(factor: int) -> list[int]:
 
 
 def _decimate_once(values: FloatArray, factor: int, axis: int) -> FloatArray:
-    numerator, denominator = _chebyshev(factor)
-    smooth = filtfilt(numerator, denominator, values, axis=axis, padlen=_DECIMATION_PADDING)
-    kept = slice(_first_kept(values.shape[axis], factor), None, factor)
-    return np.asarray(smooth[(slice(None),) * axis + (kept,)])
+    series = np.moveaxis(values, axis, -1)
+    flat = series.reshape(-1, series.shape[-1])
+    smooth = _chebyshev(factor).both_ways(flat, _DECIMATION_PADDING)
+    kept = smooth[:, _first_kept(flat.shape[1], factor) :: factor]
+    return np.moveaxis(kept.reshape(*series.shape[:-1], -1), -1, axis)
 
 
 @cache
-def _chebyshev(factor: int) -> tuple[FloatArray, FloatArray]:
-    numerator, denominator = cheby1(8, 0.05, 0.8 / factor)
-    return numerator, denominator
+def _chebyshev(factor: int) -> LowPass:
+    return chebyshev(8, 0.05, 0.8 / factor)
 
 
 def _first_kept(samples: int, factor: int) -> int:

@@ -19,8 +19,8 @@ class Identification(Frozen):
     filter_order: int = Field(default=4, ge=1, le=8)
     decimation: int = Field(default=1, ge=1, le=10_000, description="keep one row in so many")
     decimation_filter: Literal["chebyshev", "fir"] = Field(
-        default="chebyshev",
-        description="chebyshev is MATLAB's decimate; fir reaches only four rows far",
+        default="fir",
+        description="fir reaches four rows and no farther; chebyshev is MATLAB's decimate, which rings",
     )
     derivative_accuracy: Annotated[Literal[2, 4, 6, 8], BeforeValidator(whole_number)] = Field(
         default=2, description="order of the central differences; 2 is the paper's"

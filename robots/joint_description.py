@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from robots.errors import ValueNotAllowed
 from robots.fields import Frozen
+from robots.standard import torque_unit
 
 Place = Annotated[float, Field(ge=-100, le=100)]
 """rad or m; beyond sixteen turns or a hundred metres it is in degrees or millimetres."""
@@ -45,7 +46,7 @@ class Joint(Frozen):
     @property
     def torque_unit(self) -> str:
         """Of its torque, or force."""
-        return "N·m" if self.kind == "revolute" else "N"
+        return torque_unit(self.kind)
 
 
 class Bus(Frozen):

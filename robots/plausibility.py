@@ -93,7 +93,7 @@ def _torques(robot: Robot) -> Iterator[Finding]:
     wanted = np.abs(np.linalg.inv(robot.transmission_matrix).T) @ robot.torque_limits
     saturated = np.array(robot.controller.saturation) * robot.gains
     for i, drive in enumerate(robot.drive):
-        yield from _saturation(i, float(saturated[i]), float(wanted[i]))
+        yield from _saturation(robot, i, float(saturated[i]), float(wanted[i]))
         counts = robot.controller.saturation[i] / drive.control_signal.per_count
         if counts < LEAST_TORQUE_COUNTS:
             yield (
@@ -110,13 +110,13 @@ def _torques(robot: Robot) -> Iterator[Finding]:
         yield from _at_the_limits(robot, i, float(saturated[i]))
 
 
-def _saturation(i: int, saturated: float, wanted: float) -> Iterator[Finding]:
+def _saturation(robot: Robot, i: int, saturated: float, wanted: float) -> Iterator[Finding]:
     low, high = SATURATION_SHARE
     if not low * wanted <= saturated <= high * wanted:
         yield (
             ("drive", i, "gain"),
-            f"times controller.saturation is {saturated:.4g} N·m (or N); the joints' torque limits ask for"
-            f" {wanted:.4g}",
+            f"times controller.saturation is {saturated:.4g} {robot.joint[i].torque_unit}; the"
+            f" joints' torque limits ask for {wanted:.4g}",
             f"{low:g} to {high:g} times that",
         )
 
@@ -133,7 +133,8 @@ def _at_the_limits(robot: Robot, i: int, saturated: float) -> Iterator[Finding]:
         if torque > most:
             yield (
                 ("drive", i, "dynamics", key),
-                f"takes {torque:.4g} N·m (or N) at the joints' limits; the drive has {saturated:.4g}",
+                f"takes {torque:.4g} {robot.joint[i].torque_unit} at the joints' limits;"
+                f" the drive has {saturated:.4g}",
                 f"up to {SATURATION_SHARE[1]:g} times that",
             )
 
@@ -145,8 +146,8 @@ def _windows(robot: Robot) -> Iterator[Finding]:
         if not error <= most:
             yield (
                 ("controller", "position_gain", i),
-                f"with velocity_gain, velocity_feed_forward and saturation lets the drive be {error:.3g} rad"
-                " (or m) from its set-point before it is at its limit",
+                f"with velocity_gain, velocity_feed_forward and saturation lets the drive be"
+                f" {error:.3g} {joint.unit} from its set-point before it is at its limit",
                 f"gains, speed limits or a bus.cycle_time that make at most {most:g} of it",
             )
 

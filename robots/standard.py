@@ -7,6 +7,7 @@ Per drive: Ia, Fv, Fc at the drive output, and a torque offset per joint.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,9 @@ DRIVE_VARIANTS = {
     "Fcm": "Fc",
 }
 """Variants of a drive's parameter: forwards (p), backwards (n), of a shaft that moves several joints (m)."""
+
+EITHER_UNIT = "N·m or N"
+"""Of the torque of a joint of which nobody knows whether it turns or slides."""
 
 _LINK_UNITS = dict.fromkeys(LINK_SYMBOLS, "kg·m²") | {
     "M": "kg",
@@ -65,3 +69,29 @@ def unit_of(symbol: str, kind: str) -> str:
         KeyError: when the symbol is none of a link's or a drive's.
     """
     return _LINK_UNITS.get(symbol) or _DRIVE_UNITS[kind][DRIVE_VARIANTS.get(symbol, symbol)]
+
+
+def torque_unit(kind: str) -> str:
+    """Of what a joint takes: a torque where it turns, a force where it slides."""
+    return unit_of("off", kind)
+
+
+def torque_units_of(parameters: Mapping[str, str], n: int) -> tuple[str, ...]:
+    """Units of the torques of n joints, as the units of a model's drive parameters tell their kinds.
+
+    A model of the catalogue has no description of its arm with it. A joint without any parameter of its drive
+    may be of either kind, and its unit says so.
+
+    Args:
+        parameters: unit by name, e.g. ``{"Fc1": "N"}``.
+        n: number of joints.
+    """
+    return tuple(_torque_unit_of(parameters, str(joint)) for joint in range(1, n + 1))
+
+
+def _torque_unit_of(parameters: Mapping[str, str], joint: str) -> str:
+    for symbol in (*DRIVE_SYMBOLS, *DRIVE_VARIANTS):
+        for kind in _DRIVE_UNITS:
+            if parameters.get(symbol + joint) == unit_of(symbol, kind):
+                return torque_unit(kind)
+    return EITHER_UNIT

@@ -39,7 +39,7 @@ OF_A_JOINT = {
     "command_dead_zone": "N·m of command that the drive does not answer",
     "torque_constant_droop": "share of the gain lost at the torque limit",
     "encoder_eccentricity": "rad, once a turn",
-    "temperature_viscous": "share of the viscous friction lost, with 20 s",
+    "temperature_viscous_friction": "share of the viscous friction lost, with 20 s",
     "directional_efficiency": "share of the load's torque lost where the load drives the motor",
     "dragging_brake": "N·m during a third of every 7 s",
 }
@@ -59,8 +59,6 @@ OUTSIDE = (
     "eddy_brake",
     "crosstalk",
     "slosh",
-    "temperature_viscous",
-    "base_compliance",
 )
 """Names that armhil's vocabulary of 2026-11 does not hold."""
 

@@ -58,7 +58,7 @@ SPRING, CABLE, CONTACT, EDDY, CROSSTALK, DEAD, DROOP, COOLING, ONE_WAY, BRAKE = 
         "crosstalk",
         "command_dead_zone",
         "torque_constant_droop",
-        "temperature_viscous",
+        "temperature_viscous_friction",
         "directional_efficiency",
         "dragging_brake",
     )

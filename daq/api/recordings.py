@@ -15,8 +15,8 @@ import numpy as np
 import robots
 from daq.api.frames import frame
 from daq.api.picture import Picture, traces
-from daq.importing.load import LoadedRecordings
 from daq.importing.load import load_recording as load
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.capture import CAPTURE_SUFFIX, DESCRIPTION, MESHES, RUN, TRAJECTORY, CaptureError
 from daq.recording.described_arm import robot_of
 from daq.recording.reader import read_capture

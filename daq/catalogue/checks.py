@@ -54,6 +54,7 @@ def add(
             "details": dict(details),
         }
         number = connection.execute(insert(checks).values(values)).inserted_primary_key
+        runs.judged_in(connection, run_id)
         row = connection.execute(select(checks).where(checks.c.id == number[0])).one()  # type: ignore[index]
         return _check_of(row)
 
@@ -86,7 +87,8 @@ def clean_models(catalogue: Catalogue, baseline: Baseline) -> frozenset[int]:
     unchanged = (state == "unchanged") & func.coalesce(grown, "[]").in_(("[]", "null"))
     # Details are long: they stay in the database, and it reads only those of the nights that were not fine.
     clean = case((checks.c.verdict == "ok", true()), else_=unchanged)
-    wanted = select(checks.c.model_id).where(checks.c.baseline_id == baseline.id, clean)
+    wanted = select(checks.c.model_id).where(checks.c.arm_id == baseline.arm_id, clean)
+    wanted = wanted.where(checks.c.baseline_id == baseline.id)
     with catalogue.reading() as connection:
         found = connection.execute(wanted).scalars().all()
     return frozenset(number for number in (*found, baseline.model_id) if number is not None)

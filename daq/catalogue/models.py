@@ -14,10 +14,10 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import models, parameters
 from daq.catalogue.schema import runs as runs_table
-from daq.catalogue.values import CatalogueError, CatalogueParameter, Model, NewModel, Source, TrendPoint
+from daq.catalogue.values import CatalogueError, CatalogueParameter, Course, Model, NewModel, Source
 from daq.recording.who import user
 from ident.effects.entry import EffectEntry
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 from robots.errors import one_line
 
 _PLAIN = (
@@ -109,20 +109,16 @@ def latest_of(catalogue: Catalogue, run_id: int) -> Model:
     return found[-1]
 
 
-def trend(
-    catalogue: Catalogue, arm_id: int, name: str | None = None, *, since: datetime | None = None
-) -> tuple[TrendPoint, ...]:
-    """The course of the parameters of an arm over its models, by the time of the runs.
+def courses(catalogue: Catalogue, arm_id: int, name: str | None = None) -> tuple[Course, ...]:
+    """The course of each parameter of an arm over its models, in the order in which the models have them.
 
     Args:
+        catalogue: where.
         arm_id: of the arm.
         name: of one parameter; all where None.
-        since: runs started at or after.
     """
     made = select(models.c.id, models.c.run_id, runs_table.c.started)
     made = made.join(runs_table, runs_table.c.id == models.c.run_id).where(models.c.arm_id == arm_id)
-    if since is not None:
-        made = made.where(runs_table.c.started >= since)
     p = parameters.c
     # What all parameters of a model share is asked for once a model, not once a parameter.
     listed = select(p.model_id, p.name, p.value, p.sigma, p.unit)
@@ -130,10 +126,39 @@ def trend(
     if name is not None:
         listed = listed.where(p.name == name)
     with catalogue.reading() as connection:
-        at = {row.id: (row.run_id, row.started) for row in connection.execute(made)}
+        known = connection.execute(made.order_by(runs_table.c.started, models.c.id)).all()
         found = connection.execute(listed.order_by(p.model_id, p.place)).all()
-    points = [TrendPoint(model_id, *at[model_id], *rest) for model_id, *rest in found if model_id in at]
-    return tuple(sorted(points, key=lambda point: (point.at, point.model_id)))
+        place = {row.id: k for k, row in enumerate(known)}
+        rows_of: dict[str, list[tuple[int, float, float, str]]] = {}
+        for model_id, symbol, value, sigma, unit in found:
+            if model_id in place:
+                rows_of.setdefault(symbol, []).append((place[model_id], value, sigma, unit))
+        at = [row.started for row in known]
+        seconds = np.array([time.timestamp() for time in at])
+        numbers = np.array([(row.id, row.run_id) for row in known], dtype=np.int64).reshape(-1, 2)
+        return tuple(_course_of(symbol, rows, numbers, at, seconds) for symbol, rows in rows_of.items())
+
+
+def _course_of(
+    name: str,
+    rows: list[tuple[int, float, float, str]],
+    numbers: IntArray,
+    at: list[datetime],
+    seconds: FloatArray,
+) -> Course:
+    """Of the rows of one parameter: place of the model in time, value, σ, unit."""
+    places, values, sigmas, units = zip(*sorted(rows), strict=True)
+    chosen = np.array(places)
+    return Course(
+        name,
+        units[0],
+        numbers[chosen, 0],
+        numbers[chosen, 1],
+        tuple(at[k] for k in places),
+        seconds[chosen],
+        np.array(values, dtype=np.float64),
+        np.array(sigmas, dtype=np.float64),
+    )
 
 
 def _parameter_columns() -> tuple[Any, ...]:

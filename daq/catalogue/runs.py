@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, cast, get_args
 
-from sqlalchemy import Connection, Row, Select, exists, insert, select, update
+from sqlalchemy import Connection, Row, Select, insert, select, update
 
 from daq.catalogue import arms
 from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import OWED, runs
 from daq.catalogue.schema import arms as arms_table
-from daq.catalogue.schema import checks as checks_table
-from daq.catalogue.schema import runs
 from daq.catalogue.seals import SEAL, SEALED_KINDS, seal_of
 from daq.catalogue.values import ArmIdentity, CatalogueError, Run, RunKind, RunOutcome
 from daq.recording.steady_clock import SteadyClock
@@ -107,6 +106,8 @@ def finish(
             "outcome": outcome,
             "reason": reason,
         }
+        if known.kind != "check" or known.stage or outcome != "completed":
+            values["process"] = ""  # of a check that was recorded, the verdict is still owed
         given = {"capture": capture, "capture_sha256": capture_sha256, "trajectory": trajectory}
         values |= {key: value for key, value in given.items() if value is not None}
         told = {**known.facts, **(facts or {})}
@@ -229,37 +230,27 @@ def settle_abandoned(catalogue: Catalogue) -> tuple[Run, ...]:
 
     Checks that were recorded and never judged are marked too, and are not among those that are returned.
     """
-    _settle_unjudged(catalogue)
     with catalogue.reading() as connection:
-        running = [_run_of(row) for row in connection.execute(_select().where(runs.c.state == "running"))]
-    gone = [run.id for run in running if run.process and is_gone(run.process)]
+        owed = [_run_of(row) for row in connection.execute(_select().where(OWED))]
+    gone = [run for run in owed if is_gone(run.process)]
     if not gone:
         return ()
+    ended = "the process that made this run ended without saying how"
+    left = [run.id for run in gone if run.state == "running"]
+    unjudged = [run.id for run in gone if run.state != "running"]
     with catalogue.writing() as connection:
-        reason = "the process that made this run ended without saying how"
-        still = runs.c.id.in_(gone) & (runs.c.state == "running")
-        connection.execute(update(runs).where(still).values(state="abandoned", reason=reason))
-        return tuple(get_in(connection, run_id) for run_id in gone)
+        for numbers, state, values in (
+            (left, "running", {"state": "abandoned", "reason": ended}),
+            (unjudged, "finished", {"reason": UNJUDGED}),
+        ):
+            still = runs.c.id.in_(numbers) & (runs.c.state == state) & OWED
+            connection.execute(update(runs).where(still).values(process="", **values))
+        return tuple(get_in(connection, run_id) for run_id in left)
 
 
-def _settle_unjudged(catalogue: Catalogue) -> None:
-    judged = exists().where(checks_table.c.run_id == runs.c.id)
-    wanted = select(runs.c.id, runs.c.process).where(
-        (runs.c.kind == "check")
-        & (runs.c.stage == "")
-        & (runs.c.state == "finished")
-        & (runs.c.outcome == "completed")
-        & (runs.c.reason != UNJUDGED)
-        & ~judged
-    )
-    with catalogue.reading() as connection:
-        found = connection.execute(wanted).all()
-    gone = [run.id for run in found if run.process and is_gone(run.process)]
-    if not gone:
-        return
-    with catalogue.writing() as connection:
-        still = runs.c.id.in_(gone) & ~judged
-        connection.execute(update(runs).where(still).values(reason=UNJUDGED))
+def judged_in(connection: Connection, run_id: int) -> None:
+    """A check has its verdict: its process owes nothing any more."""
+    connection.execute(update(runs).where(runs.c.id == run_id).values(process=""))
 
 
 def _select() -> Select[Any]:

@@ -25,10 +25,11 @@ from sqlalchemy import (
     Table,
     Text,
     UniqueConstraint,
+    literal_column,
 )
 from sqlalchemy.types import TypeDecorator
 
-VERSION = 5
+VERSION = 6
 """Of the tables below."""
 
 SHA256 = String(64)
@@ -124,8 +125,12 @@ runs = Table(
     _one_of("kind", "demo", "plan", "check", "commission", "import", "run"),
     _one_of("state", "running", "finished", "abandoned"),
     Index("runs_of_arm", "arm_id", "started"),
+    Index("newest_run_of_arm", "arm_id", "id"),
     sqlite_autoincrement=True,
 )
+OWED = runs.c.process != literal_column("''")
+"""Runs of which a process has still to say something. An index has no others; it needs the literal."""
+Index("owed_runs", runs.c.id, postgresql_where=OWED, sqlite_where=OWED)
 
 models = Table(
     "models",
@@ -218,7 +223,7 @@ checks = Table(
     "checks",
     metadata,
     _id(),
-    _arm(index=True),
+    _arm(),
     _run(),
     Column("model_id", ForeignKey("models.id")),
     Column("baseline_id", ForeignKey("baselines.id")),
@@ -226,6 +231,7 @@ checks = Table(
     Column("verdict", String(40), nullable=False),
     Column("sentence", Text, nullable=False),
     Column("details", JSON, nullable=False),
+    Index("newest_check_of_arm", "arm_id", "id"),
     sqlite_autoincrement=True,
 )
 

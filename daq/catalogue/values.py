@@ -8,8 +8,9 @@ from datetime import datetime
 from typing import Any, Literal
 
 from ident.effects.entry import EffectEntry
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 from robots.errors import UserError
+from robots.standard import torque_units_of
 
 RunKind = Literal["demo", "plan", "check", "commission", "import", "run"]
 RunState = Literal["running", "finished", "abandoned"]
@@ -73,7 +74,8 @@ class Run:
         stage: of commissioning; empty elsewhere.
         description_sha256: of the robot.toml that the run was made with.
         finished: None while it runs, and where it was abandoned.
-        process: host, process id and its start, by which an abandoned run is told.
+        process: host, process id and its start, by which an abandoned run is told; empty once the run has
+            ended and, of a check, its verdict is kept.
         capture: path; None where nothing was recorded.
         trajectory: in words or as a path.
         facts: what else is known: channel, seed, cycles, missed cycles, folder, report.
@@ -128,7 +130,7 @@ class NewModel:
         method: the estimator: ls, iv or robust.
         verdict: of the revised test.
         gates: the test as ``identify --json`` prints it.
-        torque_rms: of the residual per joint, N·m.
+        torque_rms: of the residual per joint, in ``torque_units``.
         effects: names, those that were found last.
         found: effects that a diagnosis had found, with place and shape.
         covariance: of the parameters, (b, b); None where it is not known.
@@ -155,6 +157,12 @@ class NewModel:
     report: str | None = None
     found: tuple[EffectEntry, ...] = ()
 
+    @property
+    def torque_units(self) -> tuple[str, ...]:
+        """Of the joints' torques: N·m, or N of a joint that slides."""
+        units = {parameter.name: parameter.unit for parameter in self.parameters}
+        return torque_units_of(units, len(self.torque_rms))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Model(NewModel):
@@ -167,18 +175,25 @@ class Model(NewModel):
     who: str
 
 
-@dataclass(frozen=True)
-class TrendPoint:
-    """One parameter in one model, for its course over the runs."""
+@dataclass(frozen=True, eq=False)
+class Course:
+    """One parameter over the models of an arm, by the time of their runs; N models.
 
-    model_id: int
-    run_id: int
-    at: datetime
-    """When the run was started."""
+    Attributes:
+        models, runs: (N,) their numbers.
+        at: (N,) when the runs were started.
+        seconds: (N,) the same in Unix time, s.
+        values, sigmas: (N,) in ``unit``.
+    """
+
     name: str
-    value: float
-    sigma: float
     unit: str
+    models: IntArray
+    runs: IntArray
+    at: tuple[datetime, ...]
+    seconds: FloatArray
+    values: FloatArray
+    sigmas: FloatArray
 
 
 @dataclass(frozen=True)
@@ -212,7 +227,7 @@ class NewFinding:
 
     Attributes:
         parameters: ``{"name", "value", "sigma", "unit", "shape"}`` each.
-        gap_before, gap_after: rms torque residual over the joints on held-out data, N·m.
+        gap_before, gap_after: rms torque residual over the joints on held-out data, N·m (or N).
         held_out_gain: share of the explainable gap that it closes there.
     """
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import robots
 from daq.check.errors import CheckError
-from daq.importing.load import loaded_capture
+from daq.importing.captures import loaded_capture
 from daq.recording.reader import read_capture
 from ident import Fitted, Options, identify
 from ident.identification.found_effects import FoundModel
 from robots.errors import UserError
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,10 @@ class AnalysisOrder:
     capture: Path
     method: str | None = None
     found: FoundModel | None = None
+
+
+Identify = Callable[[Sequence[AnalysisOrder]], list[Fitted | Exception | None]]
+"""Identifies several recordings at once; None for what the death of a process took along."""
 
 
 def analyse(order: AnalysisOrder) -> Fitted:
@@ -76,11 +85,9 @@ def require_backend(backend: str) -> None:
 
 
 @contextmanager
-def _cluster(backend: str, jobs: int) -> Iterator[None]:
-    """A client of dask where one is needed and the caller has none."""
-    if backend != "dask":
-        yield
-        return
+def _client(jobs: int) -> Iterator[Any]:
+    """The caller's client of dask; else one on this machine, or of $DASK_SCHEDULER_ADDRESS."""
+    import dask
     from distributed import Client, get_client
 
     try:
@@ -88,10 +95,45 @@ def _cluster(backend: str, jobs: int) -> Iterator[None]:
     except ValueError:
         known = None
     if known is not None:
-        yield
+        yield known
         return
-    with Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None):  # type: ignore[no-untyped-call]
-        yield
+    once = dask.config.set({"distributed.scheduler.allowed-failures": 0})
+    with once, Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None) as client:  # type: ignore[no-untyped-call]
+        yield client
+
+
+@contextmanager
+def _dask(jobs: int) -> Iterator[Identify]:
+    from distributed.scheduler import KilledWorker
+
+    def one(future: Any) -> Fitted | Exception | None:
+        try:
+            found: Fitted | Exception = future.result()
+        except KilledWorker:
+            return None
+        return found
+
+    with _client(jobs) as client:
+        yield lambda orders: [one(future) for future in client.map(tried, orders, pure=False)]
+
+
+@contextmanager
+def _joblib(backend: str, jobs: int) -> Iterator[Identify]:
+    from joblib import Parallel, delayed, parallel_config
+    from joblib.externals.loky import get_reusable_executor
+
+    def identified(orders: Sequence[AnalysisOrder]) -> list[Fitted | Exception | None]:
+        found: list[Fitted | Exception | None] = []
+        with parallel_config(backend=backend, n_jobs=jobs), suppress(BrokenExecutor):
+            # One after the other as they are done: a death takes along what is still to come, nothing else.
+            found.extend(Parallel(return_as="generator")(delayed(tried)(order) for order in orders))
+        return [*found, *[None] * (len(orders) - len(found))]
+
+    try:
+        yield identified
+    finally:
+        if backend == "loky":
+            get_reusable_executor().shutdown(wait=True)  # else its processes outlive the check
 
 
 def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> list[Fitted | Exception]:
@@ -112,12 +154,18 @@ def analyse_all(orders: Sequence[AnalysisOrder], backend: str, jobs: int) -> lis
     require_backend(backend)
     if backend == "sequential" or len(orders) < 2:
         return [tried(order) for order in orders]
-    from joblib import Parallel, delayed, parallel_config
+    with _dask(jobs) if backend == "dask" else _joblib(backend, jobs) as identified:
+        found = identified(orders)
+        if any(one is None for one in found):
+            log.warning("a process of --backend %s has died; what it left is done one by one", backend)
+        return [
+            one or identified((order,))[0] or CheckError(_died(order))
+            for order, one in zip(orders, found, strict=True)
+        ]
 
-    with _cluster(backend, jobs), parallel_config(backend=backend, n_jobs=jobs):
-        found = list(Parallel()(delayed(tried)(order) for order in orders))
-    if backend == "loky":
-        from joblib.externals.loky import get_reusable_executor
 
-        get_reusable_executor().shutdown(wait=True)  # else its processes outlive the check
-    return found
+def _died(order: AnalysisOrder) -> str:
+    return (
+        f"{order.capture}: the process that identified it has died, twice (no memory left? `dmesg` says so);"
+        " --jobs 1 needs less, and armhil identify does it by itself"
+    )

@@ -22,7 +22,7 @@ from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.files.found_model import found_json
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
-from daq.importing.load import capture_recordings
+from daq.importing.captures import capture_recordings
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import IDENTIFY
 from daq.keeping.keep import Provenance, keep_diagnose_request, keep_identified
@@ -32,6 +32,9 @@ from daq.text.numbers import json_value
 from daq.text.progress import Steps
 from ident import Fitted
 from ident.drift import UNEXPLAINED, Comparison
+
+INVALID = "instruments_invalid"
+"""Verdict of the revised test on a model that leaves something out."""
 
 
 def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps: Steps) -> CheckResult:
@@ -83,7 +86,9 @@ def judge_check(request: CheckRequest, recorded: Recorded, fitted: Fitted, steps
     if baseline is not None and baseline.state == "suspect" and verdict is Verdict.OK:
         verdict = Verdict.WARNING
         sentence = f"{warnings[-1]}; {sentence}"
+    accepted = None if baseline is None else models.get(catalogue, baseline.model_id)
     details = _details(request, recorded, sha256, compared, warnings, findings)
+    details["state"] = night_state(compared, fitted, accepted)
     details[INCREASED] = [joint for joint, _ in increase]
     kept = checks.add(
         catalogue,
@@ -190,6 +195,20 @@ def _verdict(
     return Verdict.OK, said
 
 
+def night_state(compared: Comparison | None, fitted: Fitted, accepted: Model | None) -> str:
+    """``changed``, ``unchanged``, or ``doubtful``: nothing has moved, and the model does not explain the arm.
+
+    Only an unchanged night teaches what is usual. Where the accepted model has invalid instruments too, a
+    night with them is as accepted.
+    """
+    if compared is None or accepted is None:
+        return "unchanged"
+    found = fitted.result
+    as_accepted = accepted.verdict == found.test.verdict == INVALID and not found.impossible
+    doubtful = compared.state == "unchanged" and not found.trusted and not as_accepted
+    return "doubtful" if doubtful else compared.state
+
+
 def _details(
     request: CheckRequest,
     recorded: Recorded,
@@ -204,7 +223,6 @@ def _details(
         "warnings": warnings,
         "findings": list(findings),
         "settings": asdict(request.settings),
-        "state": "unchanged" if compared is None else compared.state,
         "comparison": None if compared is None else comparison_json(compared),
     }
 

@@ -19,7 +19,11 @@ INCREASE, INCREASE_OF_FEW = 1.3, 2.0
 """Times the largest before; of fewer nights than enough more is asked for."""
 
 LEARNING = 30
-"""Nights within which a step that came before there were enough is still looked for."""
+"""Nights within which a step that came before there were enough is still looked for, and beside which a
+residual that creeps is told."""
+CREEP = 1.5
+"""Times the largest of the first thirty nights. A residual that grows by a percent a night is never 1.3 times
+the largest before; the seasons of a cold hall make at most 1.38 of it (docs/how-to/schedule.md)."""
 SPREAD, PRIOR_NIGHTS = 0.1, 5
 """Deviation of the logarithm of a joint's residual from night to night, and nights that this counts as: of
 simulated years 0.05 to 0.15, since what friction's model leaves follows the warmth of the gears."""
@@ -44,7 +48,7 @@ def residual_increases(
     accepted = models.get(catalogue, baseline.model_id)
     # What a diagnosis leaves it tells of the rows where joints move, on recordings that were not fitted.
     before = [] if accepted.settings.get("command") == DIAGNOSE else [accepted.torque_rms]
-    for record in checks.of_arm(catalogue, baseline.arm_id):
+    for record in reversed(checks.of_arm(catalogue, baseline.arm_id)):  # oldest first
         same_motion = record.details.get(TRAJECTORY_SHA256) == trajectory_sha256
         clean = record.baseline_id == baseline.id and found_nothing(record)
         if record.model_id not in (None, tonight.id) and clean and same_motion:
@@ -59,7 +63,7 @@ def found_nothing(record: CheckRecord) -> bool:
 
 
 def residual_increase_of(before: FloatArray, tonight: tuple[float, ...]) -> ResidualIncrease:
-    """The same of arrays: (nights, n) before, and (n,) tonight."""
+    """The same of arrays: (nights, n) before, oldest first, and (n,) tonight."""
     if not len(before):
         return ()
     limit = INCREASE if len(before) >= ENOUGH else INCREASE_OF_FEW
@@ -67,6 +71,9 @@ def residual_increase_of(before: FloatArray, tonight: tuple[float, ...]) -> Resi
     times = np.array(tonight) / np.maximum(before.max(axis=0), tiny)
     steps = np.exp(_early_steps(np.log(np.maximum(np.vstack([before, tonight]), tiny))))
     found = np.where(times > limit, times, np.where(steps > INCREASE, steps, 0.0))
+    if len(before) > LEARNING:
+        of_first = np.array(tonight) / np.maximum(before[:LEARNING].max(axis=0), tiny)
+        found = np.where(of_first > CREEP, np.maximum(found, of_first), found)
     return tuple((joint, float(time)) for joint, time in enumerate(found, start=1) if time > 0.0)
 
 

@@ -14,8 +14,9 @@ from rich.table import Table
 from daq.catalogue.details import RunDetails
 from daq.catalogue.runs import UNJUDGED
 from daq.catalogue.values import Model, Run
-from daq.text.numbers import percent, significant, with_sigma
+from daq.text.numbers import mixed_unit, percent, significant, with_sigma, with_units
 from ident.effects.entry import found_words
+from robots.standard import EITHER_UNIT
 
 if TYPE_CHECKING:  # what makes them takes long to import
     from daq.keeping.again import Rerun, Sameness
@@ -93,8 +94,9 @@ def print_details(console: Console, details: RunDetails) -> None:
             console.print(f"[bold]{name:<18}[/]{text}", soft_wrap=True, highlight=False)
     for model in details.models:
         console.print(_model_line(model), soft_wrap=True, highlight=False)
+    unit = mixed_unit(details.models[-1].torque_units) if details.models else EITHER_UNIT
     for finding in details.findings:
-        gap = f"{significant(finding.gap_before or 0)} → {significant(finding.gap_after or 0)} N·m"
+        gap = f"{significant(finding.gap_before or 0)} → {significant(finding.gap_after or 0)} {unit}"
         console.print(f"[bold]Finding[/]  {escape(finding.sentence)}; gap {gap}", highlight=False)
     for check in details.checks:
         console.print(f"[bold]Check[/]  {check.verdict}: {escape(check.sentence)}", highlight=False)
@@ -160,18 +162,19 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
         if names:
             console.print(f"Only in run {number}: {', '.join(names)}", highlight=False)
     for run, model in zip(comparison.runs, comparison.models, strict=True):
-        rms = "  ".join(significant(value) for value in model.torque_rms)
+        rms = with_units([significant(value) for value in model.torque_rms], model.torque_units)
         error = percent(model.relative_error_percent)
         console.print(
-            f"Run {run.id}: {model.verdict}, torque error {error}, rms per joint {rms} N·m", highlight=False
+            f"Run {run.id}: {model.verdict}, torque error {error}, rms per joint {rms}", highlight=False
         )
     if comparison.torque is None:
         console.print(f"Torque between them: {escape(comparison.torque_reason)}", highlight=False)
     else:
-        shares = zip(comparison.torque.rms, comparison.torque.share_percent, strict=True)
-        words = "  ".join(f"{significant(float(rms))} ({percent(float(share))})" for rms, share in shares)
+        units = comparison.models[0].torque_units
+        between = zip(comparison.torque.rms, units, comparison.torque.share_percent, strict=True)
+        words = "  ".join(f"{significant(float(r))} {unit} ({percent(float(s))})" for r, unit, s in between)
         console.print(
-            f"Torque between them on the motion of run {first.id}, rms per joint: {words} N·m",
+            f"Torque between them on the motion of run {first.id}, rms per joint: {words}",
             highlight=False,
         )
     for remark in comparison.remarks:

@@ -10,7 +10,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.kept_run import KeptRun
 from daq.files.model_file import SUFFIX
 from daq.identification.results import write_results
-from daq.importing.load import capture_recordings
+from daq.importing.captures import capture_recordings
 from daq.keeping.again import IDENTIFY
 from daq.keeping.keep import Provenance, keep_identified
 from daq.recording.capture import Capture

@@ -23,7 +23,8 @@ from daq.files.model_file import read_model
 from daq.files.run_folder import make_run_folder
 from daq.identification.carried import require_known, with_carried
 from daq.importing.guess_log import guessed_arm
-from daq.importing.load import LoadedRecordings, load_recording
+from daq.importing.load import load_recording
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
 from daq.text.progress import Steps

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.files.payload_file import read_payload
-from daq.importing.load import LoadedRecordings
+from daq.importing.loaded import LoadedRecordings
 from ident import IdentificationError
 from robots import Robot
 from robots.carried import Load

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from daq.files.toml_text import toml_text
-from daq.importing.load import load_recording, loaded_capture
+from daq.importing.captures import loaded_capture
+from daq.importing.load import load_recording
 from daq.recording.described_arm import described
 from daq.text.numbers import significant, with_sigma
 from daq.text.progress import Steps

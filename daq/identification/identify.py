@@ -16,8 +16,10 @@ from daq.identification.identify_options import chosen_settings
 from daq.identification.results import write_results
 from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
+from daq.importing.captures import loaded_capture
 from daq.importing.guess_log import GuessRequest, guessed_arm
-from daq.importing.load import LoadedRecordings, load_recording, loaded_capture
+from daq.importing.load import load_recording
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.capture import Capture
 from daq.recording.described_arm import described
 from daq.recording.run_facts import report_facts

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from daq.catalogue.identity import description_of, identity_of_capture
 from daq.catalogue.values import ArmMismatch
-from daq.importing.load import LoadedRecordings
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.capture import Capture
 from robots import Robot
 from robots.identity import differing

@@ -9,7 +9,7 @@ import pinocchio
 
 from daq.importing.import_map import Added, Force, ImportMap, Velocity
 from daq.importing.log_quantities import LogFiles
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.preparation.resampling import Uniform
 from ident.preparation.velocities import with_velocities

@@ -14,7 +14,7 @@ import numpy as np
 from daq.importing.dialect import TextTable, decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident.listing import listed
 from robots.arrays import FloatArray
 from robots.errors import one_line

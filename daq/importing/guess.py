@@ -11,7 +11,7 @@ from daq.files.toml_text import toml_text
 from daq.importing.channels import channels_of
 from daq.importing.columns import Table, read_table
 from daq.importing.guess_which import position_of, present, time_of, torque_of
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 
 _DEGREES = 2 * np.pi * 1.5

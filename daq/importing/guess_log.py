@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 
 from daq.files.toml_text import toml_text
+from daq.importing.bags import is_bag_folder
 from daq.importing.channels import Channels, channels_of
 from daq.importing.columns import TEXTS, read_table, vector_by_vector
 from daq.importing.guess_frames import axes_and_offsets
 from daq.importing.guess_position import counts_of_joints, in_si, joints_of
 from daq.importing.guess_torque import LogHints, torque_table
 from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
-from daq.importing.joint_states import is_bag_folder
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
 from daq.importing.unnamed import told_apart
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident.preparation.outliers import without_outliers
 from robots import Robot
 from robots.arrays import FloatArray

@@ -11,7 +11,7 @@ import numpy as np
 from daq.importing.channels import Channels
 from daq.importing.guess_torque import LogHints
 from daq.importing.log_quantities import DEGREE, POSITION_UNITS, unit_of
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots.arrays import BoolArray, FloatArray
 from robots.loose_urdf import LooseUrdf
 

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
 from daq.importing.proof import TorqueProof
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 from robots.loose_urdf import LooseUrdf
@@ -135,6 +134,8 @@ def exchanged(robot: Robot, explained: FloatArray) -> list[str]:
     """
     if not np.isfinite(explained).all():
         return []  # the log has values that are no numbers, which loading it refuses
+    from scipy.optimize import linear_sum_assignment  # takes time to load
+
     left = np.maximum(1.0 - explained, np.finfo(float).eps)
     torques, joints = linear_sum_assignment(np.log(left))
     moved = [(i, j) for i, j in zip(torques, joints, strict=True) if i != j]

@@ -14,7 +14,7 @@ import numpy as np
 from daq.importing.channels import Channels
 from daq.importing.log_quantities import unit_of
 from daq.importing.proof import derivative_of, is_same, slope_between, smooth
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.preparation.cutoff import propose_cutoff
 from ident.preparation.noise import narrowest_friction_width

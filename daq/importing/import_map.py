@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.files.toml_file import read_toml, validation_line, with_tuples
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.description import Identification
 

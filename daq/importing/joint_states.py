@@ -20,26 +20,19 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 from numpy.typing import NDArray
 
-from daq.importing.rosbag1 import ROS1_SUFFIX, in_rosbag1
+from daq.importing.bags import ROS1_SUFFIX, ROS2_SUFFIXES, SQLITE_SUFFIX
+from daq.importing.rosbag1 import in_rosbag1
 from daq.recording.cdr import CdrError
 from daq.recording.errors import CaptureError
 from daq.recording.messages import JointState, decode_joint_state
 
 log = logging.getLogger(__name__)
 
-MCAP_SUFFIX, SQLITE_SUFFIX = ".mcap", ".db3"
-ROS2_SUFFIXES = (MCAP_SUFFIX, SQLITE_SUFFIX)
-BAG_SUFFIXES = (*ROS2_SUFFIXES, ROS1_SUFFIX)
 JOINT_STATE_TYPES = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 _LARGEST_RECORD = 1 << 28
 
 _Logged = tuple[str, int, bytes]
 """Topic, time of recording in ns, message."""
-
-
-def is_bag_folder(path: Path) -> bool:
-    """Whether a folder is a ROS 2 bag: it says of itself what is in it."""
-    return (path / "metadata.yaml").is_file()
 
 
 def bag_files(path: Path) -> list[Path]:

@@ -1,22 +1,15 @@
-"""Recordings as ident reads them, from our own captures and from what others recorded."""
+"""Recordings as ident reads them, from what others recorded; our own captures are in ``captures``."""
 
 from __future__ import annotations
 
-import json
-import logging
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from daq.importing.beside import channels_beside, with_beside
 from daq.importing.columns import ALLOWED
-from daq.importing.import_map import (
-    ImportMap,
-    load_import_map,
-    merged_settings,
-    settings_of,
-)
+from daq.importing.import_map import ImportMap, load_import_map, settings_of
+from daq.importing.loaded import LoadedRecordings
 from daq.importing.log_quantities import (
     LogFiles,
     answered,
@@ -24,40 +17,17 @@ from daq.importing.log_quantities import (
     position_of_joints,
     time_of_samples,
 )
-from daq.importing.pieces import answered_pieces, complete_at, long_pieces, of_half_an_hour
+from daq.importing.pieces import answered_pieces, complete_at, in_parts
 from daq.importing.rounding import rounded
-from daq.recording.capture import CAPTURE_SUFFIX, IMPORT, Capture, CaptureError
-from daq.recording.reader import read_capture
-from drivers.cia402.states import INTERNAL_LIMIT_BIT
+from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.preparation.held import clipped, not_held
 from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
-from robots import Identification, Robot
+from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
-log = logging.getLogger(__name__)
-
 MAP_NAME = "import.toml"
-
-
-@dataclass(frozen=True)
-class LoadedRecordings:
-    """What one path holds, ready to identify from.
-
-    Attributes:
-        path: the capture, log or folder.
-        recordings: the uninterrupted pieces.
-        settings: how rows are made of them: the robot's, or what the column map puts in their place.
-        capture: what was recorded with the samples; None for a log of somebody else.
-        warnings: what is missing or was left out, one sentence each, for the user to read.
-    """
-
-    path: Path
-    recordings: tuple[Recording, ...]
-    settings: Identification
-    capture: Capture | None
-    warnings: tuple[str, ...] = ()
 
 
 def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
@@ -73,91 +43,10 @@ def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> Loa
         ident.IdentificationError: the time is too far from uniform.
     """
     if path.suffix.lower() == CAPTURE_SUFFIX:
+        from daq.importing.captures import load_capture  # captures need the drivers; logs do not
+
         return load_capture(path, robot)
     return load_log(path, robot, columns)
-
-
-def load_capture(path: Path, robot: Robot) -> LoadedRecordings:
-    """Read a capture for the given arm.
-
-    Raises:
-        CaptureError: not readable, of an arm with other joints, or without a piece that is long enough.
-    """
-    return loaded_capture(read_capture(path), robot)
-
-
-def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
-    """A capture that was read, for the given arm.
-
-    Raises:
-        CaptureError: of an arm with other joints, or without a piece that is long enough.
-    """
-    path = capture.path
-    joints = tuple(joint.name for joint in robot.joint)
-    if capture.joints != joints:
-        raise CaptureError(
-            f"{path}: recorded of {capture.robot_name} with the joints {', '.join(capture.joints)};"
-            f" {robot.name} has {', '.join(joints)}"
-        )
-    recordings, dropped = _pieces(capture)
-    sentences = (*capture.damage.sentences(capture.period), *_limited(capture))
-    warnings = [f"{path}: {sentence}" for sentence in sentences]
-    settings = imported_settings(capture, robot)
-    return LoadedRecordings(path, recordings, settings, capture, tuple(warnings + [dropped] * bool(dropped)))
-
-
-def _limited(capture: Capture) -> list[str]:
-    """Drives whose own limits acted: there the control signal is not what the controller asked for."""
-    counts = (np.asarray(capture.samples.statusword) & INTERNAL_LIMIT_BIT != 0).sum(axis=0)
-    return [
-        f"a limit inside drive {k + 1} acted in {count} cycles (statusword bit 11)"
-        for k, count in enumerate(counts)
-        if count
-    ]
-
-
-def imported_settings(capture: Capture, robot: Robot) -> Identification:
-    """The robot's settings; in a capture that was made of a log, with those of its column map in place.
-
-    Raises:
-        CaptureError: what the capture holds of the map makes no sense.
-    """
-    kept = capture.records.get(IMPORT, {}).get("identification")
-    if kept is None:
-        return robot.identification
-    try:
-        overrides = json.loads(kept)
-    except ValueError:
-        raise CaptureError(f"{capture.path}: {IMPORT}: identification is not JSON") from None
-    if not isinstance(overrides, dict):
-        raise CaptureError(f"{capture.path}: {IMPORT}: identification is no table")
-    return merged_settings(overrides, robot, capture.path)
-
-
-def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
-    """The uninterrupted pieces of a capture. Gaps are not filled: each piece is a recording of its own.
-
-    Pieces shorter than ``SHORTEST_PIECE`` are left out, and the log says so.
-
-    Raises:
-        CaptureError: no piece is long enough.
-    """
-    recordings, dropped = _pieces(capture)
-    if dropped:
-        log.warning(dropped)
-    return recordings
-
-
-def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
-    """The pieces that are long enough, and a sentence on those that are not (empty where all are)."""
-    segments = capture.segments()
-
-    def make(number: int, name: str) -> Recording:
-        found = segments[number]
-        reference = found.reference if capture.has_reference else None
-        return Recording(name, found.time, reference, found.position, found.control_signal)
-
-    return long_pieces(capture.path, [len(segment) for segment in segments], capture.period, make)
 
 
 def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
@@ -180,7 +69,7 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
     recordings, dropped = answered_pieces(path, recording, complete)
-    recordings = tuple(part for recording in recordings for part in of_half_an_hour(recording))
+    recordings = tuple(part for recording in recordings for part in in_parts(recording))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from daq.importing.bags import is_bag_folder
 from daq.importing.columns import Table, read_table
 from daq.importing.import_map import (
     ImportMap,
     Position,
     Torque,
 )
-from daq.importing.joint_states import is_bag_folder
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
@@ -28,6 +29,8 @@ POSITION_UNITS = {
 """rad per unit of a joint that turns, m per unit of one that slides."""
 TORQUE_UNITS = {"N*m": (1.0, 1.0), "mN*m": (1e-3, 1.0), "N": (1.0, 1.0)}
 """N·m per unit of a joint that turns, N per unit of one that slides."""
+_ROWS = 100_000
+"""Rows that are converted together."""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -84,6 +87,18 @@ class LogFiles:
         return values
 
 
+def by_rows(values: FloatArray, convert: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Rows changed where they stand, block by block: a log of hours does not fit into the memory many times.
+
+    Args:
+        values: samples × n, changed.
+        convert: what becomes of some rows.
+    """
+    for start in range(0, len(values), _ROWS):
+        values[start : start + _ROWS] = convert(values[start : start + _ROWS])
+    return values
+
+
 def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
     if count != robot.n:
         raise CaptureError(f"{path}: the column map gives {count} {what}; {robot.name} has {robot.n} joints")
@@ -92,17 +107,16 @@ def _check_count(what: str, count: int, robot: Robot, path: Path) -> None:
 def position_of_joints(source: LogFiles, columns: Position, robot: Robot) -> FloatArray:
     """Joint positions in rad or m: unit, then motor → drive output, then drive output → joint."""
     _check_count("position columns", len(columns.columns), robot, source.path)
-    values: FloatArray = source.pick(columns.file, columns.columns) * _scales(
-        POSITION_UNITS[columns.unit], robot
-    )
+    values = source.pick(columns.file, columns.columns)
+    scales = _scales(POSITION_UNITS[columns.unit], robot)
     if columns.side == "motor":
-        values = np.asarray(values / _factors("ratios", columns.ratio, robot, source.path))
-    if columns.side != "joint":
-        values = np.asarray(np.linalg.solve(robot.transmission_matrix, values.T).T, dtype=np.float64)
+        scales = scales / _factors("ratios", columns.ratio, robot, source.path)
+    inverse = np.eye(robot.n) if columns.side == "joint" else np.linalg.inv(robot.transmission_matrix)
+    offset = np.zeros(robot.n)
     if columns.offset is not None:
         _check_count("offsets", len(columns.offset), robot, source.path)
-        values = values + np.array(columns.offset)
-    return values
+        offset = np.array(columns.offset)
+    return by_rows(values, lambda rows: (rows * scales) @ inverse.T + offset)
 
 
 def _scales(unit: tuple[float, float], robot: Robot) -> FloatArray:
@@ -120,7 +134,7 @@ def control_signal_of_drives(source: LogFiles, columns: ImportMap, robot: Robot)
     if columns.control_signal is not None:
         signal = columns.control_signal
         _check_count("control-signal columns", len(signal.columns), robot, source.path)
-        return source.pick(signal.file, signal.columns) * signal.scale
+        return by_rows(source.pick(signal.file, signal.columns), lambda rows: rows * signal.scale)
     assert columns.torque is not None  # the map has one of both
     return _signal_of_torque(source, columns.torque, robot)
 
@@ -129,14 +143,14 @@ def _signal_of_torque(source: LogFiles, columns: Torque, robot: Robot) -> FloatA
     """v_τ = drive torque / g_τ (eq. 5), with the torque taken to the drive output first."""
     _check_count("torque columns", len(columns.columns), robot, source.path)
     torque = source.pick(columns.file, columns.columns)
-    torque = torque * (1.0 if columns.unit is None else _scales(TORQUE_UNITS[columns.unit], robot))
+    scales = np.ones(robot.n) if columns.unit is None else _scales(TORQUE_UNITS[columns.unit], robot)
     if columns.side in ("joint", "sensor"):
-        return robot.control_signal(torque)
+        return by_rows(torque, lambda rows: robot.control_signal(rows * scales))
     if columns.side == "motor":
-        torque = torque * _factors("ratios", columns.ratio, robot, source.path)
+        scales = scales * _factors("ratios", columns.ratio, robot, source.path)
     if columns.side == "current":
-        torque = torque * _factors("gains", columns.gain, robot, source.path)
-    return np.asarray(torque / robot.gains)
+        scales = scales * _factors("gains", columns.gain, robot, source.path)
+    return by_rows(torque, lambda rows: rows * scales / robot.gains)
 
 
 def time_of_samples(source: LogFiles, columns: ImportMap, samples: int) -> FloatArray:

@@ -10,7 +10,6 @@ from daq.recording.errors import CaptureError
 from daq.recording.messages import JointState
 from robots.extras import install_command
 
-ROS1_SUFFIX = ".bag"
 _TYPE = "sensor_msgs/msg/JointState"
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from daq.importing.array_readers import Columns, add_array, read_hdf5, read_numpy
-from daq.importing.joint_states import BAG_SUFFIXES, read_bag
+from daq.importing.bags import BAG_SUFFIXES
 from daq.recording.errors import CaptureError
 from robots.extras import install_command
 
@@ -104,6 +104,13 @@ def read_parquet(path: Path) -> Columns:
 def _is_number(types: Any, kind: Any) -> bool:
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
     return any(test(kind) for test in tests)
+
+
+def read_bag(path: Path) -> Columns:
+    """Columns of a bag's JointState topics; errors as of :func:`daq.importing.joint_states.read_bag`."""
+    from daq.importing.joint_states import read_bag as read  # loads libraries that other files do not need
+
+    return read(path)
 
 
 READERS: dict[str, Callable[[Path], Columns]] = {

@@ -21,7 +21,7 @@ from daq.importing.guess_which import Sampled
 from daq.importing.log_arm import write_description
 from daq.importing.proof import TorqueProof
 from daq.importing.unnamed_columns import Block, UnnamedColumns
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.loose_urdf import LooseUrdf

@@ -12,7 +12,7 @@ import numpy as np
 from daq.importing.channels import Channels
 from daq.importing.guess_which import rises, time_of
 from daq.importing.proof import derivative_of, smooth
-from daq.recording.capture import CaptureError
+from daq.recording.errors import CaptureError
 from robots.arrays import BoolArray, FloatArray
 
 _LONGEST = 60000

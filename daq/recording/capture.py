@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.recording.errors import CAPTURE_SUFFIX as CAPTURE_SUFFIX
 from daq.recording.errors import CaptureError as CaptureError
 from daq.recording.events import DriveEvent
 from daq.recording.temperatures import Temperature
 from drivers.frames.samples import Samples
 
 PROFILE = "armhil"
-CAPTURE_SUFFIX = ".mcap"
 
 DESCRIPTION = "armhil.description"
 MESHES = "meshes"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from robots.errors import UserError
 
+CAPTURE_SUFFIX = ".mcap"
+"""Of a capture's file."""
+
 
 class CaptureError(UserError, ValueError):
     """A capture or a recording that cannot be read or written; the text is one line for the user."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from markupsafe import Markup
 
+from daq.report.check_facts import facts_of, limit_words, units_of
 from daq.report.check_picture import course_picture
 from daq.report.gates import Fact
 from daq.report.pictures import icon, scaled
-from daq.text.numbers import NOTHING, percent, probability, setting, significant
+from daq.text.numbers import NOTHING, percent, probability, significant
 
 KINDS = {"ok": "good", "warning": "warn", "failed": "bad", "unknown": "unknown"}
 """Of a verdict: sign and colour."""
@@ -25,6 +26,7 @@ class JointRow:
 
     joint: int
     torque: str
+    unit: str
     share: str
     width: float
     beyond: bool
@@ -117,7 +119,7 @@ def check_view(
         WORDS.get(verdict, verdict),
         shown("headline", lambda: _headline(verdict, compared, details), WORDS.get(verdict, verdict)),
         sentence,
-        shown("figures", lambda: _facts(compared, details, baseline, tonight, tolerance), nothing),
+        shown("figures", lambda: facts_of(compared, details, baseline, tonight, tolerance), nothing),
         tuple(_kept(details, "warnings", [])),
         tuple(_kept(details, "findings", [])),
         shown("picture", lambda: _course(course, compared["state"] == "unchanged"), Markup())
@@ -126,7 +128,7 @@ def check_view(
         str(course.get("chart", "")),
         str(course.get("unit", "")),
         joints,
-        _limit(tolerance),
+        limit_words(tolerance),
         at,
         shown("effects", lambda: tuple(_moved(one, compared) for one in compared.get("changes", ())), ()),
         shown(
@@ -167,45 +169,6 @@ def _share(change: Mapping[str, Any]) -> str:
     return f"{significant(change['size'], signed=True)}\u00a0{change['unit']}"
 
 
-def _facts(
-    compared: Mapping[str, Any],
-    details: Mapping[str, Any],
-    baseline: tuple[str, str],
-    tonight: tuple[str, str],
-    tolerance: float,
-) -> tuple[Fact, ...]:
-    facts = [Fact("Baseline", baseline[0] or "none", baseline[1]), Fact("This check", *tonight)]
-    if not compared:
-        return tuple(facts)
-    share, joint, torque = max(
-        (change / max(rms, 1e-12), joint, change)
-        for joint, (change, rms) in enumerate(
-            zip(compared["torque_change"], compared["torque_rms"], strict=True), start=1
-        )
-    )
-    note = f"{significant(torque)} N·m rms on joint {joint}; tolerance {_limit(tolerance)}"
-    facts.append(Fact("Largest change of torque", percent(100 * share), note))
-    course = compared.get("course")
-    if course is not None:
-        clean, known = sum(course["clean"][:-1]), len(course["clean"]) - 1
-        stage = "still being learned" if compared["stage"] == "learning" else "learned"
-        facts.append(Fact("Nights known", str(known), f"{clean} of them teach what is usual; {stage}"))
-    facts.append(_temperature(details.get("celsius"), compared.get("colder")))
-    return tuple(facts)
-
-
-def _limit(tolerance: float) -> str:
-    return f"{setting(100 * tolerance)}\u00a0%"
-
-
-def _temperature(celsius: Sequence[float] | None, colder: float | None) -> Fact:
-    if not celsius:
-        return Fact("Temperature", NOTHING, "no thermometer: the hall's warmth is allowed for")
-    mean = sum(celsius) / len(celsius)
-    note = "" if colder is None else f"{abs(colder):.1f} K {'colder' if colder > 0 else 'warmer'} than usual"
-    return Fact("Temperature", f"{mean:.1f}\u00a0°C", note)
-
-
 def _course(course: Mapping[str, Any], fine: bool) -> Markup:
     amounts = [float(value) for value in course["amount"]]
     days = [float(value) for value in course["day"]]
@@ -224,11 +187,14 @@ def _joints(compared: Mapping[str, Any], tolerance: float) -> tuple[tuple[JointR
         JointRow(
             joint,
             significant(change),
+            unit,
             percent(100 * share),
             scaled(share, limits),
             share > tolerance,
         )
-        for joint, ((change, _), share) in enumerate(zip(pairs, shares, strict=True), start=1)
+        for joint, ((change, _), unit, share) in enumerate(
+            zip(pairs, units_of(compared), shares, strict=True), start=1
+        )
     )
     return rows, scaled(tolerance, limits)
 
@@ -240,7 +206,7 @@ def _moved(change: Mapping[str, Any], compared: Mapping[str, Any]) -> MovedRow:
         change["words"],
         f"{significant(change['size'], signed=True)} ± {significant(change['sigma'], 2)} {change['unit']}",
         _share(change) if change["relative"] is not None else NOTHING,
-        f"{significant(torques[worst])} N·m on joint {worst + 1}",
+        f"{significant(torques[worst])} {units_of(compared)[worst]} on joint {worst + 1}",
         _warmth(change.get("kelvin"), compared.get("colder")),
         " or ".join(change["alternatives"]) or NOTHING,
     )

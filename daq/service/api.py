@@ -67,16 +67,19 @@ def _reading(router: APIRouter, catalogue: Catalogue) -> None:
 
     @router.get("/api/arms/{label}/trend/{parameter}", summary="Course of one base parameter")
     def trend(label: Label, parameter: Label) -> list[dict[str, Any]]:
-        found = models.trend(catalogue, arm_of(catalogue, label).id, parameter)
+        found = models.courses(catalogue, arm_of(catalogue, label).id, parameter)
         return [
             {
-                "run": point.run_id,
-                "at": point.at.isoformat(),
-                "value": json_value(point.value),
-                "sigma": json_value(point.sigma),
-                "unit": point.unit,
+                "run": run,
+                "at": at.isoformat(),
+                "value": json_value(value),
+                "sigma": json_value(sigma),
+                "unit": course.unit,
             }
-            for point in found
+            for course in found
+            for run, at, value, sigma in zip(
+                course.runs.tolist(), course.at, course.values.tolist(), course.sigmas.tolist(), strict=True
+            )
         ]
 
     @router.get("/api/runs", summary="Runs, newest first")

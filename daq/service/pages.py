@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files
@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect
 from daq.catalogue import arms, baselines, checks, findings, models, overview, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.overview import ArmNow
-from daq.catalogue.values import Arm, Baseline, CheckRecord, Run, TrendPoint
+from daq.catalogue.values import Arm, Baseline, CheckRecord, Course, Run
 from daq.check.errors import CheckError
 from daq.check.fleet import FleetFileError, fleet_words, read_fleet
 from daq.check.reported import view_of
@@ -30,8 +30,9 @@ from daq.service.reference import routes_of, shared_answers
 from daq.service.run_figures import curves_of, gates_of
 from daq.service.settings import Service
 from daq.service.trends import ENOUGH, trend_of
-from daq.text.numbers import percent, significant, with_sigma
+from daq.text.numbers import mixed_unit, percent, significant, with_sigma
 from ident.effects.entry import found_words
+from robots.standard import EITHER_UNIT
 
 _MARKS = {"ok": "✓ fine", "warning": "⚠ warning", "failed": "✕ failed", "unknown": "? not measurable"}
 _STATIC = {
@@ -108,9 +109,7 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
         (one,) = overview.every(catalogue, arm.label, (("comparison", "parameters"),))
         baseline = one.baseline
         accepted = None if baseline is None else baseline.model_id
-        by_name: dict[str, list[TrendPoint]] = {}
-        for point in models.trend(catalogue, arm.id):
-            by_name.setdefault(point.name, []).append(point)
+        by_name = {course.name: course for course in models.courses(catalogue, arm.id)}
         chosen = parameter if parameter in by_name else _first_choice(by_name, one.check)
         clean = frozenset[int]() if baseline is None else checks.clean_models(catalogue, baseline)
         return page(
@@ -119,7 +118,7 @@ def _overview(router: APIRouter, service: Service, catalogue: Catalogue, page: P
             baselines=baselines.of_arm(catalogue, arm.id),
             checks=checks.listed(catalogue, arm.id, limit=20),
             marks=_MARKS,
-            trends=[trend_of(points, accepted, clean, small=True) for points in by_name.values()],
+            trends=[trend_of(course, accepted, clean, small=True) for course in by_name.values()],
             chosen=trend_of(by_name[chosen], accepted, clean) if chosen else None,
             enough=ENOUGH,
         )
@@ -144,6 +143,7 @@ def _one_run(router: APIRouter, catalogue: Catalogue, page: Page) -> None:
                 (f, significant(f.gap_before), significant(f.gap_after))
                 for f in findings.of_run(catalogue, run.id)
             ],
+            torque_unit=EITHER_UNIT if model is None else mixed_unit(model.torque_units),
             check=_verdict_view(verdicts, catalogue),
             has_report=any(one.report for one in of_run),
             found="" if model is None else found_words(model.found),
@@ -271,7 +271,7 @@ def _verdict_view(found: Sequence[CheckRecord], catalogue: Catalogue) -> CheckVi
         return view_of(last, baselines.get_in(connection, last.baseline_id))
 
 
-def _first_choice(by_name: dict[str, list[TrendPoint]], last: CheckRecord | None) -> str:
+def _first_choice(by_name: Mapping[str, Course], last: CheckRecord | None) -> str:
     """What moved most in the last check; where nothing did, what lies farthest from its first value, in σ."""
     moved = [] if last is None else last.details["comparison"]["parameters"]
     for parameter in moved if isinstance(moved, list) else ():
@@ -280,8 +280,7 @@ def _first_choice(by_name: dict[str, list[TrendPoint]], last: CheckRecord | None
     return max(by_name, key=lambda name: _moved(by_name[name]), default="")
 
 
-def _moved(points: Sequence[TrendPoint]) -> float:
+def _moved(course: Course) -> float:
     """|last − first| over the σ of that difference; 0 where there is no σ."""
-    first, last = points[0], points[-1]
-    sigma = math.hypot(first.sigma, last.sigma)
-    return abs(last.value - first.value) / sigma if sigma > 0 else 0.0
+    sigma = math.hypot(course.sigmas[0], course.sigmas[-1])
+    return float(abs(course.values[-1] - course.values[0])) / sigma if sigma > 0 else 0.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from daq.catalogue.values import Model, Run
 from daq.files.checksum import file_sha256
-from daq.importing.load import loaded_capture
+from daq.importing.captures import loaded_capture
 from daq.keeping.accepted_effects import regressor_of
 from daq.recording.capture import Capture, CaptureError
 from daq.recording.described_arm import robot_of

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup, escape
 
-from daq.catalogue.values import TrendPoint
+from daq.catalogue.values import Course
 from daq.report.pictures import nice_ticks, tick_text
 from daq.text.numbers import significant
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 _SIZES = {"wide": (1120, 260), "narrow": (340, 210), "small": (160, 40)}
 """Of the picture on a desk, on a phone, where letters must not shrink with it, and in the list."""
@@ -57,7 +58,7 @@ class Trend:
 
 
 def trend_of(
-    points: Sequence[TrendPoint],
+    course: Course,
     baseline_model: int | None,
     clean: Collection[int] = (),
     *,
@@ -69,37 +70,35 @@ def trend_of(
     run. A run on which something was found widens nothing; before there are five, there is no band.
 
     Args:
-        points: of one parameter, oldest first, at least one.
+        course: of one parameter, at least one model.
         baseline_model: number of the model that counts; None where there is none.
         clean: numbers of the models on whose nights nothing was found, the baseline's included.
         small: the picture without axes, for a list.
     """
-    values = np.array([point.value for point in points])
-    accepted = [k for k, point in enumerate(points) if point.model_id == baseline_model]
-    low = high = None
-    usual = np.array([point.value for point in points if point.model_id in clean])
-    if accepted and usual.size >= ENOUGH:
-        half = BAND * max(float(np.std(usual, ddof=1)), points[accepted[0]].sigma)
-        low, high = float(values[accepted[0]] - half), float(values[accepted[0]] + half)
-    rows = () if small else _rows(points, low, high)
+    accepted = np.flatnonzero(course.models == (-1 if baseline_model is None else baseline_model))
+    band = None
+    usual = course.values[np.isin(course.models, list(clean))]
+    if len(accepted) and usual.size >= ENOUGH:
+        middle = float(course.values[accepted[0]])
+        half = BAND * max(float(np.std(usual, ddof=1)), float(course.sigmas[accepted[0]]))
+        band = (middle - half, middle + half)
+    inside = np.full(len(course.values), True)
+    if band is not None:
+        inside = (course.values >= band[0]) & (course.values <= band[1])
+    rows = () if small else _rows(course, inside)
     kinds = ("small",) if small else ("wide", "narrow")
-    picture = Markup("").join(_picture(points, values, low, high, kind) for kind in kinds)
-    counted = usual.size if accepted else 0
-    return Trend(points[0].name, points[0].unit, picture, low, high, counted, rows)
+    picture = Markup("").join(_picture(course, inside, band, kind) for kind in kinds)
+    counted = usual.size if len(accepted) else 0
+    low, high = band or (None, None)
+    return Trend(course.name, course.unit, picture, low, high, counted, rows)
 
 
-def _rows(
-    points: Sequence[TrendPoint], low: float | None, high: float | None
-) -> tuple[tuple[int, str, str, str, bool], ...]:
+def _rows(course: Course, inside: BoolArray) -> tuple[tuple[int, str, str, str, bool], ...]:
+    columns = (course.runs, course.values, course.sigmas, inside)
+    lists = [column[::-1].tolist() for column in columns]
     return tuple(
-        (
-            point.run_id,
-            f"{point.at:%Y-%m-%d %H:%M}",
-            significant(point.value, 5),
-            significant(point.sigma, 2),
-            low is None or high is None or low <= point.value <= high,
-        )
-        for point in reversed(points)
+        (run, f"{at:%Y-%m-%d %H:%M}", significant(value, 5), significant(sigma, 2), fine)
+        for at, run, value, sigma, fine in zip(reversed(course.at), *lists, strict=True)
     )
 
 
@@ -128,58 +127,51 @@ def time_ticks(first: datetime, last: datetime, most: int) -> list[tuple[datetim
     return [(time, time.strftime(words)) for time in times[: most + 1]] or [(first, first.strftime(words))]
 
 
-def _picture(
-    points: Sequence[TrendPoint],
-    values: FloatArray,
-    low: float | None,
-    high: float | None,
-    kind: str,
-) -> Markup:
+def _picture(course: Course, inside: BoolArray, band: tuple[float, float] | None, kind: str) -> Markup:
     small = kind == "small"
     width, height = _SIZES[kind]
     left, bottom, top = (4, 4, 4) if small else (_LEFT, _BOTTOM, _TOP)
-    times = np.array([point.at.timestamp() for point in points])
-    sigmas = np.array([point.sigma for point in points])
-    t0, t1 = float(times[0]), float(times[-1])
-    band = None if low is None or high is None else (low, high)
-    axis = axis_of(values, sigmas, band)
+    t0, t1 = float(course.seconds[0]), float(course.seconds[-1])
+    axis = axis_of(course.values, course.sigmas, band)
 
-    def x(time: float) -> float:
-        share = 0.5 if t1 == t0 else (time - t0) / (t1 - t0)
+    def x(time: Any) -> Any:
+        share = 0.5 + 0.0 * time if t1 == t0 else (time - t0) / (t1 - t0)
         return left + 6 + share * (width - left - 14)
 
-    def y(value: float) -> float:
+    def y(value: Any) -> Any:
         return top + (axis[1] - value) / (axis[1] - axis[0]) * (height - top - bottom)
 
-    name = escape(points[0].name)
-    ends = f"from {significant(float(values[0]))} to {significant(float(values[-1]))}"
-    label = f"{name}: {len(points)} runs, {ends}"
+    ends = f"from {significant(float(course.values[0]))} to {significant(float(course.values[-1]))}"
+    label = f"{escape(course.name)}: {len(course.values)} runs, {ends}"
     parts = [f'<svg class="trend {kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{label}">']
     if band is not None:
         parts.append(
             f'<rect class="band" x="{left}" width="{width - left - 4}" y="{y(band[1]):.1f}" '
             f'height="{max(y(band[0]) - y(band[1]), 1):.1f}"/>'
         )
+    across, along = x(course.seconds).tolist(), y(course.values).tolist()
     if not small:
-        parts += _axes(kind, axis, (points[0].at, points[-1].at), x, y)
-        bars = "".join(
-            f"M{x(t):.1f} {y(v + s):.1f}V{y(v - s):.1f}"
-            for t, v, s in zip(times, values, sigmas, strict=True)
+        parts += _axes(kind, axis, (course.at[0], course.at[-1]), x, y)
+        ends_of = (
+            across,
+            y(course.values + course.sigmas).tolist(),
+            y(course.values - course.sigmas).tolist(),
         )
+        bars = "".join(f"M{a:.1f} {b:.1f}V{c:.1f}" for a, b, c in zip(*ends_of, strict=True))
         parts.append(f'<path class="sigma" d="{bars}"/>')
-    path = " ".join(f"{x(t):.1f},{y(v):.1f}" for t, v in zip(times, values, strict=True))
+    path = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, along, strict=True))
     parts.append(f'<polyline class="line" points="{path}"/>')
-    for point, time, value in zip(points, times, values, strict=True):
-        inside = band is None or band[0] <= value <= band[1]
-        if small and point is not points[-1]:
-            continue
-        if inside:
-            parts.append(f'<circle class="in" cx="{x(time):.1f}" cy="{y(value):.1f}" r="3"/>')
-        else:  # another shape too, for who does not see the colour
-            cx, cy = x(time), y(value)
-            parts.append(f'<path class="out" d="M{cx:.1f} {cy - 5:.1f}l5 5-5 5-5-5z"/>')
+    marked = list(zip(across, along, inside.tolist(), strict=True))
+    parts += [_mark(*one) for one in (marked[-1:] if small else marked)]
     parts.append("</svg>")
-    return Markup("".join(str(part) for part in parts))  # noqa: S704 (numbers, and a name that was escaped)
+    return Markup("".join(parts))  # noqa: S704 (numbers, and a name that was escaped)
+
+
+def _mark(x: float, y: float, inside: bool) -> str:
+    """A dot, or a diamond for who does not see the colour."""
+    if inside:
+        return f'<circle class="in" cx="{x:.1f}" cy="{y:.1f}" r="3"/>'
+    return f'<path class="out" d="M{x:.1f} {y - 5:.1f}l5 5-5 5-5-5z"/>'
 
 
 def _axes(

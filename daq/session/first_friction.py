@@ -46,15 +46,15 @@ class Ways:
     measured: float
     described: float
 
-    def words(self, drive: int) -> str | None:
-        """What is not as described, or None."""
+    def words(self, drive: int, unit: str) -> str | None:
+        """What is not as described, or None; the drive (from 0) takes a torque or a force in ``unit``."""
         least = FRICTION_RATIO[0] if self.slipped else 0.0
         ratio = self.measured / self.described if self.described > 0.0 else 1.0
         if least <= ratio <= FRICTION_RATIO[1]:
             return None
         likely = "the sign is likely wrong" if ratio < 0 else "gain, per_count, node_id or dynamics.coulomb"
         return (
-            f"drive[{drive + 1}] takes {self.measured:.3g} N·m (or N) against friction, described"
+            f"drive[{drive + 1}] takes {self.measured:.3g} {unit} against friction, described"
             f" {self.described:.3g}: {likely}"
         )
 

@@ -19,6 +19,7 @@ from daq.session.first_motion import HALF_DEGREE, FirstMotion, Turn
 from drivers.frames.samples import Samples
 from robots import Robot, rigid_body_model
 from robots.arrays import BoolArray, FloatArray
+from robots.joint_description import Joint
 
 GRAVITY_TOLERANCE = 0.3
 """Share of the described gravity torque that a described mass, centre or gain may be off by."""
@@ -75,7 +76,9 @@ def judge_rest(robot: Robot, samples: Samples) -> tuple[list[Finding], list[str]
     for k, joint in enumerate(robot.joint):
         room = GRAVITY_TOLERANCE * abs(gravity[k]) + slack[k]
         if abs(torque[k] - gravity[k]) > room:
-            findings.append(Finding(joint.name, _gravity_words("at rest", torque[k], gravity[k], room)))
+            findings.append(
+                Finding(joint.name, _gravity_words("at rest", joint, torque[k], gravity[k], room))
+            )
         elif 2 * abs(gravity[k]) <= room:
             unjudged.append(joint.name)  # the opposite of it would do as well
     if findings and (turned := _turned_drive(robot, samples.position[0], torque, slack)) is not None:
@@ -203,14 +206,16 @@ def _loop_words(drive: int, ratio: float, share: float) -> str:
     )
 
 
-def _gravity_words(when: str, torque: float, gravity: float, room: float) -> str:
+def _gravity_words(when: str, joint: Joint, torque: float, gravity: float, room: float) -> str:
     turned = abs(torque + gravity) <= room < abs(torque - gravity)
     where = (
         "the sign is likely wrong (control_signal.sign or sign, gravity, or the zero of the joint)"
         if turned
         else "gain, control_signal.per_count, node_id, sign or zero of a joint, or the URDF's masses"
     )
-    return f"{when} it holds {torque:.3g} N·m (or N), described gravity asks for {gravity:.3g}: {where}"
+    return (
+        f"{when} it holds {torque:.3g} {joint.torque_unit}, described gravity asks for {gravity:.3g}: {where}"
+    )
 
 
 def _size_words(robot: Robot, samples: Samples, turn: Turn) -> list[str]:
@@ -225,13 +230,14 @@ def _size_words(robot: Robot, samples: Samples, turn: Turn) -> list[str]:
         told, went = float(wanted[end, turn.joint]), float(np.median(position[there, own]))
         room = SIZE_TOLERANCE * size + SETTLED * lag[turn.joint]
         if abs(told) > 0.5 * size and abs(went - told) > room:
-            words.append(f"was told to move {told:.3g} rad (or m) and moved {went:.3g}")
+            words.append(f"was told to move {told:.3g} {robot.joint[turn.joint].unit} and moved {went:.3g}")
     others = np.ptp(np.delete(position, turn.joint, axis=1), axis=0)
     ways = np.array([HALF_DEGREE[joint.kind] for joint in robot.joint])
     limits = np.delete(STRAY * ways + lag, turn.joint)
     for k in np.flatnonzero(others > limits):
-        other = [joint.name for joint in robot.joint if joint is not robot.joint[turn.joint]][k]
-        words.append(f"{other} moved with it, by {others[k]:.3g} rad (or m): transmission, or node_id")
+        other = [joint for joint in robot.joint if joint is not robot.joint[turn.joint]][k]
+        moved = f"{other.name} moved with it, by {others[k]:.3g} {other.unit}"
+        words.append(f"{moved}: transmission, or node_id")
     return words
 
 
@@ -270,9 +276,11 @@ def _torque_words(
     room += OFFSET_SHARE * robot.torque_limits[k]
     words = []
     if abs(mean - gravity[k]) > room:
-        words.append(_gravity_words("in motion", mean, float(gravity[k]), room))
+        words.append(_gravity_words("in motion", robot.joint[k], mean, float(gravity[k]), room))
     # Drive by drive: in the sum of a coupled joint the others hide the one that is wrong.
-    return words + [text for drive, way in ways.items() if (text := way.words(drive)) is not None]
+    units = [joint.torque_unit for joint in robot.joint]
+    said = [way.words(drive, units[drive]) for drive, way in ways.items()]
+    return words + [text for text in said if text is not None]
 
 
 def summary(findings: Sequence[Finding]) -> str:

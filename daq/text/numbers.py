@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -110,6 +111,18 @@ def correlation(value: float | None) -> str:
     if special is not None or value is None:
         return special or NOTHING
     return _fixed(value, 2)
+
+
+def with_units(values: Sequence[str], units: Sequence[str]) -> str:
+    """Figures of the joints and their units: the unit once where all have the same one."""
+    if len(set(units)) == 1:
+        return f"{'  '.join(values)} {units[0]}"
+    return "  ".join(f"{value} {unit}" for value, unit in zip(values, units, strict=True))
+
+
+def mixed_unit(units: Sequence[str]) -> str:
+    """Of a figure over all joints, which is of two kinds where some of them slide."""
+    return " and ".join(dict.fromkeys(units))
 
 
 def probability(value: float | None) -> str:

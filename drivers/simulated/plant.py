@@ -53,7 +53,9 @@ class Plant:
         self._n = robot.n
         self._half_step = 0.5 * self.arm.step_time / self.arm.substeps
         self._described = robot.transmission_matrix
-        self.motion = records.resting(np.array(robot.home), len(self.arm.drives))
+        self.motion = records.resting(
+            np.array(robot.home), len(self.arm.drives), len(self.arm.base.stiffness)
+        )
         self.stand(np.array(robot.home))
 
     @property
@@ -88,7 +90,7 @@ class Plant:
             position: joint positions as the described transmission understands the drives, (n,).
         """
         drives = len(self.arm.drives)
-        fresh = records.resting(position, drives)
+        fresh = records.resting(position, drives, len(self.arm.base.stiffness))
         for ours, new in zip(self.motion, fresh, strict=True):
             ours[...] = new
         rotors = self._described @ position

@@ -47,6 +47,7 @@ class Scenario(BaseModel):
     directional_efficiency: tuple[friction.DirectionalEfficiency, ...] = ()
     dragging_brake: tuple[motor.DraggingBrake, ...] = ()
     drifting_friction: tuple[friction.DriftingFriction, ...] = ()
+    temperature_viscous_friction: tuple[friction.TemperatureViscousFriction, ...] = ()
     position_dependent_friction: tuple[friction.PositionDependentFriction, ...] = ()
     joint_elasticity: tuple[gear.JointElasticity, ...] = ()
     stiffening_elasticity: tuple[gear.StiffeningElasticity, ...] = ()
@@ -67,6 +68,7 @@ class Scenario(BaseModel):
     payload: loads.Payload | None = None
     gravity_spring: tuple[loads.GravitySpring, ...] = ()
     base_tilt: loads.BaseTilt | None = None
+    base_compliance: loads.BaseCompliance | None = None
     time_delay: tuple[motor.TimeDelay, ...] = ()
     cable_spring: tuple[loads.CableSpring, ...] = ()
     dress_pack_hysteresis: tuple[loads.DressPackHysteresis, ...] = ()

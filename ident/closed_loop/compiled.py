@@ -11,6 +11,7 @@ import numpy as np
 from ident.closed_loop.coordinates import Coordinates, coordinates_of
 from ident.closed_loop.direct_dynamics import check_mass_matrix
 from ident.closed_loop.extras import extras_of, gain_errors, lifted_terms, only_plain_friction
+from ident.closed_loop.foot import foot_of
 from ident.closed_loop.friction_rows import friction_rows, shares_at_new_velocity, together
 from ident.closed_loop.leading import RUNAWAY, Leading, SimulatedRun, check_stable
 from ident.closed_loop.torque_parts import TorqueParts
@@ -20,6 +21,7 @@ from ident.kernels.extended import closed_loop_with_extras
 from ident.kernels.loop import closed_loop
 from ident.kernels.rigid_bodies import mass_and_bias
 from ident.kernels.values import RUNS, TERM_HEAD, Drives, Dynamics, Run
+from robots import rigid_body_model
 from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 
@@ -52,8 +54,10 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         dynamics = _centred(dynamics, recording.position[0], h)
         start = recording.position[0], leading.velocity
         run = run._replace(start=coordinates.start(*start, _load(dynamics, *start)))
+        model = rigid_body_model(robot)
+        foot = foot_of(parts.extra.feet, model, parts.links, parts.gravity, recording.position[0])
         ending, sample = closed_loop_with_extras(
-            axes, np.arange(coordinates.count), dynamics, drives, run, leading.substeps, extras
+            axes, np.arange(coordinates.count), dynamics, drives, run, leading.substeps, extras, foot
         )
     if ending != RUNS:
         q, v = run.start

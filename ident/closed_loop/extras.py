@@ -37,7 +37,7 @@ class _Tables:
 
 def only_plain_friction(extra: SimulatedParts) -> bool:
     """Whether there is nothing but friction that the usual model's code can take along."""
-    return not (extra.position or extra.springs or extra.errors or extra.drives) and all(
+    return not (extra.position or extra.springs or extra.errors or extra.drives or extra.feet) and all(
         (torque.law is None or isinstance(torque.law, FrictionSign)) and not _changes(torque)
         for torque in extra.friction
     )

@@ -10,9 +10,9 @@ error makes of the recorded set-points and positions holds a share of K K_i T s 
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ident.closed_loop.control_law import fed_forward
+from ident.filters import recursion
 from ident.preparation.set_points import set_point_accelerations, set_points
 from ident.recording import Recording
 from robots.arrays import FloatArray
@@ -85,7 +85,7 @@ def _replayed(robot: Robot, recording: Recording, reference: FloatArray) -> tupl
     cutoff = controller.velocity_cutoff_hz
     if cutoff is not None:
         smoothing = 1.0 - float(np.exp(-2 * np.pi * cutoff * controller.sample_time))
-        velocity = lfilter([smoothing], [1.0, smoothing - 1.0], velocity, axis=0)
+        velocity = recursion(np.array([1.0, smoothing - 1.0]), smoothing * velocity)
     forward = np.array(controller.velocity_feed_forward) * speeds - velocity
     gain, integral = np.array(controller.velocity_gain), np.array(controller.integral_gain)
     error = points - position

@@ -68,7 +68,8 @@ class TorqueParts:
     def usual(self) -> bool:
         """Whether drives move rigidly with the joints and friction is speed terms: nothing extra."""
         extra = self.extra
-        return not (extra.position or extra.friction or extra.springs or extra.errors or extra.drives)
+        others = (extra.position, extra.friction, extra.springs, extra.errors, extra.drives, extra.feet)
+        return not any(others)
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,7 @@ def _together(parts: list[SimulatedParts]) -> SimulatedParts:
         springs=tuple(spring for one in parts for spring in one.springs),
         errors=tuple(error for one in parts for error in one.errors),
         drives=tuple(change for one in parts for change in one.drives),
+        feet=tuple(foot for one in parts for foot in one.feet),
     )
 
 

@@ -181,6 +181,7 @@ def added(parts: TorqueParts, more: SimulatedParts) -> TorqueParts:
             springs=(*extra.springs, *more.springs),
             errors=(*extra.errors, *more.errors),
             drives=(*extra.drives, *more.drives),
+            feet=(*extra.feet, *more.feet),
         ),
     )
 

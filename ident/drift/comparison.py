@@ -128,6 +128,7 @@ def _unchanged(
         alarms=(),
         torque_change=geometry.torque_rms(usual.tonight),
         torque_rms=geometry.torque_rms(geometry.beta),
+        torque_units=tuple(joint.torque_unit for joint in geometry.base.model.robot.joint),
         large=False,
         colder=colder,
         usual=usual_of(watched, usual),

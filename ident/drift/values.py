@@ -238,6 +238,7 @@ class Comparison:
         alarms: charts beyond their threshold.
         torque_change: (n,) rms change of the torque on the trajectory per joint, N·m (or N).
         torque_rms: (n,) of the torque itself there.
+        torque_units: of both, N·m of a joint that turns and N of one that slides.
         large: whether something has moved, and by more than the tolerance on some joint.
         unexplained: test of what the named changes leave; None where nothing was named.
         doubtful: whether warmth that nobody measured may be all of it.
@@ -257,6 +258,7 @@ class Comparison:
     alarms: tuple[Alarm, ...]
     torque_change: FloatArray
     torque_rms: FloatArray
+    torque_units: tuple[str, ...]
     large: bool
     unexplained: DriftTest | None = None
     doubtful: bool = False

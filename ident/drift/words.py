@@ -67,8 +67,9 @@ def _words(found: Comparison, learned: int, settings: DriftSettings) -> str:
     worst = int(np.argmax(found.torque_change / np.maximum(found.torque_rms, 1e-12)))
     share = 100 * found.torque_change[worst] / found.torque_rms[worst]
     limit = "beyond" if found.large else "within"
+    torque = f"{found.torque_change[worst]:.2g} {found.torque_units[worst]} rms on joint {worst + 1}"
     return (
-        f"{what}{since}: {found.torque_change[worst]:.2g} N·m rms on joint {worst + 1},"
+        f"{what}{since}: {torque},"
         f" {share:.2g} % of its torque, {limit} the tolerance of {100 * settings.tolerance:g} %"
         f"{'; warmth may be all of it' if found.doubtful else ''}"
     )

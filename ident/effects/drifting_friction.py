@@ -116,7 +116,7 @@ SETTLING_FRICTION = Family(
     each_drive,
     _settling,
     _settling_shapes,
-    contains=("coulomb_friction", "viscous_friction", "wrist_coupling"),
+    contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
 )
 DRIFTING_FRICTION = Family(
@@ -126,7 +126,7 @@ DRIFTING_FRICTION = Family(
     each_drive,
     _make,
     _shapes,
-    contains=("coulomb_friction", "viscous_friction", "wrist_coupling"),
+    contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
     further=(SETTLING_FRICTION,),
     history=True,

@@ -1,8 +1,7 @@
 """Effects and their families: a family is one entry of the vocabulary, which can be put in several places.
 
-The search for a missing effect walks over families, their places and the values of their shape
-parameters; what it gets for each is an ordinary effect, the same object that the regressor and the
-closed-loop simulation use once the effect has been named.
+The search walks over families, their places and the values of their shape parameters; what it gets for each
+is an ordinary effect, the object that regressor and closed-loop simulation use once it has been named.
 """
 
 from __future__ import annotations
@@ -109,10 +108,7 @@ class State:
 
 
 class Effect(Protocol):
-    """One named cause of joint torque, linear in its parameters.
-
-    ``name`` is the identifier of the vocabulary (method.md 6), ``sentence`` says what it is.
-    """
+    """One named cause of joint torque (method.md 6), linear in its parameters."""
 
     @property
     def name(self) -> str: ...
@@ -159,6 +155,10 @@ class PresentModel(Protocol):
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque through the gears: the links alone, without rotors, friction and offsets."""
+        ...
+
+    def foot_torque(self, state: State, rocking: FloatArray) -> FloatArray:
+        """Samples × (2 + joints), of links on a foot that rocks about x and y: samples × (q, q̇, q̈) × 2."""
         ...
 
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:

@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from ident.even_spline import EvenSpline
 from robots.arrays import FloatArray
 
 _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
@@ -62,7 +62,7 @@ def finer(inertia: FloatArray, load: FloatArray) -> FloatArray:
     """
     series = np.stack([inertia, load], axis=1)
     fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
-    points = np.ascontiguousarray(CubicSpline(np.arange(series.shape[0]), series)(fine).T)
+    points = np.ascontiguousarray(EvenSpline(series).at(fine).T)
     points[0] = np.clip(points[0], inertia.min(), inertia.max())
     return points
 

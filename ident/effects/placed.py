@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
 from ident.effects.simulated import SimulatedParts
+from ident.even_spline import EvenSpline
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -254,7 +254,8 @@ def rate(values: FloatArray, state: State) -> FloatArray:
     """
     if state.time is None or state.time.shape[0] < 2:
         return np.zeros_like(values)
-    return np.asarray(CubicSpline(state.time, values)(state.time, 1))
+    slopes = EvenSpline(values.reshape(values.shape[0], -1)).slopes() / (state.time[1] - state.time[0])
+    return np.asarray(slopes.reshape(values.shape))
 
 
 def torque_unit(robot: Robot, place: Place) -> str:

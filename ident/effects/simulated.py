@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
-from scipy.signal import lfilter
 
+from ident.effects.foot import FootSpring
 from ident.effects.speed_term import FrictionSign
+from ident.filters import recursion
 from robots.arrays import FloatArray
 
 _FEWEST, _MOST = 64, 65536
@@ -116,7 +117,8 @@ def warmed(heat: FloatArray, time: FloatArray | None, time_constant: float) -> F
     if time.shape[0] < 2:
         return np.full_like(heat, start)
     kept = float(np.exp(-(time[1] - time[0]) / time_constant))
-    return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], heat, zi=[start])[0])
+    driven = np.concatenate([[start], (1.0 - kept) * heat[:-1]])
+    return recursion(np.array([1.0, -kept]), driven)
 
 
 def _warm_before(heat: FloatArray, elapsed: float, time_constant: float) -> float:
@@ -269,6 +271,7 @@ class SimulatedParts:
         constant: (n,) torque.
         position, friction: torques over positions and over speeds.
         springs, errors: of gears.
+        feet: of a base that gives way.
         drives: what the drives do to the control signal.
     """
 
@@ -281,6 +284,7 @@ class SimulatedParts:
     friction: tuple[FrictionTorque, ...] = ()
     springs: tuple[GearSpring, ...] = ()
     errors: tuple[GearError, ...] = ()
+    feet: tuple[FootSpring, ...] = ()
     drives: tuple[DriveChange, ...] = ()
 
 

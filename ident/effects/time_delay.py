@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import Family, Law, Parameters, Parts, along, drive_torque, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.even_spline import EvenSpline
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -91,7 +91,8 @@ def _acting(
             return np.zeros((*state.position.shape, 1))
         time, state = state.time, present.low_cutoff(state)
         torque = drive_torque(robot, present.torque(state), drive)
-        later = CubicSpline(time, torque)(np.clip(time + ahead, time[0], time[-1]))
+        place = np.arange(time.size) + ahead / (time[1] - time[0])
+        later = EvenSpline(torque[:, np.newaxis]).at(np.minimum(place, time.size - 1.0))[:, 0]
         return along(transmission[drive], (later - torque) / ahead)
 
     def parts(values: FloatArray) -> SimulatedParts:

@@ -20,13 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
 
 from ident.errors import IdentificationError
 from ident.estimators.consistent_program import Program, link_root, require_solver, solve
 from ident.estimators.consistent_scales import Scalars
 from ident.estimators.fit import LinearFit, Stacked
 from ident.parameters.base import BaseParameters
+from ident.statistics.tails import beyond_chi2
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.pseudo_inertia import LINK_SIZE, impossible_links
@@ -217,7 +217,7 @@ def _by_errors_alone(covariance: FloatArray, distance: float) -> tuple[float, fl
     """
     mean = float(np.trace(covariance))
     square = float(np.sum(covariance**2))
-    return mean, float(chi2.sf(distance * mean / square, mean**2 / square))
+    return mean, beyond_chi2(distance * mean / square, mean**2 / square)
 
 
 def _bodies(

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
 from ident.estimators.fit import stack
 from ident.estimators.least_squares import ErrorDeviation, joint_deviations, require_full_rank
 from ident.preparation.observation import Rows
 from ident.statistics.restricted import regression_whitening
+from ident.statistics.tails import beyond_f
 from robots.arrays import FloatArray
 
 _LARGE = 10.0
@@ -142,4 +142,4 @@ class _Solution:
 def _compare(full: _Solution, fewer: _Solution, name: str, percent: float) -> Dropped:
     df = (float(fewer.freedom - full.freedom), float(full.freedom))
     statistic = (fewer.residual_sum - full.residual_sum) / df[0] / (full.residual_sum / df[1])
-    return Dropped(name, percent, statistic, df, float(f_distribution.sf(statistic, *df)))
+    return Dropped(name, percent, statistic, df, beyond_f(statistic, *df))

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
 from ident.closed_loop.leading import SimulatedRun
 from ident.errors import IdentificationError
@@ -21,6 +20,7 @@ from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
 from ident.signals import decimate, kept_samples, low_pass, motion
 from ident.statistics.restricted import regression_whitening
+from ident.statistics.tails import beyond_f
 from ident.verdicts import ColumnCheck, ColumnKind
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Robot
@@ -229,7 +229,7 @@ def _explained(
     left = float(y @ y - np.sum((before.T @ y) ** 2)) - gain
     freedom = y.size - before.shape[1] - white.shape[1]
     statistic = gain / white.shape[1] / (left / freedom)
-    return size, float(f_distribution.sf(statistic, white.shape[1], freedom))
+    return size, beyond_f(statistic, white.shape[1], freedom)
 
 
 def _beyond(before: FloatArray, functions: FloatArray) -> FloatArray:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
+from ident.statistics.tails import beyond_f
 from robots.arrays import FloatArray
 
 
@@ -37,7 +37,7 @@ class HypothesisTest:
 
 def f_test(name: str, null: str, statistic: float, df: int, df_denominator: float) -> HypothesisTest:
     """A statistic that is F(df, df_denominator) under the null."""
-    p = float(f_distribution.sf(statistic, df, df_denominator))
+    p = beyond_f(statistic, df, df_denominator)
     return HypothesisTest(name, null, statistic, "F", (float(df), float(df_denominator)), p)
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.stats import f as f_distribution
 
+from ident.statistics.tails import beyond_f, each_beyond_f
 from ident.verdicts import Gate
 from robots.arrays import FloatArray, IntArray
 
@@ -55,7 +55,7 @@ def wald_f(y: FloatArray, x: FloatArray, extra: FloatArray) -> tuple[float, tupl
     without, with_extra = residual_sum(y, x), residual_sum(y, augmented)
     statistic = ((without - with_extra) / extra.shape[1]) / (with_extra / freedom)
     df = (float(extra.shape[1]), float(freedom))
-    return float(statistic), df, float(f_distribution.sf(statistic, *df))
+    return float(statistic), df, beyond_f(statistic, *df)
 
 
 def single_p_values(y: FloatArray, x: FloatArray, extra: FloatArray) -> FloatArray:
@@ -65,7 +65,7 @@ def single_p_values(y: FloatArray, x: FloatArray, extra: FloatArray) -> FloatArr
     new = extra - q @ (q.T @ extra)
     gain = (new.T @ rest) ** 2 / np.sum(new**2, axis=0)
     freedom = y.size - x.shape[1] - 1
-    return np.asarray(f_distribution.sf(gain * freedom / (rest @ rest - gain), 1, freedom))
+    return each_beyond_f(gain * freedom / (rest @ rest - gain), 1, freedom)
 
 
 def textbook_test(rows: WhiteRows, level: float = 0.05) -> Gate:

@@ -11,7 +11,9 @@ this regression are the columns and dτ/dt along what the reference says of the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from ident.statistics.covariance import weighted_score_covariance
 from ident.statistics.restricted import regression_whitening
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
-from robots.description import Identification
+from robots.description import Identification, Robot
 
 _ITERATIONS = 20
 _STILL = 0.03
@@ -103,14 +105,14 @@ def estimate_lag(
     row = sample_time * settings.decimation
     lag, step, sigma, rate_at = given, np.inf, np.inf, np.inf
     torque = rate = probe = stacked.y
-    observed = [ObservedTorque.of(robot, recording, settings) for recording in recordings]
+    observed = _Torques(robot, recordings, settings)
     for _ in range(_ITERATIONS):
         if abs(lag - rate_at) > _SAME_RATE * row:
-            rates = np.concatenate([torques.rate_at(lag) for torques in observed])
+            rates = observed.rate_at(lag)
             rate = _stack(rows, rates) * weights
             probe = _probe(x, rate, reference, weights)
             sigma, rate_at = _deviation(rows, probe, weights, whitening) / abs(float(probe @ rate)), lag
-        torque = np.concatenate([torques.at(lag) for torques in observed])
+        torque = observed.at(lag)
         step = float(probe @ (_stack(rows, torque) * weights) / (probe @ rate))
         lag += step
         if abs(step) < _STILL * sigma or abs(lag - given) > _FARTHEST:
@@ -120,6 +122,24 @@ def estimate_lag(
         errors = regression_whitening(torque, rows.regressor, rows.segment, rows.used)
         sigma = _deviation(rows, probe, weights, errors) / abs(float(probe @ rate))
     return LagEstimate(lag, sigma, given, sample_time, converged)
+
+
+class _Torques:
+    """The torques of recordings at any lag, rows × joints; of one alone what they are made of is kept."""
+
+    def __init__(self, robot: Robot, recordings: tuple[Recording, ...], settings: Identification) -> None:
+        self._one_by_one: list[Callable[[], ObservedTorque]] = [
+            partial(ObservedTorque.of, robot, recording, settings) for recording in recordings
+        ]
+        if len(recordings) == 1:
+            only = self._one_by_one[0]()
+            self._one_by_one = [lambda: only]
+
+    def at(self, lag: float) -> FloatArray:
+        return np.concatenate([make().at(lag) for make in self._one_by_one])
+
+    def rate_at(self, lag: float) -> FloatArray:
+        return np.concatenate([make().rate_at(lag) for make in self._one_by_one])
 
 
 def _error_deviations(stacked: Stacked) -> FloatArray:

@@ -24,6 +24,7 @@ from ident.identification.doubts import doubts_of
 from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
+from ident.identification.friction_power import driven_by_friction
 from ident.identification.intervals import half_widths
 from ident.identification.kept_effects import KeptEffects, known_names
 from ident.identification.loads import spread_of, unknown_of
@@ -138,7 +139,7 @@ def identify(
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
     signals = _signals(prepared, recordings, spectrum, proposal)
-    rotors, beyond = not_of_a_rotor(least_squares)
+    nonsense = (not_of_a_rotor(least_squares), driven_by_friction(least_squares, rows))
     result = Identification(
         robot=robot.name,
         rows=rows.count,
@@ -154,14 +155,14 @@ def identify(
             *kept.sentences(alone.least_squares),
             *prepared.taken_up.sentences,
             *doubts_of(signals, proposal, prepared.lag, prepared.rank, settings.friction_sign),
-            *(() if beyond else rotors),
+            *(words for said, beyond in nonsense if not beyond for words in said),
             *poorly_seen(least_squares),
         ),
         method=options.method,
         rank=prepared.rank,
         signals=signals,
         essential=essential_of(base, rows) if options.essential else None,
-        impossible=rotors if beyond else (),
+        impossible=tuple(words for said, beyond in nonsense if beyond for words in said),
     )
     refuse_nothing_explained(result.recommended, prepared.rank)
     consistent = None

@@ -16,9 +16,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from ident.estimators import LinearFit
+from ident.filters import near
 from ident.identification.fits import Prepared
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
@@ -178,8 +178,7 @@ def away_from_reversals(prepared: Prepared, recordings: tuple[Recording, ...]) -
         turns = _turns(velocity) | (_turns(velocity @ transmission.T) @ (transmission != 0.0))
         reach = _settled(settings, recording.sample_time)
         reach += decimation_reach(settings.decimation, "fir")
-        near = binary_dilation(turns, np.ones((2 * reach + 1, 1), dtype=np.bool_))
-        parts.append(~near[decimate_index(velocity.shape[0], settings.decimation)])
+        parts.append(~near(turns, reach)[decimate_index(velocity.shape[0], settings.decimation)])
     return np.asarray(np.concatenate(parts) & prepared.rows.used)
 
 

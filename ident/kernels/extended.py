@@ -17,6 +17,7 @@ from ident.kernels.effect_torques import (
     seen_from_gears,
     warm_gears,
 )
+from ident.kernels.foot import Foot, follow, links_on_foot, without_foot
 from ident.kernels.friction import BRISTLES, WORK_ROWS, friction, implicit_step
 from ident.kernels.readings import read, read_with_extras, record_with_extras, start_extras
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias, turn_on
@@ -48,6 +49,7 @@ def move_with_extras(  # noqa: C901
     drives: Drives,
     arm: Arm,
     extras: Extras,
+    foot: Foot,
     memory: Memory,
     output: FloatArray,
     h: float,
@@ -60,7 +62,7 @@ def move_with_extras(  # noqa: C901
 
     Args:
         axes, coordinates: of joints and coordinates.
-        dynamics, drives, arm, extras, memory: as in ``values``.
+        dynamics, drives, arm, extras, memory: as in ``values``; foot: of the base.
         output: (n,) control signals.
         h, substeps: integration step, s, and how many.
         step: number of the controller sample.
@@ -102,6 +104,8 @@ def move_with_extras(  # noqa: C901
             bias,
             links,
         )
+        if len(foot.axes) > 0:
+            links_on_foot(foot, gravity, link_position, link_velocity, turn, mass, bias)
         if extras.errors.shape[0] > 0:
             seen_from_gears(axes, memory, mass, bias)
         for i in range(n):
@@ -126,6 +130,8 @@ def move_with_extras(  # noqa: C901
                 mass[i, j] += implicit[i, j]
             push[i] = h * force
             last[i] = v[i]
+        if len(foot.axes) > 0:
+            without_foot(foot, mass, push, n, h)
         position_torques(coordinates, extras, time, q, h, arm)
         change_strengths(axes, coordinates, extras, memory, terms, time, q, v)
         warm_gears(coordinates, terms, extras, memory, v)
@@ -152,6 +158,8 @@ def move_with_extras(  # noqa: C901
             for k in range(terms.shape[0]):
                 if terms[k, 1] >= BRISTLE:
                     work[BRISTLES, k] = work[here + 1, k]
+        if len(foot.axes) > 0:
+            follow(foot, v, last, n, h)
         turn_on(axes, q, turn, v, h)
         for i in range(n, m):
             q[i] += h * v[i]
@@ -173,13 +181,14 @@ def closed_loop_with_extras(
     run: Run,
     substeps: int,
     extras: Extras,
+    foot: Foot,
 ) -> tuple[int, int]:
     """Run one simulation of any model, as ``loop.closed_loop``.
 
     Args:
         axes: of the joints.
         coordinates: (m,) of the coordinates; an array, so that one machine code serves any number of them.
-        dynamics, drives, run, extras: as in ``values``.
+        dynamics, drives, run, extras: as in ``values``; foot: of the base.
         substeps: integration steps per controller sample.
 
     Returns:
@@ -240,6 +249,7 @@ def closed_loop_with_extras(
                 drives,
                 arm,
                 extras,
+                foot,
                 memory,
                 output,
                 h,

@@ -12,6 +12,7 @@ import pinocchio
 from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place
+from ident.effects.foot import links_on_a_foot, on_a_foot
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.parameters.chain import chain_masses, chain_torque
@@ -97,6 +98,13 @@ class Present:
             torque[k] = pinocchio.rnea(model, data, q, v, a)
         return torque
 
+    def foot_torque(self, state: State, rocking: FloatArray) -> FloatArray:
+        """Of the links about x and y of the base and on the joints, samples × (2 + joints)."""
+        motion = (state.position, state.velocity, state.acceleration)
+        whole = [np.hstack([rocking[:, k], part]) for k, part in enumerate(motion)]
+        links = links_on_a_foot(self._link_parameters(state.load))
+        return chain_torque(self._chain_on_foot, links, self._gravity, *whole)
+
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:
         """Mass matrix of the links alone, samples × joints × joints."""
         return self._masses.of(position, lambda: self._mass_matrix(position))
@@ -155,6 +163,13 @@ class Present:
         return chain_frames(self._rigid_body.model)
 
     @cached_property
+    def _chain_on_foot(self) -> FloatArray:
+        """The same of links on a foot; only serial ones stand on one."""
+        frames = chain_frames(on_a_foot(self._rigid_body.model))
+        assert frames is not None
+        return frames
+
+    @cached_property
     def _loads(self) -> tuple[SimulatedParts, ...]:
         """What was found that adds to the links or to gravity."""
         return tuple(
@@ -191,7 +206,10 @@ class Present:
 
 def _is_load(effect: Effect) -> bool:
     """Whether a found effect is a part of the links or of gravity."""
-    return isinstance(effect, Placed) and effect.place.scope in ("tool", "base")
+    if not isinstance(effect, Placed) or effect.place.scope not in ("tool", "base"):
+        return False
+    parts = effect.simulated(np.ones(len(effect.parameters)))
+    return parts.links is not None or parts.gravity is not None
 
 
 def _inertia(ten: FloatArray) -> pinocchio.Inertia:

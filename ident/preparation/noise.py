@@ -60,12 +60,16 @@ def noise_estimate(
         spectrum: of these recordings.
         settings: the low-pass that the speeds come from.
     """
-    drives = np.concatenate([np.diff(r.position @ robot.transmission_matrix.T, axis=0) for r in recordings])
     return NoiseEstimate(
         position=spectrum.deviation,
         velocity=_velocity_deviation(spectrum, settings),
-        quantum=np.array([smallest_step(column) for column in drives.T]),
+        quantum=np.array([smallest_step(_increments(recordings, row)) for row in robot.transmission_matrix]),
     )
+
+
+def _increments(recordings: tuple[Recording, ...], row: FloatArray) -> FloatArray:
+    """(samples − 1,) of one drive's positions, all recordings; ``row`` of the transmission."""
+    return np.concatenate([np.diff(recording.position @ row) for recording in recordings])
 
 
 def _velocity_deviation(spectrum: PositionSpectrum, settings: Identification) -> FloatArray:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from ident.effects import (
     AsymmetricFriction,
@@ -20,6 +19,7 @@ from ident.effects import (
 )
 from ident.effects.found import Found
 from ident.errors import IdentificationError
+from ident.filters import near
 from ident.parameters.base import BaseParameters, random_states
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observed_torque import load_torque, observed_torque
@@ -252,8 +252,7 @@ def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Iden
     slow_drive = ~drives @ (transmission != 0.0)
     reach = round(settings.standstill_margin / sample_time)
     reach = max(reach, decimation_reach(settings.decimation, settings.decimation_filter))
-    slow = binary_dilation(~joints | slow_drive, np.ones((2 * reach + 1, 1), dtype=np.bool_))
-    return np.asarray(~slow)
+    return ~near(~joints | slow_drive, reach)
 
 
 def _decimated_time(time: FloatArray, factor: int) -> FloatArray:

@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ident.effects import RigidBody, State
+from ident.even_spline import EvenSpline
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
 from ident.signals import (
@@ -144,7 +144,7 @@ def with_mean_control_signal(robot: Robot, recording: Recording) -> Recording:
     per_sample = round(recording.sample_time / robot.controller.sample_time)
     if recording.reference is None or per_sample < 2:
         return recording
-    ripple = _missed_by_samples(recording, _from_set_points(robot, recording, per_sample))
+    ripple = _missed_by_samples(_from_set_points(robot, recording, per_sample))
     limited = np.abs(recording.control_signal) >= np.array(robot.controller.saturation)
     return replace(recording, control_signal=recording.control_signal + np.where(limited, 0.0, ripple))
 
@@ -166,16 +166,14 @@ def _from_set_points(robot: Robot, recording: Recording, per_sample: int) -> Flo
     return np.asarray(delayed[: len(signal)].reshape(-1, per_sample, robot.n))
 
 
-def _missed_by_samples(recording: Recording, course: FloatArray) -> FloatArray:
+def _missed_by_samples(course: FloatArray) -> FloatArray:
     """Mean of the controller samples' sequences, each taken to the instants of the first, less the first.
 
     Each sequence alone holds the motion and the folded ripple; the ripple is in another phase in each, and
     the mean has none of it.
     """
-    time, count = recording.time, course.shape[1]
-    mean = course[:, 0] / count
+    count = course.shape[1]
+    mean, place = course[:, 0] / count, np.arange(course.shape[0])
     for k in range(1, count):
-        late = k * recording.sample_time / count
-        spline = CubicSpline(time + late, course[:, k], axis=0)
-        mean = mean + spline(np.maximum(time, time[0] + late)) / count
+        mean = mean + EvenSpline(course[:, k]).at(np.maximum(place - k / count, 0.0)) / count
     return np.asarray(mean - course[:, 0])

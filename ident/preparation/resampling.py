@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter
 
 from ident.errors import IdentificationError
 from ident.recording import JITTER_ALLOWED, Recording
@@ -162,6 +160,8 @@ def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArra
     place = (time - start) / period - none
     missing = np.rint(place).astype(np.int64)
     if (np.diff(missing) < 0).any():  # what jitters comes back, what is missing does not
+        from scipy.ndimage import median_filter  # takes time to load; an even log needs none
+
         missing = np.rint(median_filter(place, _NEAR, mode="nearest")).astype(np.int64)
     missing = np.minimum.accumulate(missing[::-1])[::-1]
     some = none + missing - missing[0]
@@ -209,7 +209,13 @@ def _roughness(time: FloatArray, position: FloatArray) -> float:
 
 def _on_grid(grid: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
     """By a cubic spline; beyond the ends the last sample, not what a cubic does there."""
-    return np.asarray(CubicSpline(time, values, axis=0)(np.clip(grid, time[0], time[-1])))
+    from scipy.interpolate import CubicSpline  # takes time to load; an even log needs none
+
+    within = np.clip(grid, time[0], time[-1])
+    found = np.empty((grid.size, values.shape[1]))
+    for k, column in enumerate(values.T):  # one by one: the polynomials are four times the samples
+        found[:, k] = CubicSpline(time, column)(within)
+    return found
 
 
 def _loss(step: float, frequency: float) -> float:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.signal import welch
 
+from ident.filters import power_density
 from ident.recording import Recording
 from robots.arrays import FloatArray
 
@@ -63,7 +62,7 @@ def position_spectrum(recordings: tuple[Recording, ...]) -> PositionSpectrum:
     frequency = np.empty(0)
     for recording in recordings:
         differences = np.diff(recording.position, 2, axis=0)
-        frequency, power = welch(differences, 1 / step, nperseg=piece, axis=0)
+        frequency, power = power_density(differences, 1 / step, piece)
         total = total + power * recording.time.shape[0]
         weight += recording.time.shape[0]
     frequency = frequency[1:]
@@ -87,6 +86,17 @@ def _white_part(frequency: FloatArray, power: FloatArray, nyquist: float) -> flo
     fitted = np.full(shape.size, 1.0)
     parts = np.zeros(2)
     for _ in range(_REWEIGHTED):
-        parts = nnls(columns / fitted[:, np.newaxis], power[tail] / scale / fitted)[0]
+        parts = two_shares(columns / fitted[:, np.newaxis], power[tail] / scale / fitted)
         fitted = np.maximum(columns @ parts, 1e-9)
     return float(parts[0] * scale)
+
+
+def two_shares(columns: FloatArray, values: FloatArray) -> FloatArray:
+    """(2,) least squares of values (f,) by two columns of which neither counts less than nothing."""
+    both = np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0], dtype=np.float64)
+    if (both >= 0.0).all():
+        return both
+    squares = np.sum(columns**2, axis=0)
+    alone = np.maximum(columns.T @ values, 0.0) / np.where(squares > 0.0, squares, 1.0)
+    best = int(np.argmax(alone**2 * squares))  # by how much each takes off alone
+    return np.where(np.arange(2) == best, alone, 0.0)

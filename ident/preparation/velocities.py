@@ -20,12 +20,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
-from scipy.optimize import nnls
-from scipy.signal import welch
 
 from ident.errors import IdentificationError
+from ident.even_spline import EvenSpline
+from ident.filters import power_density
+from ident.preparation.spectrum import two_shares
 from ident.signals import differentiate, low_pass
 from robots.arrays import FloatArray
 
@@ -76,7 +76,8 @@ def with_velocities(
                 f"{name}: velocity of joint {joint + 1} is {slope:.4g} times the derivative of its position,"
                 f" {1e3 * lag:.3g} ms late; are its unit and its side right?"
             )
-        v = CubicSpline(time, v)(np.clip(time + lag, time[0], time[-1]))
+        place = np.clip(np.arange(v.size) + lag / step, 0.0, v.size - 1.0)
+        v = EvenSpline(v[:, np.newaxis]).at(place)[:, 0]
         a, b = _noise(q, v, step)
         if a * (2.0 * np.pi * cutoff_hz * step) ** 2 > b:
             found[:, joint] = _together(q, v, step, b / a)
@@ -111,14 +112,15 @@ def _proven(q: FloatArray, v: FloatArray, step: float, cutoff_hz: float) -> tupl
 def _noise(q: FloatArray, v: FloatArray, step: float) -> tuple[float, float]:
     """(σ_q / h)² and σ_v², at least next to nothing each."""
     rest = np.diff(q) / step - 0.5 * (v[1:] + v[:-1])
-    frequency, power = welch(rest, 1.0 / step, nperseg=min(round(_PIECE / step), rest.size))
-    frequency, power = frequency[1:-1], 0.5 * power[1:-1] / step  # of one sided to a variance per sample
+    piece = min(round(_PIECE / step), rest.size)
+    frequency, power = power_density(rest[:, np.newaxis], 1.0 / step, piece)
+    frequency, power = frequency[1:-1], 0.5 * power[1:-1, 0] / step  # of one sided to a variance per sample
     shapes = np.stack([4.0 * np.sin(np.pi * frequency * step) ** 2, np.cos(np.pi * frequency * step) ** 2], 1)
     scale = float(power.max())
     fitted = np.maximum(power / scale, _NOTHING)
     parts = np.zeros(2)
     for _ in range(_REWEIGHTED):
-        parts = nnls(shapes / fitted[:, np.newaxis], power / scale / fitted)[0]
+        parts = two_shares(shapes / fitted[:, np.newaxis], power / scale / fitted)
         fitted = np.maximum(shapes @ parts, _NOTHING)
     return float(max(parts[0], _NOTHING) * scale), float(max(parts[1], _NOTHING) * scale)
 

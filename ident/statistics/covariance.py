@@ -8,9 +8,9 @@ too small where residuals are correlated.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import matmul_toeplitz
-from scipy.signal import lfilter
 
+from ident.filters import recursion
+from ident.statistics.toeplitz import spectrum, times
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray, IntArray
 
@@ -34,7 +34,7 @@ def weighted_score_covariance(
         for index in np.unique(segment):
             z = instruments[segment == index, joint] / sigma[joint] ** 2
             gamma = autocovariance(coefficients, float(whitening.sigma[joint]), z.shape[0])
-            total += z.T @ matmul_toeplitz(gamma, z)
+            total += z.T @ times(gamma, spectrum(z))
     return total
 
 
@@ -42,7 +42,7 @@ def autocovariance(coefficients: FloatArray, sigma: float, lags: int) -> FloatAr
     """Autocovariances γ₀ … γ_{lags−1} of e_t = Σ a_i e_{t−i} + u_t with deviation ``sigma`` of u."""
     impulse = np.zeros(lags)
     impulse[0] = 1.0
-    response = lfilter([1.0], np.concatenate([[1.0], -coefficients]), impulse)
+    response = recursion(np.concatenate([[1.0], -coefficients]), impulse)
     alive = np.flatnonzero(np.abs(response) > _NEGLIGIBLE)
     response = response[: alive[-1] + 1]
     gamma = np.correlate(response, response, mode="full")[response.size - 1 :]

@@ -10,9 +10,9 @@ the autocovariance, whatever lies between them; lags beyond the memory are noise
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import matmul_toeplitz
 
 from ident.statistics.restricted import Taken, fit_of, independent_whitening
+from ident.statistics.toeplitz import circle, spectrum, times
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LONGEST = 200
@@ -45,11 +45,11 @@ def windowed_autocovariance(
     longest = max(1, min(_LONGEST, int(used.sum(axis=0).min()) // 4))
     joints = range(used.shape[1])
     present = used.astype(np.float64)[:, :, np.newaxis]
-    pairs = [np.maximum(_lagged(present[:, j], present[:, j], segment, longest), 1.0) for j in joints]
-    seen = [_lagged(residual[:, j], residual[:, j], segment, longest) for j in joints]
+    pairs = [np.maximum(_lagged(present[:, j], present[:, j], taken.pieces, longest), 1.0) for j in joints]
+    seen = [_lagged(residual[:, j], residual[:, j], taken.pieces, longest) for j in joints]
     gamma = tuple(_windowed(one / count, count[0]) for one, count in zip(seen, pairs, strict=True))
     for _ in range(_STEPS):
-        hidden = _hidden(gamma, taken, omega.sigma, segment, used, longest)
+        hidden = _hidden(gamma, taken, omega.sigma, used, longest)
         whole = zip(seen, hidden, pairs, strict=True)
         gamma = tuple(_windowed((one + other) / count, count[0]) for one, other, count in whole)
     return gamma
@@ -67,7 +67,7 @@ def variances(weights: FloatArray, gamma: tuple[FloatArray, ...], segment: IntAr
     for joint, covariance in enumerate(gamma):
         for index in np.unique(segment):
             part = weights[segment == index, joint]
-            total += np.sum(part * matmul_toeplitz(_padded(covariance, part.shape[0]), part), axis=0)
+            total += np.sum(part * times(_padded(covariance, part.shape[0]), spectrum(part)), axis=0)
     return np.maximum(total, 0.0)
 
 
@@ -78,13 +78,15 @@ def _padded(gamma: FloatArray, lags: int) -> FloatArray:
     return found
 
 
-def _lagged(one: FloatArray, other: FloatArray, segment: IntArray, longest: int) -> FloatArray:
-    """Σ a_t·b_{t−k} within recordings and over columns, k = 0 … longest; a, b (samples, columns)."""
+def _lagged(one: FloatArray, other: FloatArray, pieces: tuple[IntArray, ...], longest: int) -> FloatArray:
+    """½ Σ (a_t·b_{t−k} + b_t·a_{t−k}) within recordings and over columns, k = 0 … longest."""
     sums = np.zeros(longest + 1)
-    for name in np.unique(segment):
-        a, b = one[segment == name], other[segment == name]
-        for lag in range(min(longest, len(a) - 1) + 1):
-            sums[lag] += np.vdot(a[lag:], b[: len(b) - lag])
+    for chosen in pieces:
+        first, samples = spectrum(one[chosen]), chosen.size
+        second = first if one is other else spectrum(other[chosen])
+        density = np.sum(first.real * second.real + first.imag * second.imag, axis=1)
+        count = min(longest + 1, samples)
+        sums[:count] += np.fft.irfft(density, circle(samples))[:count]
     return sums
 
 
@@ -113,7 +115,6 @@ def _hidden(
     gamma: tuple[FloatArray, ...],
     taken: Taken,
     omega: FloatArray,
-    segment: IntArray,
     used: BoolArray,
     longest: int,
 ) -> list[FloatArray]:
@@ -126,5 +127,5 @@ def _hidden(
     for joint in range(used.shape[1]):
         one = basis[:, joint] * omega[joint]
         other = moved[:, joint] * omega[joint] - 0.5 * one @ between
-        found.append(_lagged(one, other, segment, longest) + _lagged(other, one, segment, longest))
+        found.append(2.0 * _lagged(one, other, taken.pieces, longest))
     return found

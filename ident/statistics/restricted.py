@@ -19,12 +19,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import solve_triangular
 
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
+from ident.statistics.toeplitz import ComplexArray, spectrum, times
 from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
@@ -34,8 +33,6 @@ from ident.statistics.whitening import (
     ljung_box,
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
-
-ComplexArray = NDArray[np.complex128]
 
 _ITERATIONS = 30
 _STILL = 1e-4
@@ -140,7 +137,7 @@ class Taken:
     @classmethod
     def of(cls, basis: FloatArray, segment: IntArray) -> Taken:
         pieces = tuple(np.flatnonzero(segment == name) for name in np.unique(segment))
-        spectra = tuple(rfft(basis[chosen], _circle(chosen.size), axis=0) for chosen in pieces)
+        spectra = tuple(spectrum(basis[chosen]) for chosen in pieces)
         return cls(basis, pieces, spectra)
 
     def moved(self, covariance: Callable[[int, int], FloatArray]) -> FloatArray:
@@ -150,20 +147,10 @@ class Taken:
             covariance: of the weighted errors of a joint (from 0) at so many lags from 0 on.
         """
         moved = np.empty_like(self.basis)
-        for chosen, spectrum in zip(self.pieces, self.spectra, strict=True):
-            samples, circle = chosen.size, _circle(chosen.size)
+        for chosen, spectra in zip(self.pieces, self.spectra, strict=True):
             for joint in range(self.basis.shape[1]):
-                gamma = covariance(joint, samples)
-                # A Toeplitz matrix is a corner of a circulant one, which the transform makes diagonal.
-                around = np.concatenate([gamma, np.zeros(circle - 2 * samples + 1), gamma[:0:-1]])
-                gain = rfft(around).real[:, np.newaxis]
-                moved[chosen, joint] = irfft(spectrum[:, joint] * gain, circle, axis=0)[:samples]
+                moved[chosen, joint] = times(covariance(joint, chosen.size), spectra[:, joint])
         return moved
-
-
-def _circle(samples: int) -> int:
-    """A length for which transforms are quick and nothing wraps around."""
-    return int(next_fast_len(2 * samples - 1, real=True))
 
 
 def _missing(

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
+from ident.statistics.tails import beyond_chi2
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LARGEST_ORDER = 20
@@ -201,7 +201,7 @@ def ljung_box(series: FloatArray, lags: int = 10, fitted: int = 0) -> tuple[floa
     lags = max(fitted + 1, min(lags, samples // 2))
     correlations = np.array([centred[k:] @ centred[:-k] / power for k in range(1, lags + 1)])
     statistic = samples * (samples + 2) * float(np.sum(correlations**2 / (samples - np.arange(1, lags + 1))))
-    return statistic, float(chi2.sf(statistic, lags - fitted))
+    return statistic, beyond_chi2(statistic, lags - fitted)
 
 
 _LARGEST_CORRELATION = 0.98

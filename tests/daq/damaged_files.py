@@ -15,9 +15,9 @@ from scipy.io import savemat
 
 import robots
 from daq.files.toml_text import toml_text
+from daq.importing.captures import load_capture
 from daq.importing.columns import read_table
 from daq.importing.import_map import load_import_map
-from daq.importing.load import load_capture
 from daq.importing.table_process import TableProcess
 from daq.recording.capture import CaptureError
 from daq.recording.messages import joint_state_layout

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from daq.importing.load import LoadedRecordings
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.capture import Capture
 from daq.recording.trajectory_file import FoundMotion
 from ident.identification.found_effects import FoundModel

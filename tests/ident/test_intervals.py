@@ -19,6 +19,7 @@ from ident.statistics.lag_window import memory_of, variances, windowed_autocovar
 from ident.statistics.restricted import regression_whitening
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.description import Identification
 
 SAMPLES = 1200
 TIME = np.arange(SAMPLES) / 100.0
@@ -139,6 +140,27 @@ def test_rows_near_reversals_widen_the_interval_and_rows_away_do_not(recording: 
     named = true_base_parameters(near.base, noisy_truth(robots.load("emps"), 1))
     truth = np.array([named[name] for name in near.base.names])
     assert np.all(np.abs(near.least_squares.beta - truth) < half_widths(near))
+
+
+def test_kept_rows_know_nothing_of_reversals_behind_the_default_filter() -> None:
+    """A weak motion behind 20 Hz without noise; a filter that rings carries reversals into all rows."""
+    robot = robots.load("emps")
+    home = np.array(robot.home)
+    truth = replace(noisy_truth(robot, 1, 0.0, 7), torque_noise=(0.0,))
+    quiet = record(robot, truth, home + 0.2 * (motion(robot, 6.0, 3) - home))
+    settings = axis(cutoff_hz=20.0, decimation=20, minimum_speed=0.01, standstill_margin=0.04).identification
+
+    def off(**filters: str) -> float:
+        """Largest relative error of a parameter."""
+        values = settings.model_dump(exclude={"decimation_filter"}) | filters
+        arm = robot.model_copy(update={"identification": Identification.model_validate(values)})
+        fitted = identify(arm, (quiet,), options=replace_method("ls"))
+        named = true_base_parameters(fitted.base, truth)
+        right = np.array([named[name] for name in fitted.base.names])
+        return float(np.abs(fitted.least_squares.beta / right - 1.0).max())
+
+    assert off() < 0.002
+    assert off(decimation_filter="chebyshev") > 0.02
 
 
 def test_a_lag_that_nobody_stated_widens_the_interval_of_what_it_reads_as(recording: Recording) -> None:

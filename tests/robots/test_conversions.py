@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 import robots
 from robots.arrays import FloatArray
+from robots.standard import EITHER_UNIT, torque_unit, torque_units_of
 
 TX40 = robots.load("tx40")
 values = st.floats(-10, 10)
@@ -63,6 +64,13 @@ def test_names_and_units() -> None:
         "N",
         "N",
     ]
+
+
+def test_the_unit_of_a_joints_torque_is_known_from_a_model_without_its_arm() -> None:
+    assert [joint.torque_unit for joint in robots.load("emps").joint] == [torque_unit("prismatic")] == ["N"]
+    assert TX40.joint[0].torque_unit == torque_unit("revolute") == "N·m"
+    units = {"ZZ1R": "kg·m²", "Fc1": "N·m", "Fv2": "N·s/m", "Iam3": "kg", "Fc5": "km"}
+    assert torque_units_of(units, 5) == ("N·m", "N", "N", EITHER_UNIT, EITHER_UNIT)
 
 
 @pytest.mark.parametrize("symbol", ["Fv1", "Fvx", "Q", "", "3"])

@@ -18,7 +18,7 @@ from tests.robots.conftest import RobotFolder
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -1e308]", "gravity[3]", "-1e+308 is too small"),
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -0.981]", "gravity", "has length 0.981 m/s²"),
         ("gain = 9.05", "gain = 1e-320", "drive[4].gain", "is too small"),
-        ("gain = 9.05", "gain = 90.5", "drive[4].gain", "is 460.7 N·m (or N); the joints' torque limits ask"),
+        ("gain = 9.05", "gain = 90.5", "drive[4].gain", "is 460.7 N·m; the joints' torque limits ask"),
         ("gear = 48.0", f"gear = {57 * 48.0}", "drive[4].gear", "makes a motor speed of 1.87e+05 min⁻¹"),
         ("velocity = 7.155", "velocity = 0.0001", "joint[4].velocity", "is too small"),
         ("acceleration = 20.0", "acceleration = 2000.0", "joint[1].jerk", "limit of joint_1 in 500 s"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivers.simulated.drawing import shapes
+from drivers.simulated.drawing import foot, shapes
 from drivers.simulated.drawing.places import (
     Axes,
     delay_places,
@@ -79,6 +79,12 @@ EFFECTS: dict[str, Recipe] = {
         "directional_efficiency", "drive", lambda m, s: {"driving": 0.4 * m, "driven": 0.15 * m}
     ),
     "drifting_friction": _one("drifting_friction", "drive", shapes.drift_sized, shapes.drift),
+    "temperature_viscous_friction": _one(
+        "temperature_viscous_friction",
+        "drive",
+        lambda m, s: s | {"start": 60.0 * m * s["start"]},
+        lambda rng, place: {"start": shapes.sign(rng), "time_constant": shapes.between(rng, 4.0, 20.0)},
+    ),
     "position_dependent_friction": _one(
         "position_dependent_friction", "drive", shapes.wave_sized, shapes.wave
     ),
@@ -118,6 +124,7 @@ EFFECTS: dict[str, Recipe] = {
     "payload": Recipe(whole_arm, shapes.payload_shape, shapes.payload_entries),
     "gravity_spring": _one("gravity_spring", "joint", shapes.spring_sized, shapes.spring),
     "base_tilt": Recipe(whole_arm, shapes.tilt_shape, shapes.tilt_entries),
+    "base_compliance": Recipe(whole_arm, foot.shape, foot.entries),
     "time_delay": Recipe(delay_places, shapes.delay_shape, shapes.delay_entries),
     "cable_spring": _one("cable_spring", "joint", shapes.cable_sized, shapes.cable),
     "dress_pack_hysteresis": _one("dress_pack_hysteresis", "joint", shapes.pack_sized, shapes.pack),

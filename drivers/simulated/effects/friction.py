@@ -147,6 +147,24 @@ class DriftingFriction(DriveEntry):
         drive["viscous_per_kelvin"] = self.viscous_per_kelvin
 
 
+class TemperatureViscousFriction(DriveEntry):
+    sentence: ClassVar[str] = (
+        "oil that gets thinner as the gear warms, beside dry friction that does not change"
+    )
+    per_kelvin: float = Field(default=-0.015, ge=-0.2, le=0.0, description="relative change of Fv, 1/K")
+    start: Finite = Field(default=0.0, description="oil above the temperature of the figures at the start, K")
+    ambient: Finite = Field(default=0.0, description="surroundings above the same, K")
+    heating: NonNegative = Field(default=0.3, description="final warmth per power of friction, K/W")
+    time_constant: Positive = Field(default=60.0, description="of warming and cooling, s")
+
+    def fill(self, drive: np.void) -> None:
+        drive["viscous_per_kelvin"] += self.per_kelvin
+        drive["start_warmth"] = self.start
+        drive["ambient_warmth"] = self.ambient
+        drive["heating"] = self.heating
+        drive["warming_time"] = self.time_constant
+
+
 def _add_of_load(drive: np.void, driving: float, driven: float, time: float) -> None:
     """Friction in N·m per N·m of load, which the level counts in units of the Coulomb torque."""
     unit = drive["coulomb"] if drive["coulomb"] > 0 else np.inf

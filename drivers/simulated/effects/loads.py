@@ -48,6 +48,15 @@ class BaseTilt(Entry):
     pitch: Tilt = Field(default=0.0, description="rad")
 
 
+class BaseCompliance(Entry):
+    sentence: ClassVar[str] = (
+        "a foot that gives way: the whole arm rocks about the base's x axis, y axis, or both"
+    )
+    roll: Positive | None = Field(default=None, description="stiffness about x, N·m/rad; firm where absent")
+    pitch: Positive | None = Field(default=None, description="stiffness about y, N·m/rad; firm where absent")
+    plate: NonNegative = Field(default=0.5, description="moment of inertia of the foot itself, kg·m²")
+
+
 class CableSpring(JointEntry):
     sentence: ClassVar[str] = "a cable or dress pack that pulls back, stiffer the further it is bent"
     stiffness: NonNegative = Field(default=0.0, description="N·m/rad")

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from drivers.simulated.effects.entry import DriveEntry, JointEntry
-from drivers.simulated.physics import compliance
-from drivers.simulated.physics.chain import chain_of
+from drivers.simulated.physics import base, compliance
+from drivers.simulated.physics.chain import Chain, chain_of
 from drivers.simulated.physics.records import DRIVE, JOINT, Arm, Harmonics, Plane, Records
 from drivers.simulated.scenario import EMPTY, Scenario
 from drivers.simulated.truth import PlantTruth
@@ -79,6 +79,7 @@ def assemble(robot: Robot, truth: PlantTruth, scenario: Scenario, model: pin.Mod
         ripple=_ripple(robot, scenario),
         kinematic=_kinematic(robot, scenario),
         plane=_plane(scenario),
+        base=_base(robot, scenario, chain),
         crosstalk=_crosstalk(robot.n, scenario),
         step_time=step,
         substeps=compliance.substeps(drives, resonance, step),
@@ -172,6 +173,19 @@ def _plane(scenario: Scenario) -> Plane:
     return Plane(
         normal / length, contact.distance, contact.stiffness, contact.damping, np.array(contact.point)
     )
+
+
+def _base(robot: Robot, scenario: Scenario, chain: Chain) -> base.Base:
+    if scenario.base_compliance is None:
+        return base.firm(chain)
+    return base.soft(chain, scenario.base_compliance, inertia_on_foot(robot, chain))
+
+
+def inertia_on_foot(robot: Robot, chain: Chain) -> FloatArray:
+    """(2,) of the arm's links about x and y of its foot, in the home posture, kg·m²."""
+    rocking = base.rocking_chain(chain, (0, 1), 0.0)
+    mass = compliance.links_at(rocking, np.array([0.0, 0.0, *robot.home]))
+    return np.diag(mass)[:2].copy()
 
 
 def _crosstalk(n: int, scenario: Scenario) -> FloatArray:

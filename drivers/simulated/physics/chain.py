@@ -64,7 +64,7 @@ def chain_of(model: pin.Model, gravity: FloatArray) -> Chain:
     before = np.eye(3)
     for j in range(n):
         slides[j], axis = _axis(model, j + 1)
-        align = _align_z(axis)
+        align = frame_along(axis)
         placement = model.jointPlacements[j + 1]
         rotation[j] = (before.T @ placement.rotation @ align).ravel()
         offset[j] = before.T @ placement.translation
@@ -86,7 +86,7 @@ def _axis(model: pin.Model, joint: int) -> tuple[bool, FloatArray]:
     return slides, motion[:3] if slides else motion[3:]
 
 
-def _align_z(axis: FloatArray) -> FloatArray:
+def frame_along(axis: FloatArray) -> FloatArray:
     """A rotation (3 × 3) whose third column is the axis; the identity for z itself."""
     z = axis / np.linalg.norm(axis)
     other = np.eye(3)[0] if abs(z[0]) < 0.9 else np.eye(3)[1]

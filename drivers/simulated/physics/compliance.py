@@ -41,7 +41,7 @@ class Resonance:
         smallest = np.full(len(transmission), np.inf)
         typical = []
         for _ in range(_POSTURES):
-            links = _links_at(chain, rng.uniform(robot.lower, robot.upper))
+            links = links_at(chain, rng.uniform(robot.lower, robot.upper))
             # A shaft that no body hangs on still has its joint's smallest share of the arm.
             mobility = np.einsum("ij,jk,ik->i", transmission, np.linalg.pinv(links), transmission)
             inertia = 1.0 / np.maximum(mobility, 1e-12)
@@ -60,7 +60,7 @@ class Resonance:
         return float(math.sqrt(stiffness * (1.0 / self._rotor[drive] + 1.0 / self._smallest_output[drive])))
 
 
-def _links_at(chain: Chain, position: FloatArray) -> FloatArray:
+def links_at(chain: Chain, position: FloatArray) -> FloatArray:
     matrix = np.zeros((len(position), len(position)))
     compiled.links(chain, position, matrix)
     return matrix

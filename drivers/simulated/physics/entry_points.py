@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from drivers.simulated.physics import loads, loop, step
+from drivers.simulated.physics import base, loads, loop, step
 from drivers.simulated.physics.chain import Chain, mass_matrix, place
 from drivers.simulated.physics.chain import bias as chain_bias
 from drivers.simulated.physics.compile import entry, on_disk, source_digest
@@ -54,6 +54,8 @@ def _made(digest: int) -> EntryPoints:  # noqa: C901 - functions side by side, n
         for j in range(len(motion.right)):
             motion.right[j] = 0.0
         chain_bias(arm.chain, motion.right, motion.loads)
+        if len(arm.base.stiffness) > 0:
+            base.lean(arm.base, motion.rocking, motion.position, motion.loads)
         loads.add_joint_loads(
             arm.joints, motion.joints, motion.position, motion.right, motion.push, motion.loads
         )

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.simulated.physics.base import Base
 from drivers.simulated.physics.chain import Chain
 from robots.arrays import BoolArray, FloatArray
 
@@ -194,6 +195,7 @@ class Arm(NamedTuple):
     ripple: Harmonics
     kinematic: Harmonics
     plane: Plane
+    base: Base
     crosstalk: FloatArray
     """(n, n) share of each drive's torque that turns up at another one."""
     step_time: float
@@ -232,11 +234,13 @@ class Motion(NamedTuple):
     """(n,) scratch; between steps the change of the joints' speeds in the last one."""
     coming: FloatArray
     """(n,) scratch: the joints' speeds in the middle of the coming step."""
+    rocking: FloatArray
+    """(3, b) angles of the foot, their rates, and the rates' change in the last step."""
     tool: FloatArray
     """(n, 15) scratch: axis of each joint, its origin, and frame, in the base frame."""
 
 
-def resting(position: FloatArray, drives: int) -> Motion:
+def resting(position: FloatArray, drives: int, base: int = 0) -> Motion:
     """An arm at a posture, not moving, all brakes engaged; motor positions are still to be set."""
     n = len(position)
     return Motion(
@@ -255,5 +259,6 @@ def resting(position: FloatArray, drives: int) -> Motion:
         matrix=np.zeros((n, n)),
         right=np.zeros(n),
         coming=np.zeros(n),
+        rocking=np.zeros((3, base)),
         tool=np.zeros((n, 15)),
     )

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.simulated.physics import chain, friction, gear, loads
+from drivers.simulated.physics import base, chain, friction, gear, loads
 from drivers.simulated.physics.compile import inlined, inner
 from drivers.simulated.physics.records import Arm, Harmonics, Motion, Record, Records
 from robots.arrays import BoolArray, FloatArray
@@ -48,6 +48,8 @@ def posture(arm: Arm, motion: Motion) -> None:
     chain.place(arm.chain, motion.position)
     chain.mass_matrix(arm.chain, motion.mass)
     chain.bias(arm.chain, motion.coming, motion.loads)
+    if len(arm.base.stiffness) > 0:
+        base.posture(arm.base, motion.rocking, motion.position, motion.coming, motion.mass, motion.loads)
     loads.add_joint_loads(
         arm.joints, motion.joints, motion.position, motion.velocity, motion.push, motion.loads
     )
@@ -198,6 +200,8 @@ def _substep(arm: Arm, motion: Motion, step: float) -> bool:
         motion.right[j] = -step * motion.loads[j]
         for k in range(n):
             motion.matrix[j, k] = motion.mass[j, k]
+    if len(arm.base.stiffness) > 0:
+        base.eliminate(arm.base, motion.rocking, motion.matrix, motion.right, step)
     _couple_drives(
         arm.drives,
         motion.motors,
@@ -216,6 +220,8 @@ def _substep(arm: Arm, motion: Motion, step: float) -> bool:
         for j in range(n):
             motion.velocity[j] += motion.right[j]
             motion.position[j] += step * motion.velocity[j]
+        if len(arm.base.stiffness) > 0:
+            base.follow(arm.base, motion.rocking, motion.right, step)
         _move_drives(
             arm.drives,
             motion.motors,
@@ -275,5 +281,6 @@ def advance(arm: Arm, motion: Motion) -> int:
         _age(arm.drives, motion.motors, motion.clock, arm.step_time)
         if motion.braked.all() and settled(arm.drives, motion.motors, arm.transmission, motion.velocity):
             _rest(motion.motors, motion.joints, motion.velocity, motion.right)
+            motion.rocking[1:] = 0.0
             motion.at_rest[0] = True
     return state

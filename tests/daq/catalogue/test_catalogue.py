@@ -123,15 +123,20 @@ def test_a_model_comes_back_bit_for_bit(catalogue: Catalogue) -> None:
 def test_the_course_of_a_parameter(catalogue: Catalogue) -> None:
     made = [models.add(catalogue, finished_run(catalogue).id, model(seed)) for seed in range(3)]
     models.add(catalogue, finished_run(catalogue, "emps").id, model(9))
-    course = models.trend(catalogue, made[0].arm_id, "Fv2")
-    assert [point.value for point in course] == [entry.parameters[1].value for entry in made]
-    assert [point.sigma for point in course] == [entry.parameters[1].sigma for entry in made]
-    assert [point.model_id for point in course] == [entry.id for entry in made]
-    assert all(a.at <= b.at for a, b in pairwise(course))
-    assert [point.run_id for point in course] == [entry.run_id for entry in made]
-    assert [point.at for point in course] == [runs.get(catalogue, entry.run_id).started for entry in made]
-    assert len(models.trend(catalogue, made[0].arm_id)) == 15
-    assert models.trend(catalogue, made[0].arm_id, since=datetime.now(tz=UTC)) == ()
+    (course,) = models.courses(catalogue, made[0].arm_id, "Fv2")
+    assert course.values.tolist() == [entry.parameters[1].value for entry in made]
+    assert course.sigmas.tolist() == [entry.parameters[1].sigma for entry in made]
+    assert course.models.tolist() == [entry.id for entry in made] and (course.name, course.unit) == (
+        "Fv2",
+        "N·m·s",
+    )
+    assert all(a <= b for a, b in pairwise(course.at))
+    assert course.runs.tolist() == [entry.run_id for entry in made]
+    assert list(course.at) == [runs.get(catalogue, entry.run_id).started for entry in made]
+    assert course.seconds.tolist() == [at.timestamp() for at in course.at]
+    every = models.courses(catalogue, made[0].arm_id)
+    assert [(one.name, len(one.values)) for one in every] == [(f"Fv{k}", 3) for k in range(1, 6)]
+    assert models.courses(catalogue, made[0].arm_id, "Fc1") == ()
 
 
 def test_a_baseline_and_everything_that_is_said_of_it(catalogue: Catalogue) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from datetime import timedelta
 from pathlib import Path
@@ -205,7 +206,11 @@ def test_two_runs_side_by_side(pair: tuple[Path, Path], ask: Any, armhil: Call) 
     assert all(entry["difference"] == 0.0 for entry in same["parameters"])
     assert same["torque_difference"] == {"rms": [0.0], "share_percent": [0.0]}
     code, out, _ = armhil("compare", 1, 2)
-    assert code == 0 and "Torque between them on the motion of run 1" in out
+    said = " ".join(out.split())
+    assert code == 0 and re.search(
+        r"Torque between them on the motion of run 1, rms per joint: [\d.]+ N \(", said
+    )
+    assert len(re.findall(r"rms per joint [\d.]+ N\b", said)) == 2 and "N·m" not in said, "its axis slides"
     pair[0].unlink()
     assert ask("compare", 1, 2)["torque_reason"] == f"run 1: its recording {pair[0]} is gone"
 

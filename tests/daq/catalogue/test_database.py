@@ -16,7 +16,7 @@ import pytest
 import sqlalchemy
 from sqlalchemy import Connection, text
 
-from daq.catalogue import arms, baselines, findings, models, runs, schema
+from daq.catalogue import arms, baselines, checks, findings, models, runs, schema
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description, difference
 from daq.catalogue.location import catalogue_url
@@ -222,6 +222,34 @@ def test_a_description_of_version_3_was_its_robot_toml_alone(url: str) -> None:
         assert difference(catalogue, "d" * 64, now) == "its parts were not kept"
 
 
+def test_runs_of_version_5_are_owed_only_where_a_verdict_is_missing(url: str) -> None:
+    """Every run named its process for ever; settling asked all of them whether it is still there."""
+    with Catalogue(url) as catalogue:
+        ids = {}
+        for name, kind in (("running", "run"), ("over", "run"), ("judged", "check"), ("unjudged", "check")):
+            ids[name] = runs.begin(catalogue, identity(), kind).id
+            if name != "running":
+                runs.finish(catalogue, ids[name], "completed")
+        checks.add(catalogue, ids["judged"], "ok", "fine", {})
+
+        def owed() -> set[str]:
+            return {name for name, number in ids.items() if runs.get(catalogue, number).process}
+
+        assert owed() == {"running", "unjudged"}
+        with catalogue.writing() as connection:
+            connection.execute(text("UPDATE runs SET process = 'elsewhere:1:0'"))
+            for index in ("newest_run_of_arm", "newest_check_of_arm", "owed_runs"):
+                connection.execute(text(f"DROP INDEX {index}"))
+            connection.execute(text("UPDATE schema_version SET version = 5"))
+        assert len(owed()) == 4
+    with Catalogue(url) as catalogue:
+        assert owed() == {"running", "unjudged"}
+        with catalogue.reading() as connection:
+            known = sqlalchemy.inspect(connection).get_multi_indexes()
+            kept = {index["name"] for indexes in known.values() for index in indexes}
+        assert {"newest_run_of_arm", "newest_check_of_arm", "owed_runs"} <= kept
+
+
 def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, object], ...]) -> NewFinding:
     return NewFinding(
         effect=effect,
@@ -237,7 +265,7 @@ def _finding(effect: str, joints: tuple[int, ...], parameters: tuple[dict[str, o
 
 def test_the_tables_are_pinned_to_their_version() -> None:
     """Whoever changes a table has to raise VERSION, write the step, and change this list."""
-    assert schema.VERSION == 5
+    assert schema.VERSION == 6
     found = {table.name: len(table.columns) for table in schema.metadata.sorted_tables}
     assert found == {
         "arms": 7,

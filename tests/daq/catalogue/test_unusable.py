@@ -13,6 +13,7 @@ import pytest
 
 from daq.catalogue import database, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.schema import VERSION
 from daq.catalogue.values import CatalogueError
 from tests.daq.calls import Call
 from tests.daq.catalogue.entries import identity
@@ -70,7 +71,8 @@ def folder(file: Path) -> None:
     [
         (
             newer,
-            "has version 99 of a newer armhil; allowed: up to 5; install that newer one, or name another",
+            f"has version 99 of a newer armhil; allowed: up to {VERSION}; install that newer one,"
+            " or name another",
         ),
         (cut, "the file is damaged: put a backup in its place, or move it away"),
         (text, "file is not a database; name another in $ARMHIL_CATALOGUE, or move it away"),

@@ -6,7 +6,9 @@ the same models, comparisons and verdicts bit for bit. ``benchmarks/fleet.py`` s
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -206,3 +208,28 @@ def test_options_that_would_be_ignored_are_refused(
     with pytest.raises(SystemExit) as ended:
         entry.main()
     assert ended.value.code == 2 and said in capsys.readouterr().err
+
+
+FATAL = "fatal.mcap"
+"""Whoever is given it dies, as by the kernel's out-of-memory killer."""
+
+
+def deadly(order: AnalysisOrder) -> Path:
+    """In place of an identification, in a process of joblib's."""
+    if order.capture.name == FATAL:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return order.capture
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["loky", "dask"])
+def test_a_process_that_dies_takes_its_own_arm_along_and_no_other(
+    backend: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, no_leftovers: None
+) -> None:
+    monkeypatch.setattr(analysis, "tried", deadly)
+    captures = [Path(name) for name in ("a", FATAL, "b")]
+    first, died, last = analysis.analyse_all([AnalysisOrder("emps", c) for c in captures], backend, 2)
+    assert (first, last) == (captures[0], captures[2])
+    assert isinstance(died, CheckError)
+    assert f"{FATAL}: the process that identified it has died, twice" in str(died)
+    assert "is done one by one" in caplog.text

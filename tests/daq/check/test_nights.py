@@ -74,7 +74,7 @@ def test_wear_is_told_with_the_run_that_it_began_with(
         (arm,) = arms.every(catalogue)
         states = [record.details["state"] for record in checks.of_arm(catalogue, arm.id)]
         assert states[:2] == ["changed", "changed"] and set(states[2:]) == {"unchanged"}
-        assert len(models.trend(catalogue, arm.id, "Fc1")) == len(states)
+        assert len(models.courses(catalogue, arm.id, "Fc1")[0].values) == len(states)
 
 
 def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(

@@ -57,3 +57,17 @@ def test_small_steps_and_those_of_an_arm_that_is_known_are_left_to_the_other_rul
     assert first_told(nights, 3) is None
     nights[3:, 1] *= 1.8 / 1.25
     assert not residual_increase_of(nights[:LEARNING], tuple(nights[LEARNING]))
+
+
+def test_a_residual_that_creeps_is_told_beside_the_first_nights() -> None:
+    """By 0.6 % a night it is never 1.3 times the largest before, and doubles in four months."""
+    nights = drawn(180, 5, spread=0.03)
+    nights[40:, 4] *= np.exp(0.006 * np.arange(140))
+    told = first_told(nights, 1)
+    assert told is not None and told[1] == (5,) and 95 <= told[0] <= 125, told
+
+
+def test_seasons_are_no_creep() -> None:
+    """18 K between the first nights and the coldest, at 1.6 % a kelvin (the largest of six arms)."""
+    nights = drawn(366, 6, spread=0.045) * np.exp(-0.016 * 9.0 * np.cos(np.arange(366) / 58.1))[:, None]
+    assert first_told(nights, 1) is None

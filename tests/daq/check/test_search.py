@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from daq.catalogue import arms, baselines, checks, findings
+from daq.catalogue import arms, baselines, checks, findings, models
 from daq.catalogue.database import Catalogue
 from daq.check import check as check_module
 from daq.check import residual
 from daq.check.check import run_check
+from daq.check.judged import INVALID, night_state
 from daq.check.nights import nights_since
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import residual_increase_of
 from daq.session.bench import ArmOrder
 from daq.text.progress import Silent
 from drivers import Channel
+from ident.results import Identification
 from robots import Robot
+from robots.arrays import FloatArray
 from tests.daq.check.offline_arms import record_offline, write_motion
 
 RISE, SPEED = 2.0, 0.1
@@ -93,6 +97,39 @@ def test_a_grown_residual_is_a_warning_on_every_night_that_has_it(
         names = found.fitted.base.names
         assert [n.clean for n in nights_since(catalogue, baseline, sha256, names)] == [True, False, False]
         assert len(checks.clean_models(catalogue, baseline)) == 2
+
+
+def test_a_night_that_its_model_does_not_explain_teaches_nothing(
+    check: Check, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor does it change the order of the others: the residual is judged beside the nights, oldest first."""
+    seen: list[FloatArray] = []
+
+    def noted(before: FloatArray, tonight: tuple[float, ...]) -> residual.ResidualIncrease:
+        seen.append(before)
+        return ()
+
+    monkeypatch.setattr(residual, "residual_increase_of", noted)
+    with Catalogue() as catalogue:
+        first = check(catalogue)
+        baselines.accept(catalogue, first.model, "Ada", "first", None)
+        second = check(catalogue)
+        with monkeypatch.context() as patched:
+            patched.setattr(Identification, "trusted", property(lambda self: False))
+            doubted = check(catalogue)
+        third = check(catalogue)
+        assert doubted.verdict is Verdict.WARNING and "does not explain the arm" in doubted.sentence
+        check(catalogue)
+        rms = [float(models.get(catalogue, night.model).torque_rms[0]) for night in (first, second, third)]
+        assert list(seen[-1][:, 0]) == rms and len(set(rms)) == 3
+        baseline = third.baseline
+        assert baseline is not None
+        assert checks.clean_models(catalogue, baseline) == {1, 2, 4, 5}
+        accepted, result = models.get(catalogue, first.model), third.fitted.result
+        invalid = replace(result, test=replace(result.test, verdict=INVALID))
+        untrusted = replace(third.fitted, result=invalid)
+        assert night_state(third.comparison, untrusted, accepted) == "doubtful"
+        assert night_state(third.comparison, untrusted, replace(accepted, verdict=INVALID)) == "unchanged"
 
 
 def test_a_residual_has_grown_only_beyond_all_nights_before() -> None:

@@ -16,8 +16,10 @@ from scipy.io import savemat
 
 import robots
 from daq.files.toml_text import toml_text
+from daq.importing.captures import capture_recordings
 from daq.importing.import_map import ControlSignal, ImportMap, Position, Time, Torque, load_import_map
-from daq.importing.load import LoadedRecordings, capture_recordings, load_recording
+from daq.importing.load import load_recording
+from daq.importing.loaded import LoadedRecordings
 from daq.recording.capture import CaptureError
 from daq.recording.reader import read_capture
 from ident import Fitted, identify

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.importing.load import load_capture
+from daq.importing.captures import load_capture
 from daq.recording.capture import CaptureError
 from daq.recording.mcap_file import MAGIC
 from daq.recording.reader import read_capture, read_frames

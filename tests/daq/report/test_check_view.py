@@ -13,7 +13,8 @@ import pytest
 from daq.check.judged import comparison_json
 from daq.report.check_view import check_view
 from daq.report.page import render
-from ident.drift import compare, patterns_of
+from ident.drift import Comparison, DriftSettings, compare, patterns_of
+from ident.drift.words import sentence_of
 from tests.daq.report.contents import content
 from tests.ident.drift.arms_of_nights import draw_nights, geometry
 
@@ -21,8 +22,8 @@ BASELINE, TONIGHT = ("run 3", "accepted 2026-10-01 by <Ada>"), ("run 47", "2026-
 
 
 @pytest.fixture(scope="module")
-def compared() -> dict[str, dict[str, Any]]:
-    """As the catalogue keeps them: friction of joint 2 + 40 % on the fourth night, and fine."""
+def comparisons() -> dict[str, Comparison]:
+    """Friction of joint 2 + 40 % on the fourth night, and fine."""
     made = geometry(friction=12.0)
     pattern = next(p for p in patterns_of(made) if (p.effect, p.joint) == ("coulomb_friction", 2))
     assert pattern.scale is not None
@@ -30,8 +31,13 @@ def compared() -> dict[str, dict[str, Any]]:
     nights = [
         replace(n, celsius=None) for n in draw_nights(made, 4, 1, change=change, first=3, per_kelvin=0.0)
     ]
-    found = {"changed": compare(nights[0], nights[1:], made), "fine": compare(nights[0], nights[1:3], made)}
-    return {name: json.loads(json.dumps(comparison_json(one))) for name, one in found.items()}
+    return {"changed": compare(nights[0], nights[1:], made), "fine": compare(nights[0], nights[1:3], made)}
+
+
+@pytest.fixture(scope="module")
+def compared(comparisons: dict[str, Comparison]) -> dict[str, dict[str, Any]]:
+    """As the catalogue keeps them."""
+    return {name: json.loads(json.dumps(comparison_json(one))) for name, one in comparisons.items()}
 
 
 def page(verdict: str, details: dict[str, Any], sentence: str = "said & done") -> str:
@@ -85,6 +91,21 @@ def test_a_check_of_before_has_a_page_too(compared: dict[str, dict[str, Any]]) -
     assert view.usual == () and not view.picture and view.tolerance == "3\u00a0%"
     assert view.moved[0].warmth == "–" and view.joints[1].beyond
     assert "Coulomb friction of joint 2" in render(replace(content(), check=view))
+
+
+def test_a_joint_that_slides_takes_a_force(
+    compared: dict[str, dict[str, Any]], comparisons: dict[str, Comparison]
+) -> None:
+    """Joint 2 is the one whose friction has moved; an older check does not say of which kind it is."""
+    for units, unit in ((["N·m", "N", *["N·m"] * 4], "N"), ("old", "N·m or N")):
+        found = {**compared["changed"], "torque_units": units}
+        view = check_view("failed", "x", {"comparison": found}, BASELINE, TONIGHT)
+        shown = text(render(replace(content(), check=view)))
+        first = shown[: shown.index("What the verdict rests on")]
+        assert f" {unit} rms on joint 2;" in first and f" {unit} on joint 2 " in first
+        assert re.search(rf" 2 [0-9.]+ {unit} ▲", first) and view.warnings == ()
+    words = replace(comparisons["changed"], torque_units=("N",) * 6)
+    assert " N rms on joint 2," in sentence_of(words, 4, DriftSettings()).sentence
 
 
 def test_an_identification_by_itself_has_no_check() -> None:

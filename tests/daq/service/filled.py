@@ -11,7 +11,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import ArmIdentity, CatalogueParameter, NewFinding, NewModel
 
 NAMES = ("ZZ1R", "Fv1", "Fc1", "off1")
-UNITS = ("kg·m²", "N·m·s/rad", "N·m", "N·m")
+UNITS = ("kg", "N·s/m", "N", "N")
 
 
 def fill(catalogue: Catalogue, folder: Path, nights: int = 12) -> str:
@@ -110,6 +110,7 @@ def _comparison(changed: bool) -> dict[str, object]:
         "changes": [change] if changed else [],
         "torque_change": [1.0],
         "torque_rms": [10.0],
+        "torque_units": ["N"],
         "large": changed,
         "colder": 0.5,
         "usual": [],

@@ -14,7 +14,7 @@ from daq.catalogue import baselines, runs
 from daq.catalogue.database import Catalogue
 from daq.files.checksum import file_sha256
 from daq.keeping.prune import plan_prune, prune
-from daq.recording.who import now
+from daq.recording.who import now, this_process
 from daq.service.app import create_app
 from daq.service.settings import Service
 
@@ -90,7 +90,7 @@ def test_two_services_settle_an_abandoned_run_once(
     with filled.writing() as connection:
         connection.exec_driver_sql(
             "UPDATE runs SET state = 'running', outcome = '', process = ? WHERE id = ?",
-            (f"{gone.process.split(':')[0]}:999999999:0", gone.id),
+            (f"{this_process().split(':')[0]}:999999999:0", gone.id),
         )
     with ThreadPoolExecutor(4) as pool:
         codes = list(pool.map(lambda client: client.get("/runs").status_code, (*two, *two)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -60,6 +61,26 @@ def test_details_of_checks_stay_in_the_database(client: TestClient, filled: Cata
         client.get(path)
     whole = [statement for statement in asked if re.search(r"(?<!\()checks\.details", statement)]
     assert asked and whole == []
+
+
+@pytest.mark.parametrize("path", ["/", "/api/arms", "/arms/emps-sim", "/metrics", "/runs", "/runs/12"])
+def test_no_page_reads_years_of_nights_to_find_the_newest(
+    client: TestClient, filled: Catalogue, path: str
+) -> None:
+    """Of runs, models and checks only what an index leads to: no table is read from end to end."""
+    client.get(path)
+    with counted() as asked:
+        client.get(path)
+    plans = []
+    with sqlite3.connect(str(filled.url.database)) as connection:
+        for statement in asked:
+            if statement.startswith("SELECT"):
+                values = (1,) * statement.count("?")
+                rows = connection.execute(f"EXPLAIN QUERY PLAN {statement}", values).fetchall()
+                plans += [row[3] for row in rows]
+    assert plans
+    scans = [plan for plan in plans if re.fullmatch(r"SCAN (runs|checks|models|parameters)", plan)]
+    assert scans == (["SCAN runs"] if path == "/runs" else [])  # newest first, and ends at its limit
 
 
 def test_metrics_are_of_the_newest_check_though_they_are_remembered(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime, timedelta
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +12,12 @@ from markupsafe import escape
 
 from daq.catalogue import arms, runs
 from daq.catalogue.database import Catalogue
-from daq.catalogue.values import ArmIdentity, TrendPoint
+from daq.catalogue.values import ArmIdentity, Course
 from daq.service.app import create_app
 from daq.service.pages import _first_choice
 from daq.service.settings import Service
 from daq.service.trends import trend_of
+from tests.daq.service.test_trends import course_of
 
 PAGES = (
     "/",
@@ -137,30 +138,20 @@ def test_a_check_without_a_verdict_is_no_fine_arm(client: TestClient, filled: Ca
 
 def test_the_band_is_of_clean_nights(client: TestClient) -> None:
     """A night on which something was found widens nothing; a few nights make no band."""
-    at = datetime(2026, 1, 1, tzinfo=UTC)
     values = [10.0, 10.1, 9.9, 10.05, 9.95, 20.0]
-    points = [
-        TrendPoint(
-            run_id=k, model_id=k, at=at + timedelta(days=k), name="Fc1", value=v, sigma=0.01, unit="N·m"
-        )
-        for k, v in enumerate(values)
-    ]
-    trend = trend_of(points, 0, {0, 1, 2, 3, 4})
+    points = course_of(values, 0.01)
+    trend = trend_of(points, 1, {1, 2, 3, 4, 5})
     assert trend.low == pytest.approx(10.0 - 3 * np.std(values[:5], ddof=1))
     assert [inside for *_, inside in trend.points] == [False, True, True, True, True, True]
-    few = trend_of(points, 0, {0, 1, 2, 3})
+    few = trend_of(points, 1, {1, 2, 3, 4})
     assert (few.low, few.high, few.clean) == (None, None, 4)
 
 
 def test_what_moved_farthest_is_shown_first() -> None:
     """In σ of the difference, where the last check named nothing that there is a trend of."""
 
-    def course(name: str, sigma: float, *values: float) -> list[TrendPoint]:
-        at = datetime(2026, 1, 1, tzinfo=UTC)
-        return [
-            TrendPoint(model_id=k, run_id=k, at=at, name=name, value=value, sigma=sigma, unit="N·m")
-            for k, value in enumerate(values)
-        ]
+    def course(name: str, sigma: float, *values: float) -> Course:
+        return replace(course_of(list(values), sigma), name=name)
 
     trends = {
         "ZZ1R": course("ZZ1R", 1.0, 10.0, 90.0, 11.0),
@@ -168,7 +159,7 @@ def test_what_moved_farthest_is_shown_first() -> None:
         "off1": course("off1", 0.0, 0.0, 0.0, 9.0),
     }
     assert _first_choice(trends, None) == "Fv1"
-    assert _first_choice({"ZZ1R": trends["ZZ1R"][:1], "Fv1": trends["Fv1"][:1]}, None) == "ZZ1R"
+    assert _first_choice({"ZZ1R": course("ZZ1R", 1.0, 10.0), "Fv1": course("Fv1", 0.1, 2.0)}, None) == "ZZ1R"
     assert _first_choice({}, None) == ""
 
 

@@ -8,19 +8,19 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from daq.catalogue.values import TrendPoint
+from daq.catalogue.values import Course
 from daq.service.trends import axis_of, time_ticks, trend_of
 
 START = datetime(2026, 3, 1, 2, 30, tzinfo=UTC)
 
 
-def points(values: list[float], sigma: float, apart: timedelta = timedelta(days=1)) -> list[TrendPoint]:
-    return [
-        TrendPoint(
-            run_id=k + 1, model_id=k + 1, at=START + k * apart, name="Fc2", value=v, sigma=sigma, unit="N·m"
-        )
-        for k, v in enumerate(values)
-    ]
+def course_of(values: list[float], sigma: float, apart: timedelta = timedelta(days=1)) -> Course:
+    """One run each, so far apart."""
+    at = tuple(START + k * apart for k in range(len(values)))
+    numbers = np.arange(len(values)) + 1
+    seconds = np.array([time.timestamp() for time in at])
+    sigmas = np.full(len(values), sigma)
+    return Course("Fc2", "N·m", numbers, numbers, at, seconds, np.array(values), sigmas)
 
 
 def heights(picture: str) -> list[float]:
@@ -37,10 +37,10 @@ def wide(picture: str) -> str:
 def test_flat_noise_stays_flat_and_a_step_does_not(scale: float) -> None:
     rng = np.random.default_rng(0)
     noise = scale * (20.0 + 0.01 * rng.normal(size=60))
-    flat = heights(wide(str(trend_of(points(noise.tolist(), 0.01 * scale), None).picture)))
+    flat = heights(wide(str(trend_of(course_of(noise.tolist(), 0.01 * scale), None).picture)))
     assert max(flat) - min(flat) < 0.15 * 224  # of 260 without the margins
     noise[30:] *= 1.2
-    step = heights(wide(str(trend_of(points(noise.tolist(), 0.01 * scale), None).picture)))
+    step = heights(wide(str(trend_of(course_of(noise.tolist(), 0.01 * scale), None).picture)))
     assert max(step) - min(step) > 0.7 * 224
 
 
@@ -59,7 +59,7 @@ def test_noise_of_a_parameter_near_zero_is_flat_by_its_sigma() -> None:
 )
 def test_labels_of_an_axis_differ_and_lie_where_they_say(value: float, apart: timedelta) -> None:
     course = [value * (1 + 1e-4 * k) for k in range(30)]
-    picture = str(trend_of(points(course, abs(value) * 1e-5, apart), None).picture)
+    picture = str(trend_of(course_of(course, abs(value) * 1e-5, apart), None).picture)
     for kind, height in (("wide", 260), ("narrow", 210)):
         one = next(part for part in picture.split("</svg>") if f'class="trend {kind}"' in part)
         texts = re.findall(r'<text x="([0-9.]+)" y="([0-9.]+)" text-anchor="\w+">([^<]*)</text>', one)
@@ -85,7 +85,7 @@ def test_times_have_as_many_labels_as_there_is_room_for() -> None:
 
 
 def test_each_run_has_its_sigma() -> None:
-    picture = wide(str(trend_of(points([1.0, 1.1, 1.2], 0.05), None).picture))
+    picture = wide(str(trend_of(course_of([1.0, 1.1, 1.2], 0.05), None).picture))
     bars = re.search(r'<path class="sigma" d="([^"]*)"', picture)
     assert bars is not None
     found = [(float(a), float(b)) for a, b in re.findall(r"M[0-9.]+ ([0-9.]+)V([0-9.]+)", bars[1])]

@@ -64,7 +64,7 @@ def test_of_a_gear_that_never_slips_friction_is_known_from_below(
     slipped: bool, measured: float, refused: bool
 ) -> None:
     rows = np.ones(1, dtype=np.bool_)
-    assert (Ways(rows, rows, slipped, measured, 1.0).words(0) is not None) == refused
+    assert (Ways(rows, rows, slipped, measured, 1.0).words(0, "N·m") is not None) == refused
 
 
 def test_a_drive_that_does_not_move_is_taken_by_the_rows_in_which_it_was_to() -> None:

@@ -99,6 +99,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),
         (5, (2.0,), (0.2, 0.1, -0.1, -0.05), 0.005),
     ],
+    "temperature_viscous_friction": [(2, (8.0,), (0.3, 0.0), 0.005), (5, (2.0,), (0.1, -0.05), 0.005)],
     "position_dependent_friction": [(2, (3.0,), (0.5, 0.3), 0.01), (5, (2.0,), (0.3, 0.3), 0.01)],
     "joint_elasticity": [(2, None, (1.0,), 0.1), (1, None, (1.0,), 0.1)],
     "stiffening_elasticity": [(2, None, (1.0,), 0.1)],
@@ -122,6 +123,11 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "payload": [(0, None, (0.5, 0.01, 0.0, 0.05, 0.006, 0.0, 0.006, 0.0, -0.001, 0.001), 0.001)],
     "gravity_spring": [(1, None, (20.0, 5.0), 1e-4)],
     "base_tilt": [(0, None, (0.02, -0.03), 1e-6)],
+    "base_compliance": [
+        (0, (2e-5, 0.0, 0.0), (1.0,), 0.1),
+        (0, (1e-5, 1.0, 2.0), (1.0,), 0.1),
+        (0, (8e-6, 2.0, 0.0), (1.0,), 0.1),
+    ],
     "time_delay": [
         (0, (0.001,), (0.001,), 0.1),
         (3, (0.001,), (0.001,), 0.1),

@@ -194,12 +194,15 @@ def test_friction_over_speed() -> None:
         (placed("nonlinear_viscous_friction", 2, 0.5), [sign * np.sqrt(np.abs(v) / limit), v]),
         (placed("nonlinear_viscous_friction", 2, 3.0), [sign * np.abs(v / limit) ** 3, v]),
         (placed("drifting_friction", 2, 8.0), [fade * sign, fade * v, warm * sign, warm * v]),
+        (placed("temperature_viscous_friction", 2, 8.0), [fade * v, warm * v]),
         (placed("rotor_inertia", 2), [MOTION.acceleration[:, 2]]),
         (placed("current_offset", 2), [np.ones_like(v)]),
     ]
     for effect, values in cases:
-        loose = {"static_friction": 1e-3, "drifting_friction": 0.01}.get(effect.name, 1e-12)
-        np.testing.assert_allclose(effect.columns(MOTION), on_joints(row, *values), atol=loose)
+        loose = {"static_friction": 1e-3, "drifting_friction": 0.01, "temperature_viscous_friction": 0.01}
+        np.testing.assert_allclose(
+            effect.columns(MOTION), on_joints(row, *values), atol=loose.get(effect.name, 1e-12)
+        )
 
 
 def test_a_gear_is_heated_by_its_own_friction() -> None:

@@ -47,6 +47,10 @@ class PresentWith:
         """Torque of the links alone, samples × joints."""
         return self.model.link_torque(state)
 
+    def foot_torque(self, state: State, rocking: FloatArray) -> FloatArray:
+        """Of the links on a foot that rocks, samples × (2 + joints)."""
+        return self.model.foot_torque(state, rocking)
+
     def link_mass_matrix(self, position: FloatArray) -> FloatArray:
         """Of the links alone, samples × joints × joints."""
         return self.model.link_mass_matrix(position)

@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -35,6 +36,31 @@ def inverse_dynamics(path: Path, state: State) -> np.ndarray:
     # The actuators take the offset off their control: what a drive has to give is force + offset.
     mujoco.mj_forward(model, data)
     return np.array(found) - data.qfrc_actuator
+
+
+def torque_in_drake(path: Path, state: State) -> np.ndarray:
+    """Torque (samples, joints) of an SDF that Drake has read by libsdformat, Gazebo's own reader.
+
+    Drake has no dry friction at a joint: that of the file is added.
+    """
+    parsing = pytest.importorskip("pydrake.multibody.parsing", reason="Drake has no wheel for this platform")
+    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.tree import MultibodyForces
+
+    plant = MultibodyPlant(0.0)
+    parsing.Parser(plant).AddModels(str(path))
+    plant.Finalize()
+    context, found = plant.CreateDefaultContext(), []
+    for q, v, a in zip(state.position, state.velocity, state.acceleration, strict=True):
+        plant.SetPositions(context, q)
+        plant.SetVelocities(context, v)
+        forces = MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)  # gravity, damping, springs
+        found.append(plant.CalcInverseDynamics(context, a, forces))
+    friction = [
+        float(one.text or "nan") for one in ET.parse(path).iterfind(".//joint/axis/dynamics/friction")
+    ]
+    return np.array(found) + np.array(friction) * np.sign(state.velocity)
 
 
 def imported(path: Path) -> Any:

@@ -15,7 +15,7 @@ from daq.exporting.elsewhere.export import export_model
 from ident.effects import State
 from robots import Robot
 from tests.daq.exporting.elsewhere.arms import arm_of, known_model, motion, moving, written_model
-from tests.daq.exporting.elsewhere.engines import assert_same, imported, inverse_dynamics
+from tests.daq.exporting.elsewhere.engines import assert_same, imported, inverse_dynamics, torque_in_drake
 
 
 class Case:
@@ -71,6 +71,12 @@ def test_pinocchio_has_the_links_damping_and_friction_of_the_urdf(case: Case) ->
     assert_same(rigid + friction + lacking, case.torque)
     assert any("rotor inertia" in sentence for sentence in case.files["urdf"].lost)
     assert b"rotor inertia" in case.files["urdf"].path.read_bytes()
+
+
+def test_drake_has_the_links_damping_and_friction_of_the_sdf(case: Case) -> None:
+    lacking = case.arm.armature * case.state.acceleration + case.arm.offset + of_couplings(case)
+    assert_same(torque_in_drake(case.files["sdf"].path, case.state) + lacking, case.torque, 1e-5)
+    assert any("rotor inertia" in sentence for sentence in case.files["sdf"].lost)
 
 
 def test_the_pinocchio_module_has_the_whole_torque(case: Case) -> None:

@@ -120,7 +120,7 @@ def test_a_found_effect_is_said_to_be_in_no_file(tx40: Robot, tmp_path: Path) ->
 
 
 def test_the_sdf_says_where_every_link_is(source: Path, tx40: Robot, tmp_path: Path) -> None:
-    """Read without any of the code that wrote it; Drake's reading is in docs/how-to/elsewhere.md."""
+    """Read without any of the code that wrote it, and without an engine."""
     (written,) = export_model(source, tx40, tmp_path / "out", ("sdf",))
     model = ET.parse(written.path).getroot().find("model")
     assert model is not None

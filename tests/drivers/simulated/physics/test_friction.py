@@ -176,6 +176,15 @@ def test_temperature_follows_the_power_of_friction(emps: Robot) -> None:
     assert forces[-1] == pytest.approx(FC * math.exp(-0.02 * warmth), rel=0.01)
 
 
+def test_oil_gets_thinner_and_dry_friction_stays(emps: Robot) -> None:
+    oil = {"drive": 1, "start": 30.0, "per_kelvin": -0.02, "time_constant": 1e6, "heating": 0.0}
+    warm = {"viscous": 100.0, "temperature_viscous_friction": [oil]}
+    slow, fast = (steady_force(emps, speed, **warm) for speed in (0.05, 0.2))
+    thinner = 100.0 * math.exp(-0.02 * 30.0)
+    assert (fast - slow) / 0.15 == pytest.approx(thinner, rel=0.01)
+    assert slow - 0.05 * thinner == pytest.approx(FC, rel=0.01)
+
+
 def test_a_drifting_room_warms_a_gear_without_friction(emps: Robot) -> None:
     drift = {"drive": 1, "ambient": 2.0, "ambient_rate": 3.0, "time_constant": 0.2, "heating": 0.0}
     plant = released(emps, axis_truth(emps), drifting_friction=[drift])

@@ -69,19 +69,40 @@ def test_a_brake_that_rubs_now_and_then() -> None:
     assert np.hypot(found["drag_cos1"][0], found["drag_sin1"][0]) == pytest.approx(wave, rel=0.15)
 
 
-def test_a_dress_pack_that_comes_back_by_another_way() -> None:
-    """On six axes, of which the second has to carry the arm beside it."""
+def test_oil_that_gets_thinner_beside_dry_friction_that_stays() -> None:
+    """Named beside drifting friction, of which it is the half that a warm gear's oil has."""
+    found = values(only("temperature_viscous_friction", {"start": -10.0, "time_constant": 6.0}))
+    viscous = draw_truth(EMPS, TRUTH).parameters["Fv1"]
+    # The plant's oil goes exponentially with temperature: the colder it is, the quicker.
+    assert found["settling_time"][0] == pytest.approx(6.0, rel=0.1)
+    assert found["Fv_oil_cold1"][0] == pytest.approx(viscous * np.expm1(0.015 * 10.0), rel=0.1)
+
+
+def of_six_axes(name: str, effect: object, joints: tuple[int, ...]) -> EvidenceFinding:
+    """The one sure finding on six axes, asked for with all names that it passes for."""
     robot, duration = robots.load("tx40"), 5.0
-    pack = {"joint": 2, "slip": 3.0, "bend": 0.3, "stiffness": 4.0, "centre": 0.2}
-    scenario = hidden({"dress_pack_hysteresis": [pack]})
+    scenario = hidden({name: effect})
     accepted = recorded(robot, 78, Scenario(), 0, 1, duration)
     fit, validation = (recorded(robot, 78, scenario, motion, motion + 2, duration) for motion in (0, 1))
-    names = ("dress_pack_hysteresis", *confused_with("dress_pack_hysteresis"))
-    families = tuple(family_named(name) for name in names)
+    families = tuple(family_named(one) for one in (name, *confused_with(name)))
     question = Question(
         robot, (fit,), (validation,), families, lambda base: prior_by_evidence(base, (accepted,))
     )
     (found,) = (one for one in diagnose_by_evidence(question).findings if one.sure)
-    assert (found.name, found.joints) == ("dress_pack_hysteresis", (2,))
-    assert values(found)["pack_hysteresis2"][0] == pytest.approx(3.0, rel=0.05)
-    assert values(found)["pack_stiffness2"][0] == pytest.approx(4.0, rel=0.1)
+    assert (found.name, found.joints) == (name, joints)
+    return found
+
+
+def test_a_dress_pack_that_comes_back_by_another_way() -> None:
+    """Of the second axis, which has to carry the arm beside it."""
+    pack = {"joint": 2, "slip": 3.0, "bend": 0.3, "stiffness": 4.0, "centre": 0.2}
+    found = values(of_six_axes("dress_pack_hysteresis", [pack], (2,)))
+    assert found["pack_hysteresis2"][0] == pytest.approx(3.0, rel=0.05)
+    assert found["pack_stiffness2"][0] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_foot_that_gives_way() -> None:
+    found = values(of_six_axes("base_compliance", {"pitch": 5e4, "plate": 0.5}, ()))
+    assert found["about"][0] == 1.0
+    assert found["compliance"][0] == pytest.approx(1.0 / 5e4, rel=0.1)
+    assert found["foot_inertia"][0] == pytest.approx(0.5, abs=0.3)  # beside an arm of 4 kg·m²

@@ -1,0 +1,127 @@
+"""Compliance of the base: a foot that gives way, so that the whole arm rocks under its own moments.
+
+The foot turns about the axes x and y of its base by angles φ that follow from the moment about them,
+
+    (J + I(q)) φ̈ + D φ̇ + φ / c = −N(q, q̇, q̈)
+
+with the inertias J of the foot and I of the arm about the axis, N the moment that the motion takes of a base
+that stands still, and the compliance c. The joints then turn on a base that leans and is accelerated. It is
+the slowest oscillation of many cells (pedestals, gantries, mobile platforms), and each joint alone would be
+called an elastic gear. Turning about z cannot be told from an elastic gear of a joint that is upright on it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.chain import chain_frames
+from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.foot import AXES, FootSpring, inertia_on_foot
+from ident.effects.gear_state import finer, lag_between_samples
+from ident.effects.placed import Family, Law, Parameters, Parts
+from ident.effects.simulated import SimulatedParts
+from robots import rigid_body_model
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_DAMPING = 0.05
+"""Ratio to critical: bolted steel."""
+_RESONANCES = (8.0, 11.0, 15.0, 21.0, 30.0)
+_SOFTEST, _STIFFEST = 4.0, 60.0
+"""Hz, of the described arm in its home posture on its foot."""
+_OWN, _MOST = (0.0, 0.5), 4.0
+"""Inertia of the foot itself over that of the described arm on it, where it is searched from, and at most."""
+_ABOUT = ((0,), (1,), (0, 1))
+"""Axes of the foot that give way, by the number that says so."""
+_FEWEST_TURNING = 2
+"""Joints that turn: of a single axis the moment on its foot is not known."""
+_LEAST = 0.01
+"""Of the described inertia at home: parameters that were fitted need be no body's."""
+
+
+def _places(robot: Robot) -> tuple[Place, ...]:
+    turning = sum(joint.kind != "prismatic" for joint in robot.joint)
+    serial = chain_frames(rigid_body_model(robot)) is not None
+    return (Place("base", ()),) if serial and turning >= _FEWEST_TURNING else ()
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    compliance, about, own = shape
+    inertia = inertia_on_foot(robot)
+    axes = _ABOUT[int(about)]
+    damping = 2.0 * _DAMPING * np.sqrt((inertia + own) / compliance)
+
+    def law(state: State) -> FloatArray:
+        samples, n = state.position.shape
+        if state.time is None or samples < 2:
+            return np.zeros((samples, n, 1))
+        rigid, turned = state.once(present, "foot", lambda: _on_firm_ground(present, state))
+        step = float(state.time[1] - state.time[0])
+        rocking = np.zeros((samples, 3, AXES))
+        for axis in axes:
+            # The foot leans the way that the arm pushes it.
+            series = finer(np.maximum(turned[:, axis], _LEAST * inertia[axis]) + own, -rigid[:, axis])
+            lean = lag_between_samples(series, step, 1.0 / compliance, float(damping[axis]), 0.0)
+            rocking[:, :, axis] = np.stack(lean, axis=1)
+        return (present.foot_torque(state, rocking) - rigid)[:, AXES:, np.newaxis]
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        softer = max(float(values[0]), 0.0) * compliance
+        x, y = (softer * (axis in axes) for axis in range(AXES))
+        return SimulatedParts(feet=(FootSpring((x, y), (float(damping[0]), float(damping[1])), own),))
+
+    return Parameters(("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
+
+
+def _on_firm_ground(present: PresentModel, state: State) -> tuple[FloatArray, FloatArray]:
+    """Torque on foot and joints of a foot that stands still, and the inertia about its two axes."""
+    samples = state.position.shape[0]
+    still = np.zeros((samples, 3, AXES))
+    rigid = present.foot_torque(state, still)
+    about = np.empty((samples, AXES))
+    for axis in range(AXES):
+        turning = still.copy()
+        turning[:, 2, axis] = 1.0
+        about[:, axis] = (present.foot_torque(state, turning) - rigid)[:, axis]
+    return rigid, about
+
+
+def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    inertia = float(inertia_on_foot(robot).mean())
+    low, *grid, high = (
+        1.0 / (inertia * (2.0 * np.pi * f) ** 2) for f in (_STIFFEST, *_RESONANCES[::-1], _SOFTEST)
+    )
+    return (
+        Shape("compliance", "rad/(N·m)", tuple(grid), low, high, True),
+        Shape("about", "1", (0.0, 1.0, 2.0), 0.0, 2.0, fixed=True),
+        Shape("foot_inertia", "kg·m²", tuple(inertia * share for share in _OWN), 0.0, _MOST * inertia),
+    )
+
+
+BASE_COMPLIANCE = Family(
+    "base_compliance",
+    "a foot that gives way, so that the whole arm rocks",
+    "base",
+    _places,
+    _make,
+    _shapes,
+    confused_with=("joint_elasticity", "base_tilt", "payload"),
+    history=True,
+    timeless=True,
+    stiff=True,
+    settled_by="put a dial gauge on the foot and push the arm: a foot that gives way moves with it",
+    told_from={
+        "joint_elasticity": "put a dial gauge on the foot and push the arm: with an elastic gear it rests",
+        "base_tilt": "put a level on the base and move the arm: a tilt stays, a soft foot follows it",
+        "payload": "put a dial gauge on the foot and move the arm: with a payload alone it stays still",
+    },
+    equation=(
+        "the foot turns about x of the base (`about` 0), y (1) or both alike (2), as the moment on it asks"
+        " for, with its own `foot_inertia`; the torque is that of the links on a foot that leans and is"
+        " accelerated, less that on one which stands still. The factor of that torque, `rocking`, is 1 where"
+        " the shape is right"
+    ),
+    row=245,
+)

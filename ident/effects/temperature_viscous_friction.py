@@ -1,0 +1,135 @@
+"""Viscous friction that follows the warmth of the oil, where dry friction stays as it is.
+
+Oil gets thinner as it warms, and what it takes in proportion to the speed follows: the term F_v,T of Carvalho
+Bittencourt, Axelsson, Jung and Brogårdh (IROS 2011), who found dry friction of a robot's joint to depend on
+the load far more than on temperature. Warmth as in ``drifting_friction``, of which this is the half without
+dry friction: what is left of the start's, and the power of friction behind a lag.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.placed import (
+    ANY,
+    Family,
+    Law,
+    Parameters,
+    Parts,
+    along,
+    angle_unit,
+    drive_row,
+    each_drive,
+    torque_unit,
+)
+from ident.effects.scales import friction_power, viscous_friction
+from ident.effects.simulated import FrictionTorque, SimulatedParts, Table, Warming
+from robots.arrays import FloatArray
+from robots.description import Robot
+
+_LONGEST = 3600.0
+"""s; a course that the simulation tabulates."""
+_SHARE = 0.3
+"""Of viscous friction, deviation of a change."""
+_THINNER = (-np.inf, 0.0)
+"""No oil gets thicker as it warms."""
+
+
+def _make(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """What is left of the start's warmth, and what friction heats since."""
+    row, (settling,) = drive_row(robot, place), shape
+    torque, angle = torque_unit(robot, place), angle_unit(robot, place)
+
+    def warming() -> Warming:
+        return Warming(settling, *present.drive_friction(place.joints[0]))
+
+    def course(time: FloatArray) -> FloatArray:
+        return np.exp(-time / settling)
+
+    def law(state: State) -> FloatArray:
+        speed = state.velocity @ row
+        left = np.ones_like(speed) if state.time is None else course(state.time)
+        return along(row, left * speed, warming().warmth(speed, state.time) * speed)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        left, heated = values[0] * row, values[1] * row
+        table = Table.of(course, 0.0, _LONGEST)
+        return SimulatedParts(
+            friction=(
+                FrictionTorque(row, left, None, course=table),
+                FrictionTorque(row, heated, None, warming=warming()),
+            )
+        )
+
+    size = _SHARE * viscous_friction(robot, place)
+    units = (f"{torque}·s/{angle}", f"{torque}·s/({angle}·W)")
+    scale = (size, size / friction_power(robot, place))
+    return Parameters(("Fv_oil_cold", "Fv_oil_heat"), units, (ANY, _THINNER), scale), law, parts
+
+
+def _times(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
+
+
+def _settling(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """Oil as warm as the model's at the start, and warmer or colder from then on."""
+    row, (settling,) = drive_row(robot, place), shape
+    unit = f"{torque_unit(robot, place)}·s/{angle_unit(robot, place)}"
+
+    def course(time: FloatArray) -> FloatArray:
+        return np.asarray(-np.expm1(-time / settling))
+
+    def law(state: State) -> FloatArray:
+        speed = state.velocity @ row
+        return along(row, 0.0 * speed if state.time is None else course(state.time) * speed)
+
+    def parts(values: FloatArray) -> SimulatedParts:
+        table = Table.of(course, 0.0, _LONGEST)
+        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, None, course=table),))
+
+    scale = (_SHARE * viscous_friction(robot, place),)
+    return Parameters(("Fv_oil_settled",), (unit,), (ANY,), scale), law, parts
+
+
+def _settling_times(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    return (Shape("time_constant", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
+
+
+OIL_THAT_SETTLES = Family(
+    "temperature_viscous_friction",
+    "viscous friction that moves away from that of the model as the oil warms",
+    "drive",
+    each_drive,
+    _settling,
+    _settling_times,
+    contains=("viscous_friction",),
+    history=True,
+)
+TEMPERATURE_VISCOUS_FRICTION = Family(
+    "temperature_viscous_friction",
+    "viscous friction that falls as the oil warms, beside dry friction that stays",
+    "drive",
+    each_drive,
+    _make,
+    _times,
+    contains=("viscous_friction",),
+    confused_with=("viscous_friction", "drifting_friction"),
+    further=(OIL_THAT_SETTLES,),
+    history=True,
+    settled_by="record the same motion cold and warm: it has changed, and nothing has at creeping speed",
+    told_from={
+        "drifting_friction": (
+            "let the joint creep cold and warm: dry friction shows there, and of oil nothing has changed"
+        ),
+    },
+    equation=(
+        "q̇·(Fv_oil_cold·exp(−t/settling_time) + Fv_oil_heat·w) with the warmth w of `drifting_friction`; or,"
+        " of oil that was as warm as the model's at the start, Fv_oil_settled·q̇·(1 − exp(−t/time_constant))"
+    ),
+    row=92,
+)

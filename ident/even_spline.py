@@ -1,0 +1,95 @@
+"""Cubic splines through evenly spaced samples, without a knot at the second and the last but one.
+
+The second derivatives of such a spline solve a tridiagonal system with the same numbers in every row, and a
+value is a sum of two samples and two second derivatives: half the memory of a list of polynomials.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from robots.arrays import FloatArray, IntArray
+
+_BENT = 3
+"""Samples of which a spline is more than a line."""
+
+
+class EvenSpline:
+    """A cubic spline through samples × channels; places are counted in samples."""
+
+    def __init__(self, values: FloatArray) -> None:
+        """
+        Args:
+            values: two or more samples × channels.
+        """
+        self._values = values
+        self._bend = _second_derivatives(values)
+
+    def at(self, place: FloatArray) -> FloatArray:
+        """Values at places (m,), m × channels; beyond the ends by the first and the last cubic."""
+        k, part = self._between(place)
+        rest, y, bend = 1.0 - part, self._values, self._bend
+        found = rest * y[k] + part * y[k + 1]
+        found += ((rest**3 - rest) / 6.0) * bend[k]
+        found += ((part**3 - part) / 6.0) * bend[k + 1]
+        return np.asarray(found)
+
+    def slopes(self) -> FloatArray:
+        """Derivatives at the samples, per sample."""
+        y, bend = self._values, self._bend
+        found = np.empty_like(bend)
+        found[:-1] = np.diff(y, axis=0) - (2.0 * bend[:-1] + bend[1:]) / 6.0
+        found[-1] = y[-1] - y[-2] + (bend[-2] + 2.0 * bend[-1]) / 6.0
+        return found
+
+    def integral(self, place: FloatArray) -> FloatArray:
+        """From the first sample to places (m,), m × channels, in units times samples."""
+        k, part = self._between(place)
+        rest, y, bend = 1.0 - part, self._values, self._bend
+        found = self._whole[k] + (part - 0.5 * part**2) * y[k] + (0.5 * part**2) * y[k + 1]
+        found += ((1.0 - rest**4 - 2.0 * (1.0 - rest**2)) / 24.0) * bend[k]
+        found += ((part**4 - 2.0 * part**2) / 24.0) * bend[k + 1]
+        return np.asarray(found)
+
+    def _between(self, place: FloatArray) -> tuple[IntArray, FloatArray]:
+        k = np.clip(np.floor(place).astype(np.int64), 0, self._values.shape[0] - 2)
+        return k, (place - k)[:, np.newaxis]
+
+    @cached_property
+    def _whole(self) -> FloatArray:
+        """Integrals up to each sample but the last."""
+        y, bend = self._values, self._bend
+        each = 0.5 * (y[:-1] + y[1:]) - (bend[:-1] + bend[1:]) / 24.0
+        return np.concatenate([np.zeros_like(each[:1]), np.cumsum(each[:-1], axis=0)])
+
+
+def _second_derivatives(values: FloatArray) -> FloatArray:
+    """Per squared sample, samples × channels."""
+    bend = np.zeros_like(values, dtype=np.float64)
+    if values.shape[0] < _BENT:
+        return bend
+    second = np.diff(values, 2, axis=0)
+    bend[1], bend[-2] = second[0], second[-1]
+    inner = values.shape[0] - 4
+    if inner > 0:
+        right = 6.0 * second[1:-1]
+        right[0] -= bend[1]
+        right[-1] -= bend[-2]
+        bend[2:-2] = _solved(right)
+    if values.shape[0] == _BENT:
+        bend[:] = second
+    else:
+        bend[0], bend[-1] = 2.0 * bend[1] - bend[2], 2.0 * bend[-2] - bend[-3]
+    return bend
+
+
+def _solved(right: FloatArray) -> FloatArray:
+    """Of a tridiagonal system with 4 on the diagonal and 1 beside it."""
+    if right.shape[0] == 1:
+        return right / 4.0
+    band = np.ones((2, right.shape[0]))
+    band[1] = 4.0
+    return np.asarray(solveh_banded(band, right, overwrite_b=True, check_finite=False))

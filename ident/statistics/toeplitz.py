@@ -1,0 +1,45 @@
+"""Products with symmetric Toeplitz matrices: corners of circulant ones, which the transform makes diagonal.
+
+By ``numpy.fft``: ``scipy.fft`` is no quicker here and loads half of SciPy's special functions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.arrays import FloatArray
+
+ComplexArray = NDArray[np.complex128]
+
+
+def circle(samples: int) -> int:
+    """A length 2ᵃ 3ᵇ 5ᶜ for which transforms are quick and nothing wraps around."""
+    least = 2 * samples - 1
+    found = 1 << (least - 1).bit_length()
+    for fives in (1, 5, 25, 125):
+        for threes in (1, 3, 9, 27, 81):
+            factor = fives * threes
+            found = min(found, factor << max(0, -(-least // factor) - 1).bit_length())
+    return found
+
+
+def spectrum(series: FloatArray) -> ComplexArray:
+    """Of series (samples, …) on their circle."""
+    return np.fft.rfft(series, circle(series.shape[0]), axis=0)
+
+
+def times(gamma: FloatArray, series: ComplexArray) -> FloatArray:
+    """The matrix with these numbers beside its diagonal, times series given by their spectra.
+
+    Args:
+        gamma: (samples,) from the diagonal on.
+        series: frequencies × columns.
+
+    Returns:
+        samples × columns.
+    """
+    samples, around = gamma.size, circle(gamma.size)
+    whole = np.concatenate([gamma, np.zeros(around - 2 * samples + 1), gamma[:0:-1]])
+    gain = np.fft.rfft(whole).real[:, np.newaxis]
+    return np.asarray(np.fft.irfft(series * gain, around, axis=0)[:samples])
