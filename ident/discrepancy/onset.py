@@ -281,11 +281,11 @@ def _response(piece: PreparedRecording) -> tuple[FloatArray, FloatArray]:
     time: FloatArray = step * np.arange(2 * half + 1, dtype=np.float64)
     offsets, values = [], []
     for shift in range(every):
-        torque: FloatArray = np.where(np.arange(time.size) >= half + shift, 1.0, 0.0)
+        torque: FloatArray = np.where(np.arange(time.size) >= half + shift, 1.0, 0.0)[:, np.newaxis]
         if piece.period is not None:  # as the torque of such a recording
             settings = piece.settings
             torque = low_pass_where_sampled(torque, time, settings.cutoff_hz, settings.filter_order)
-        values.append(piece.thin(torque[:, np.newaxis, np.newaxis])[:, 0, 0])
+        values.append(piece.thin(torque[:, :, np.newaxis])[:, 0, 0])
         offsets.append(time[decimate_index(time.size, every)] - time[half + shift])
     order = np.argsort(np.concatenate(offsets))
     inside = np.abs(np.concatenate(offsets)[order]) < 0.6 * _REACH

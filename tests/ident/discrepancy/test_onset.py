@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.onset import ROBOT, heavier_from, onset, rubs_until
 from drivers.simulated.scenario import Scenario
 from ident import Recording
 from ident.discrepancy import onset as module
+from ident.discrepancy.prepared_recording import prepared_recordings
 from tests.ident.discrepancy.blind_search import hidden, recorded
 
 
@@ -59,3 +62,15 @@ WARMING: dict[str, Any] = {
 def test_a_simulated_loop_has_no_instants() -> None:
     other: Any = type("Loop", (), {"examinations": (object(),), "findings": ()})()
     assert module.onsets(other) == ()
+
+
+def test_a_step_of_a_motion_that_repeats_is_seen_through_the_low_pass(accepted: Recording) -> None:
+    """There the torque is filtered as the motion is: the step is half done in its middle, and longer."""
+    (piece,) = prepared_recordings(ROBOT, (accepted,))
+    slow = piece.settings.model_copy(update={"cutoff_hz": 5.0})
+    widths = {}
+    for period in (None, 2000):
+        offset, value = module._response(replace(piece, period=period, settings=slow))
+        assert abs(value[np.abs(offset).argmin()] - 0.5) < 0.1
+        widths[period] = int(((value > 0.05) & (value < 0.95)).sum())
+    assert widths[2000] > 2 * widths[None]
