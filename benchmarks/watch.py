@@ -100,13 +100,20 @@ def interval(count: int, years: float) -> str:
 
 
 def run(
-    arms: Sequence[int], years: int, folder: Path, parts: Sequence[str], kept: Path | None
+    arms: Sequence[int],
+    years: int,
+    folder: Path,
+    parts: Sequence[str],
+    kept: Path | None,
+    halls: Sequence[str] = tuple(HALLS),
 ) -> dict[str, Any]:
     """Quiet years, steps, wear and cold halls on each arm; each year has its own seed."""
     found: dict[str, Any] = {"quiet": [], "changes": [], "cold": []}
     for seed in arms:
         arm = arm_of(seed, folder)
         for number, (name, hall) in enumerate(HALLS.items()):
+            if name not in halls:
+                continue
             for year_number in range(years):
                 drawn = year_of(arm, hall, 366, 10_000 * seed + 100 * number + year_number)
                 if "quiet" in parts:
@@ -206,10 +213,11 @@ def main() -> None:
     parser.add_argument("--arms", type=int, nargs="+", default=[0])
     parser.add_argument("--years", type=int, default=1, help="quiet years of each arm in each hall")
     parser.add_argument("--parts", nargs="+", default=["quiet", "steps", "wear", "cold"])
+    parser.add_argument("--halls", nargs="+", default=list(HALLS), help=f"of {', '.join(HALLS)}")
     parser.add_argument("--folder", type=Path, default=Path("arms"), help="keeps the simulated arms")
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args()
-    found = run(given.arms, given.years, given.folder, given.parts, given.json)
+    found = run(given.arms, given.years, given.folder, given.parts, given.json, given.halls)
     print("\n".join(summary(found)))
 
 

@@ -20,6 +20,8 @@ LARGEST = {
     "control signal": 1e12,
     "torque from outside": 1e9,
     "added signal": 1e12,
+    "second position": 1e6,
+    "temperature": 1e4,
 }
 """rad (or m), control-signal units: no arm is there; squares of much more overflow."""
 
@@ -37,6 +39,8 @@ class Recording:
         load: the known body that was screwed to the arm; None where none was.
         outside: samples × joints torque on the joints by measured forces from outside, N·m (or N).
         added: samples × drives, known part of v_τ that no controller asked for: feed-forward or injected.
+        second: samples × joints position by second encoders at the links, rad (or m).
+        temperature: samples × drives, °C.
 
     Raises:
         IdentificationError: shapes differ, values are not finite or beyond ``LARGEST``, or the sampling is
@@ -51,6 +55,8 @@ class Recording:
     load: Load | None = None
     outside: FloatArray | None = None
     added: FloatArray | None = None
+    second: FloatArray | None = None
+    temperature: FloatArray | None = None
 
     def __post_init__(self) -> None:
         samples = self.time.shape[0]
@@ -80,14 +86,21 @@ class Recording:
         self._check_sampling()
 
     def _signals(self) -> list[tuple[str, FloatArray]]:
-        more = {"reference": self.reference, "torque from outside": self.outside, "added signal": self.added}
+        more = {
+            "reference": self.reference,
+            "torque from outside": self.outside,
+            "added signal": self.added,
+            "second position": self.second,
+            "temperature": self.temperature,
+        }
         signals = [("position", self.position), ("control signal", self.control_signal)]
         return [*signals, *((label, values) for label, values in more.items() if values is not None)]
 
     def piece(self, rows: slice, name: str | None = None) -> Recording:
         """Some of its samples, with every channel."""
-        reference, outside, added = (
-            None if values is None else values[rows] for values in (self.reference, self.outside, self.added)
+        reference, outside, added, second, temperature = (
+            None if values is None else values[rows]
+            for values in (self.reference, self.outside, self.added, self.second, self.temperature)
         )
         return replace(
             self,
@@ -98,6 +111,8 @@ class Recording:
             control_signal=self.control_signal[rows],
             outside=outside,
             added=added,
+            second=second,
+            temperature=temperature,
         )
 
     def _check_sampling(self) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import TypeVar
 
 from daq.catalogue import models
 from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
@@ -17,6 +19,8 @@ from daq.session.streaming import Nobody, Watcher
 from daq.text.progress import Silent, Steps
 from ident import Fitted
 from robots.errors import UserError
+
+T = TypeVar("T")
 
 
 def run_check(
@@ -57,33 +61,38 @@ def run_fleet(
     """
     require_backend(backend)
     with ThreadPoolExecutor(max_workers=at_once) as pool:
-        recorded = list(pool.map(_tried, requests))
-    good = [
-        (request, found)
-        for request, found in zip(requests, recorded, strict=True)
-        if isinstance(found, Recorded)
-    ]
-    fitted = iter(analyse_all([_order(*pair) for pair in good], backend, jobs))
-    return [
-        _judged(request, found, next(fitted)) if isinstance(found, Recorded) else found
+        recorded = list(pool.map(_recorded, requests))
+    orders = [
+        tried(partial(_order, request, found)) if isinstance(found, Recorded) else found
         for request, found in zip(requests, recorded, strict=True)
     ]
+    fitted = iter(analyse_all([one for one in orders if isinstance(one, AnalysisOrder)], backend, jobs))
+
+    def outcome(request: CheckRequest, found: Recorded | Exception, order: object) -> CheckResult | Exception:
+        if isinstance(order, Exception):
+            return order
+        assert isinstance(found, Recorded)
+        return _judged(request, found, next(fitted))
+
+    return [outcome(*one) for one in zip(requests, recorded, orders, strict=True)]
 
 
-def _tried(request: CheckRequest) -> Recorded | Exception:
+def tried(make: Callable[[], T]) -> T | Exception:
+    """What is made for one arm, or why not, so that the others go on."""
     try:
-        return record_check(request, Silent(), Nobody(), unconducted)
+        return make()
     except (UserError, OSError, RunInterrupted) as error:
         return error
+
+
+def _recorded(request: CheckRequest) -> Recorded | Exception:
+    return tried(partial(record_check, request, Silent(), Nobody(), unconducted))
 
 
 def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exception) -> CheckResult | Exception:
     if isinstance(fitted, Exception):
         return fitted
-    try:
-        return judge_check(request, recorded, fitted, Silent())
-    except (UserError, OSError) as error:
-        return error
+    return tried(partial(judge_check, request, recorded, fitted, Silent()))
 
 
 def _order(request: CheckRequest, recorded: Recorded) -> AnalysisOrder:

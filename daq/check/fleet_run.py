@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from daq.catalogue.database import Catalogue
-from daq.check.check import run_fleet
+from daq.check.check import run_fleet, tried
 from daq.check.check_json import check_json
-from daq.check.fleet import Fleet
+from daq.check.fleet import Fleet, FleetArm, fleet_words
 from daq.check.request import CheckRequest, CheckResult
 from daq.files.run_folder import make_run_folder
 from daq.session.cell import cell_of
@@ -73,29 +74,34 @@ def check_fleet(
 ) -> FleetChecked:
     """Check every arm; each has a folder of its own under ``out``.
 
-    Raises:
-        RobotFileError, CellFileError: a description or a cell cannot be read.
-        OutputError: a folder cannot be written.
+    What is wrong with the description, the cell or the folder of one arm is its outcome, and the others are
+    checked.
     """
     stamp = datetime.now(tz=UTC).strftime("%Y%m%d-%H%M%S")
     parent = out or Path("runs") / f"{stamp}-check-all"
-    requests, names = [], []
-    for number, arm in enumerate(fleet.arm, start=1):
+
+    def request(number: int, arm: FleetArm) -> CheckRequest:
         order = arm.order()
-        names.append(f"{order.robot.name} on {order.channel}")
-        requests.append(
-            CheckRequest(
-                order,
-                make_run_folder(parent / f"{number:02d}-{order.robot.name}", order.robot.name),
-                catalogue,
-                None if arm.trajectory is None else Path(arm.trajectory),
-                duration,
-                evaluations,
-                celsius,
-                search,
-                settings,
-                cell=cell_of(None if arm.cell is None else Path(arm.cell)),
-            )
+        return CheckRequest(
+            order,
+            make_run_folder(parent / f"{number:02d}-{order.robot.name}", order.robot.name),
+            catalogue,
+            None if arm.trajectory is None else Path(arm.trajectory),
+            duration,
+            evaluations,
+            celsius,
+            search,
+            settings,
+            cell=cell_of(None if arm.cell is None else Path(arm.cell)),
         )
-    outcomes = run_fleet(requests, at_once=at_once, backend=backend, jobs=jobs)
-    return FleetChecked(tuple(names), tuple(outcomes))
+
+    made = [tried(partial(request, number, arm)) for number, arm in enumerate(fleet.arm, start=1)]
+    names = tuple(
+        f"{one.arm.robot.name} on {one.arm.channel}" if isinstance(one, CheckRequest) else fleet_words(arm)
+        for one, arm in zip(made, fleet.arm, strict=True)
+    )
+    requests = [one for one in made if isinstance(one, CheckRequest)]
+    outcomes = iter(run_fleet(requests, at_once=at_once, backend=backend, jobs=jobs))
+    return FleetChecked(
+        names, tuple(next(outcomes) if isinstance(one, CheckRequest) else one for one in made)
+    )

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pinocchio
 
-from daq.importing.import_map import Added, Force, ImportMap, Velocity
-from daq.importing.log_quantities import LogFiles
+from daq.importing.import_map import Added, Force, ImportMap, Temperature, Velocity
+from daq.importing.log_quantities import LogFiles, position_of_joints
 from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.preparation.resampling import Uniform
@@ -81,6 +81,21 @@ def added_signal(source: LogFiles, added: Added, robot: Robot, samples: int) -> 
     return values
 
 
+def temperature_of_drives(source: LogFiles, temperature: Temperature, robot: Robot) -> FloatArray:
+    """Samples × drives, °C; of one column that of all.
+
+    Raises:
+        CaptureError: columns that are missing, or as many as are no drives.
+    """
+    values = source.pick(temperature.file, temperature.columns)
+    if values.shape[1] not in (1, robot.n):
+        raise CaptureError(
+            f"{source.path}: the column map gives {values.shape[1]} columns of temperature; allowed: 1 or"
+            f" {robot.n}"
+        )
+    return np.broadcast_to(values, (len(values), robot.n)).copy()
+
+
 def joint_velocity(source: LogFiles, velocity: Velocity, robot: Robot, samples: int) -> FloatArray:
     """Measured joint velocities, samples × joints, rad/s (or m/s).
 
@@ -113,6 +128,10 @@ def channels_beside(
         found["velocity"] = joint_velocity(source, columns.velocity, robot, len(position))
     if columns.force is not None:
         found["outside"] = torque_from_outside(source, columns.force, robot, position)
+    if columns.second_encoder is not None:
+        found["second"] = position_of_joints(source, columns.second_encoder, robot)
+    if columns.temperature is not None:
+        found["temperature"] = temperature_of_drives(source, columns.temperature, robot)
     if columns.added is not None:
         found["added"] = added_signal(source, columns.added, robot, len(position))
     return found
@@ -120,7 +139,14 @@ def channels_beside(
 
 def with_beside(even: Uniform, cutoff_hz: float) -> tuple[Recording, tuple[str, ...]]:
     """The recording with its further channels, and what the velocities are good for."""
-    recording = replace(even.recording, outside=even.beside.get("outside"), added=even.beside.get("added"))
+    found = even.beside
+    recording = replace(
+        even.recording,
+        outside=found.get("outside"),
+        added=found.get("added"),
+        second=found.get("second"),
+        temperature=found.get("temperature"),
+    )
     if "velocity" not in even.beside:
         return recording, ()
     name, time = recording.name, recording.time

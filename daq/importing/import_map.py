@@ -123,6 +123,10 @@ class Velocity(_Geared):
     unit: Literal["rad/s", "deg/s", "rpm", "m/s", "mm/s"]
 
 
+class Temperature(_Quantity):
+    """Temperatures of the drives or gears, °C."""
+
+
 class Time(_Frozen):
     """A column of time stamps, or a sampling rate where there is none."""
 
@@ -151,6 +155,8 @@ class ImportMap(_Frozen):
     velocity: Velocity | None = None
     force: Force | None = None
     added: Added | None = None
+    second_encoder: Position | None = None
+    temperature: Temperature | None = None
     identification: dict[str, Any] = Field(
         default_factory=dict,
         description="settings for such logs in place of the robot's; same keys as in robot.toml",

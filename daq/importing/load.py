@@ -21,6 +21,7 @@ from daq.importing.pieces import answered_pieces, complete_at, in_parts
 from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
+from ident.identification.second_encoder import words_of_second
 from ident.preparation.held import clipped, not_held
 from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
@@ -100,6 +101,7 @@ def log_recording(
     beside = channels_beside(source, columns, robot, position)
     complete = answered(source, columns, robot, len(position))
     lengths["complete"] = len(complete)
+    lengths |= {name.replace("_", " "): len(values) for name, values in beside.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
@@ -125,6 +127,7 @@ def log_recording(
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
     if columns.complete is not None:
         there &= complete_at(even.recording.time, time, complete)
+    said += words_of_second(robot, recording, cutoff_hz)
     return recording, there, (*read, *held, *wrong, *odd, *even.words, *said)
 
 

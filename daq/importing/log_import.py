@@ -60,7 +60,11 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
     columns = load_import_map(map_path)
     settings = settings_of(columns, robot, map_path)
     recording, complete, warnings = log_recording(source, robot, columns, settings.cutoff_hz)
-    lost = [name for name in ("force", "added") if getattr(columns, name) is not None]
+    lost = [
+        name
+        for name in ("force", "added", "second_encoder", "temperature")
+        if getattr(columns, name) is not None
+    ]
     if lost:
         warnings += (
             f"{source.name}: a capture has no place for {' and '.join(lost)}; identify from the log itself",

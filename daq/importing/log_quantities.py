@@ -49,8 +49,10 @@ def answered(source: LogFiles, columns: ImportMap, robot: Robot, samples: int) -
     """Samples × joints: whether each drive answered; all did where the map says nothing of it."""
     if columns.complete is None:
         return np.ones((samples, robot.n), dtype=np.bool_)
-    _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
-    return np.asarray(source.pick(columns.complete.file, columns.complete.columns) != 0, dtype=np.bool_)
+    if len(columns.complete.columns) != 1:
+        _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
+    flags = source.pick(columns.complete.file, columns.complete.columns) != 0
+    return np.broadcast_to(flags, (len(flags), robot.n)).copy()
 
 
 class LogFiles:

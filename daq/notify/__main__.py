@@ -6,11 +6,10 @@ import json
 import sys
 from pathlib import Path
 
-from daq.catalogue import checks
-from daq.catalogue.database import Catalogue
 from daq.notify.notify import Message
 from daq.notify.sending import log_file, send_all
 from daq.notify.settings import read_notify
+from daq.notify.told import note_told
 
 
 def main() -> int:
@@ -21,8 +20,7 @@ def main() -> int:
     if not send_all(settings, Message(**order["message"]), log_file(settings, file)):
         return 1
     if order["check"] is not None:
-        with Catalogue() as catalogue:
-            checks.mark_told(catalogue, int(order["check"]))
+        note_told(int(order["check"]), file)
     return 0
 
 

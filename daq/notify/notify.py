@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING
 
 from daq.catalogue import checks, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.values import CatalogueError
 from daq.notify.settings import NotifyError, notify_path, read_notify
+from daq.notify.told import settle_told
 
 if TYPE_CHECKING:  # the sender is a process of its own, and takes none of the numerics along
     from daq.check.request import CheckResult
@@ -96,8 +98,13 @@ def notify_of(
             raise
         log.error("%s", error)  # the verdict stands, whatever the file says
         return None
-    arm = runs.get(catalogue, result.run).arm_id
-    message = message_of(result, settings.base_url, checks.last_told(catalogue, arm))
+    try:
+        settle_told(catalogue, file)
+        told = checks.last_told(catalogue, runs.get(catalogue, result.run).arm_id)
+    except CatalogueError as error:
+        log.error("%s; who is to be told hears of it from the next check", error)
+        return None
+    message = message_of(result, settings.base_url, told)
     if message is None:
         return None
     return start_sender(file, message, result.check)

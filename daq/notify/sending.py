@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import os
 import smtplib
@@ -65,6 +66,9 @@ def _tried(one: Receiver, message: Message, attempt: int, logged: Path) -> bool:
     name, send = one
     try:
         send()
+    except http.client.HTTPException as error:  # no HTTP at all; its text may hold the address
+        _note(logged, f"{name}: attempt {attempt} failed: {type(error).__name__}", message)
+        return False
     except (OSError, smtplib.SMTPException, ValueError, RuntimeError) as error:
         _note(logged, f"{name}: attempt {attempt} failed: {type(error).__name__}: {error}", message)
         return False

@@ -17,6 +17,8 @@ PATH_WIDTH = 1000
 _BEYOND = 1.12
 """A panel shows so much of the range between limits."""
 
+_LABEL = 110
+"""Units of the picture that a label takes."""
 _FEWEST_METRES = 0.2
 
 _NEAR = 0.8
@@ -174,7 +176,8 @@ def _grid(low: FloatArray, scale: float, height: int) -> list[str]:
     for value in across:
         x = (value - low[0]) * scale
         parts.append(f'<path class="mesh" d="M{x:.0f} 0V{height}"/>')
-        parts.append(f'<text x="{x + 6:.0f}" y="{height - 8}">{tick_text(value, across)}</text>')
+        beside = f'x="{x + 6:.0f}"' if x < PATH_WIDTH - _LABEL else f'x="{x - 6:.0f}" text-anchor="end"'
+        parts.append(f'<text {beside} y="{height - 8}">{tick_text(value, across)}</text>')
     upwards = nice_ticks(float(low[1]), float(low[1] + height / scale), 3)
     for value in upwards:
         y = height - (value - low[1]) * scale
@@ -197,6 +200,8 @@ def _outline(obstacle: Obstacle, axes: tuple[int, int], at: object, height: int)
         flat = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     points = "L".join("{:.0f} {:.0f}".format(*at(point)) for point in flat)  # type: ignore[operator]
     x, y = at(middle)  # type: ignore[operator]
+    if axes != (0, 1):  # below its upper edge, where the arm hides it least
+        y = at(flat.max(axis=0))[1] + 44  # type: ignore[operator]
     # A box that is partly outside keeps its name inside.
     x, y = float(np.clip(x, 120, PATH_WIDTH - 120)), float(np.clip(y, 40, height - 50))
     name = f'<text class="name" x="{x:.0f}" y="{y:.0f}">{escape(obstacle.name)}</text>'

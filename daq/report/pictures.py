@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from markupsafe import Markup
 
+from daq.text.numbers import significant
 from robots.arrays import FloatArray, IntArray
 
 PLOT_WIDTH = 1000
@@ -49,7 +50,7 @@ def tick_text(value: float, ticks: list[float]) -> str:
     if decimals > 4 or abs(value) >= 1e6:
         largest = max(abs(tick) for tick in (value, *ticks))
         digits = math.floor(math.log10(largest)) - math.floor(math.log10(step) + 1e-9) + 1 if largest else 1
-        return ("0" if abs(value) < 1e-9 * step else f"{value:.{max(digits, 2)}g}").replace("-", "−")
+        return "0" if abs(value) < 1e-9 * step else significant(value, max(digits, 1))
     text = f"{value:.{decimals}f}"
     return ("0" if float(text) == 0 else text).replace("-", "−")
 

@@ -193,6 +193,8 @@ def arm_of(catalogue: Catalogue, label: str) -> Arm:
     try:
         return arms.by_label(catalogue, label)
     except CatalogueError as error:
+        if error.__cause__ is not None:  # the database does not answer: nobody knows
+            raise
         raise HTTPException(404, str(error)) from None
 
 
@@ -201,6 +203,8 @@ def run_of(catalogue: Catalogue, number: int) -> Run:
     try:
         return runs.get(catalogue, number)
     except CatalogueError as error:
+        if error.__cause__ is not None:  # the database does not answer: nobody knows
+            raise
         raise HTTPException(404, str(error)) from None
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
+from fastapi.responses import JSONResponse
 
 from daq.catalogue.database import Catalogue
+from daq.catalogue.values import CatalogueError
 from daq.service.api import api_routes
 from daq.service.connections import listening, server_config
 from daq.service.driving import Driving
@@ -18,6 +21,8 @@ from daq.service.guard import Guard
 from daq.service.live import Broadcaster
 from daq.service.pages import page_routes
 from daq.service.settings import Service
+
+log = logging.getLogger(__name__)
 
 
 def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
@@ -46,8 +51,15 @@ def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
     broadcaster = Broadcaster()
     app.include_router(api_routes(service, catalogue, broadcaster, driving))
     app.include_router(page_routes(service, catalogue))
+    app.add_exception_handler(CatalogueError, _unavailable)
     app.add_middleware(Guard, service=service)
     return app
+
+
+def _unavailable(request: Request, error: Exception) -> JSONResponse:
+    """The database does not answer, or its file is damaged: for now, whoever asks."""
+    log.warning("%s: %s", request.url.path, error)
+    return JSONResponse({"detail": str(error)}, 503, {"Retry-After": "10"})
 
 
 def serve(service: Service, folder: Path, tell: Callable[[str], None]) -> None:

@@ -18,7 +18,7 @@ from robots.arrays import BoolArray, FloatArray
 
 _SIZES = {"wide": (1120, 260), "narrow": (340, 210), "small": (160, 40)}
 """Of the picture on a desk, on a phone, where letters must not shrink with it, and in the list."""
-_LEFT, _BOTTOM, _TOP = 74, 24, 12
+_LEFT, _BOTTOM, _TOP = 82, 24, 12
 _DAY = 86400.0
 _TIME_STEPS = (
     60.0,

@@ -6,8 +6,10 @@ import os
 import pwd
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -35,9 +37,29 @@ def binaries() -> Path:
     return Path(named).parent
 
 
+@dataclass(frozen=True)
+class Server:
+    """A server that can die and be started again.
+
+    Attributes:
+        url: with a database ``{}`` to fill in.
+    """
+
+    url: str
+    _control: Callable[..., None]
+
+    def start(self) -> None:
+        """Wait until it answers."""
+        self._control("-w", "start")
+
+    def die(self) -> None:
+        """At once, whatever it was doing: connections are cut and nothing is written any more."""
+        self._control("-m", "immediate", "-w", "stop")
+
+
 @contextmanager
-def server() -> Iterator[str]:
-    """A server of its own; its URL, with a database ``{}`` to fill in.
+def mortal_server() -> Iterator[Server]:
+    """A server of its own that runs; it may have died when the block ends.
 
     Raises:
         NoPostgres: it cannot be had here.
@@ -51,13 +73,27 @@ def server() -> Iterator[str]:
         data = folder / "data"
         _run(owner, programs / "initdb", "-D", data, "-U", "armhil", "-A", "trust", "-E", "UTF8", "--no-sync")
         options = f"-c listen_addresses='' -c fsync=off -c unix_socket_directories={folder}"
-        _run(owner, programs / "pg_ctl", "-D", data, "-o", options, "-w", "-l", folder / "log", "start")
+        control = (programs / "pg_ctl", "-D", data, "-o", options, "-l", folder / "log")
+        found = Server(f"postgresql://armhil@/{{}}?host={folder}", partial(_run, owner, *control))
+        found.start()
         try:
-            yield f"postgresql://armhil@/{{}}?host={folder}"
+            yield found
         finally:
-            _run(owner, programs / "pg_ctl", "-D", data, "-m", "immediate", "-w", "stop")
+            if (data / "postmaster.pid").exists():
+                found.die()
     finally:
         shutil.rmtree(folder)
+
+
+@contextmanager
+def server() -> Iterator[str]:
+    """A server of its own; its URL, with a database ``{}`` to fill in.
+
+    Raises:
+        NoPostgres: it cannot be had here.
+    """
+    with mortal_server() as found:
+        yield found.url
 
 
 def _owner() -> str | None:

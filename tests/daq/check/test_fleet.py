@@ -19,6 +19,7 @@ import pytest
 
 from daq.catalogue import arms, baselines, runs
 from daq.catalogue.database import Catalogue
+from daq.catalogue.values import CatalogueError
 from daq.check import analysis
 from daq.check import check as check_module
 from daq.check.analysis import AnalysisOrder, analyse
@@ -171,10 +172,10 @@ def test_over_buses_one_that_fails_does_not_stop_the_others(
         np.testing.assert_array_equal(result.fitted.least_squares.beta, fitted.least_squares.beta)
 
 
-def test_an_identification_that_fails_does_not_stop_the_others(
+def test_what_is_wrong_with_one_arm_does_not_stop_the_others(
     emps: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor does a comparison that cannot be made."""
+    """An identification that fails, a broken description, a cell that is not there, a damaged model."""
     monkeypatch.setattr(check_module, "record_check", record_offline)
     whole = analysis.analyse
 
@@ -185,13 +186,41 @@ def test_an_identification_that_fails_does_not_stop_the_others(
 
     monkeypatch.setattr(analysis, "analyse", failing)
     motion = write_motion(emps, tmp_path, 2.5)
-    fleet = Fleet(format=1, arm=fleet_of(motion).arm[:3])
-    with Catalogue() as catalogue:
-        done = check_fleet(
-            fleet, catalogue, tmp_path, DriftSettings(), None, at_once=1, jobs=1, backend="sequential"
+    (tmp_path / "robot.toml").write_text("format = 1\nname = 7\n")
+    good = fleet_of(motion).arm[:3]
+    broken = good[0].model_copy(update={"robot": str(tmp_path / "robot.toml"), "channel": "239.74.0.9:19999"})
+    walled = good[0].model_copy(update={"cell": str(tmp_path / "none.toml"), "channel": "239.74.0.10:19999"})
+
+    def night(catalogue: Catalogue, name: str, *listed: FleetArm) -> FleetChecked:
+        fleet = Fleet(format=1, arm=listed)
+        return check_fleet(
+            fleet,
+            catalogue,
+            tmp_path / name,
+            DriftSettings(),
+            None,
+            at_once=1,
+            jobs=1,
+            backend="sequential",
         )
-    assert [isinstance(one, CheckResult) for one in done.outcomes] == [True, False, True]
-    assert str(done.outcomes[1]) == "made up" and done.exit_code == 2
+
+    with Catalogue() as catalogue:
+        done = night(catalogue, "first", *good, broken, walled)
+        assert [isinstance(one, CheckResult) for one in done.outcomes] == [True, False, True, False, False]
+        assert str(done.outcomes[1]) == "made up" and done.exit_code == 2
+        assert "robot.toml" in str(done.outcomes[3]) and "none.toml" in str(done.outcomes[4])
+        assert done.names[3] == f"{tmp_path / 'robot.toml'} on udp_multicast 239.74.0.9:19999, simulated"
+        assert [one.get("error", "")[:7] for one in done.as_json()["arms"]][:2] == ["", "made up"]
+        for result in done.results:
+            baselines.accept(catalogue, result.model, "Ada", "first night", None)
+        with catalogue.writing() as connection:
+            model = done.results[0].model
+            connection.exec_driver_sql(f"UPDATE models SET found = '[7' WHERE id = {model}")
+        monkeypatch.setattr(analysis, "analyse", whole)
+        second = night(catalogue, "second", good[0], good[2])
+        assert isinstance(second.outcomes[0], CatalogueError) and isinstance(second.outcomes[1], CheckResult)
+        assert "the file is damaged" in str(second.outcomes[0])
+        assert second.outcomes[1].verdict is Verdict.OK
 
 
 @pytest.mark.parametrize(

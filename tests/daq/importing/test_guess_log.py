@@ -76,7 +76,7 @@ def test_the_columns_of_a_ur_are_known(tmp_path: Path, motion: tuple[FloatArray,
     assert found.columns["torque"]["columns"] == [f"actual_current_{k}" for k in range(6)]
     # The scale is that of the URDF's masses, which are the arm's own here.
     assert found.columns["torque"]["gain"] == pytest.approx([12.5] * 6, rel=0.1)
-    assert any("temperature, read and not used" in sentence for sentence in found.words)
+    assert found.columns["temperature"]["columns"] == [f"joint_temperatures_{k}" for k in range(6)]
 
 
 @pytest.mark.parametrize("name", ["q_ref_", "target_q_", "reference_"])
@@ -336,3 +336,16 @@ def test_published_logs_come_out_as_well_as_by_hand(
     result = identify(found.robot, recordings, options=Options(method="ls")).result
     left = result.least_squares.relative_error_percent_per_joint
     assert (left <= 1.05 * known(data)).all(), (left, known(data))
+
+
+def test_a_reference_in_another_unit_is_said(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    """A published log of a KUKA LWR has its targets divided by 57.3 once too often, and at other times."""
+    t, q, _, torque = motion
+    target = np.deg2rad(np.roll(q, 200, axis=0))
+    found = guessed(
+        tmp_path,
+        {"t": t, **numbered("q", q), **numbered("target_q", target), **numbered("tau", torque)},
+    )
+    assert "reference" not in found.columns
+    (words,) = [sentence for sentence in found.words if "named a reference" in sentence]
+    assert words.endswith("target_q0 … target_q5")

@@ -20,6 +20,7 @@ from daq.check.request import Verdict
 from daq.notify.notify import Message, message_of, notify_of, start_sender
 from daq.notify.sending import masked, send_all
 from daq.notify.settings import NotifyError, read_notify
+from daq.notify.told import note_told, settle_told
 
 MESSAGE = Message("tx40", "failed", "ok", "Coulomb friction of joint 2 +20 %", "http://localhost/runs/3")
 
@@ -257,3 +258,55 @@ def test_what_nobody_was_told_of_is_told_by_the_next_check(tmp_path: Path) -> No
         assert newest.details["state"] == "changed" and "told" in newest.details
         seen = [(body["verdict"], body["previous"]) for _, body in server.seen]  # type: ignore[attr-defined]
         assert seen == [("failed", ""), ("ok", "failed")]
+
+
+@contextmanager
+def no_http() -> Iterator[int]:
+    """A server that answers what is no HTTP."""
+    listening = socket.create_server(("127.0.0.1", 0))
+
+    def answer() -> None:
+        connection, _ = listening.accept()
+        with connection:
+            connection.recv(65536)
+            connection.sendall(b"220 mail.example ready\r\n")
+
+    thread = threading.Thread(target=answer, daemon=True)
+    thread.start()
+    try:
+        yield listening.getsockname()[1]
+    finally:
+        thread.join(5)
+        listening.close()
+
+
+def test_one_that_answers_no_http_keeps_nobody_else_from_being_told(tmp_path: Path) -> None:
+    with no_http() as port, hook(200) as server:
+        urls = f"http://127.0.0.1:{port}/hidden", f"http://127.0.0.1:{server.server_port}/x"
+        hooks = "".join(f'[[webhook]]\nurl = "{url}"\n' for url in urls)
+        file = settings_file(tmp_path, f"attempts = 1\n{hooks}")
+        assert not send_all(read_notify(file), MESSAGE, tmp_path / "log", lambda pause: None)
+        assert len(server.seen) == 1  # type: ignore[attr-defined]
+    log = (tmp_path / "log").read_text()
+    assert "attempt 1 failed: BadStatusLine" in log and "hidden" not in log and "mail.example" not in log
+
+
+def test_a_database_that_dies_before_it_is_said_who_was_told_has_nobody_told_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = settings_file(tmp_path, "")
+    with Catalogue() as catalogue:
+        run = runs.begin(catalogue, ArmIdentity("tx40", (1,), "0" * 64), "check")
+        kept = checks.add(catalogue, run.id, "failed", "s", {"state": "changed"})
+        found = SimpleNamespace(**vars(result("failed", "")) | {"run": run.id, "check": kept.id})
+        with monkeypatch.context() as patched:
+            patched.setenv("ARMHIL_CATALOGUE", "postgresql://armhil@127.0.0.1:9/gone")
+            note_told(kept.id, file)
+            other = tmp_path / f"notify.told-{kept.id}"
+            assert other.stat().st_mode & 0o777 == 0o600
+            settle_told(catalogue, file)
+        arm = runs.get(catalogue, run.id).arm_id
+        assert checks.last_told(catalogue, arm) == "" and other.exists(), "it is of another catalogue"
+        other.write_text(catalogue.url.render_as_string())
+        assert notify_of(found, catalogue, file) is None, "nobody is told again"
+        assert checks.last_told(catalogue, arm) == "failed" and not other.exists()

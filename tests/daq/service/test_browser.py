@@ -19,25 +19,6 @@ PHONE, DESK = 390, 1280
 PAGES = ("/", "/runs", "/arms/emps-sim?parameter=Fc1", "/runs/12", "/docs", "/login")
 
 
-def test_every_page_in_dark_and_light_on_a_desk_and_a_phone(page: Browser, tmp_path: Path) -> None:
-    """Nothing runs out of the window, and every text stands out of its ground (WCAG 2, AA)."""
-    for number, path in enumerate(PAGES):
-        page.open(path)
-        for width in (DESK, PHONE):
-            page.resize(width, 844)
-            for scheme in ("light", "dark"):
-                page.colours(scheme)
-                page.picture(tmp_path / f"{number}-{width}-{scheme}.png")
-                assert page.evaluate("document.documentElement.scrollWidth") <= width, (path, width)
-                assert page.evaluate("matchMedia('(prefers-color-scheme: dark)').matches") == (
-                    scheme == "dark"
-                )
-                assert not page.evaluate(_TINY), (path, width)
-                faint = page.evaluate(_FAINT)
-                assert not faint, (path, scheme, faint)
-    assert page.problems == []
-
-
 def test_rows_of_a_phone_begin_below_each_other(page: Browser) -> None:
     page.resize(PHONE, 844)
     for path in ("/runs", "/arms/emps-sim"):
@@ -47,17 +28,22 @@ def test_rows_of_a_phone_begin_below_each_other(page: Browser) -> None:
         assert {round(gap) for gap in gaps} == {12}, (path, gaps)
 
 
+def reached_by_keyboard(page: Browser, path: str) -> None:
+    """Tab leads to everything that can be used, and shows where it is."""
+    wanted = page.evaluate(_REACHABLE)
+    reached = []
+    for _ in range(len(wanted) + 5):
+        page.key("Tab", 9)
+        focus = page.evaluate(_FOCUS)
+        assert focus is None or focus["shown"], (path, focus)
+        reached += [] if focus is None else [focus["place"]]
+    assert set(wanted) <= set(reached), (path, set(wanted) - set(reached))
+
+
 def test_the_keyboard_reaches_everything_and_shows_where_it_is(page: Browser) -> None:
     for path in PAGES:
         page.open(path)
-        wanted = page.evaluate(_REACHABLE)
-        reached = []
-        for _ in range(len(wanted) + 5):
-            page.key("Tab", 9)
-            focus = page.evaluate(_FOCUS)
-            assert focus is None or focus["shown"], (path, focus)
-            reached += [] if focus is None else [focus["place"]]
-        assert set(wanted) <= set(reached), (path, set(wanted) - set(reached))
+        reached_by_keyboard(page, path)
     page.open("/")
     page.key("Tab", 9)
     assert page.evaluate("document.activeElement.textContent") == "To the content"
@@ -155,10 +141,10 @@ def test_problems_are_noticed(page: Browser) -> None:
     said = json.dumps(page.problems)
     assert "made up" in said and "thrown" in said and "404" in said
     page.evaluate("document.querySelector('.lead, p').style.color = '#ccc'")
-    assert page.evaluate(_FAINT)
+    assert page.evaluate(FAINT)
 
 
-_FAINT = """
+FAINT = """
 (() => {
   const numbers = (text) => (text.match(/[\\d.]+/g) || []).map(Number);
   const light = ([r, g, b]) => {
@@ -190,7 +176,7 @@ _FAINT = """
   return faint;
 })()
 """
-_TINY = """
+TINY = """
 [...document.querySelectorAll("body *")]
   .filter((e) => e.checkVisibility())
   .filter((e) => [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()))

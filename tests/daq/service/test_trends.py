@@ -23,6 +23,12 @@ def course_of(values: list[float], sigma: float, apart: timedelta = timedelta(da
     return Course("Fc2", "N·m", numbers, numbers, at, seconds, np.array(values), sigmas)
 
 
+def number(label: str) -> float:
+    """Of a label such as ``−3.2·10⁻⁵``."""
+    mantissa, _, power = label.translate(str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")).partition("·10")
+    return float(f"{mantissa}e{power or 0}")
+
+
 def heights(picture: str) -> list[float]:
     line = re.search(r'<polyline class="line" points="([^"]*)"', picture)
     assert line is not None
@@ -70,7 +76,7 @@ def test_labels_of_an_axis_differ_and_lie_where_they_say(value: float, apart: ti
             assert len({text for _, text in labels}) == len(labels) == len({at for at, _ in labels}), labels
         places, numbers = (
             np.array([y for y, _ in vertical]),
-            np.array([float(t.replace("−", "-")) for _, t in vertical]),
+            np.array([number(t) for _, t in vertical]),
         )
         slope = np.polyfit(numbers, places, 1)
         np.testing.assert_allclose(np.polyval(slope, numbers), places, atol=0.2)  # the axis is a line

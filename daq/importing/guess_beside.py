@@ -1,0 +1,80 @@
+"""Further channels of a log that are used: second encoders, temperatures, a flag per sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from daq.importing.channels import Channels
+from daq.importing.guess_which import Sampled
+from daq.importing.log_quantities import POSITION_UNITS
+from daq.importing.proof import is_same, slope_between
+from robots import Robot
+from robots.arrays import FloatArray
+
+_SAME_SIZE = 0.1
+"""Share by which a second encoder's motion may differ from the first one's: far more than a gear winds."""
+_NOT_MEASURED = {"reference", "error", "computed", "external"}
+
+
+def beside_of(
+    others: Sequence[Channels], log: Sampled, robot: Robot, offset: FloatArray
+) -> tuple[dict[str, Any], list[str], list[Channels]]:
+    """Tables of the map for further channels, a sentence for each, and the channels that they are.
+
+    Args:
+        others: groups of columns beside positions and torques.
+        log: the joints' positions.
+        robot: the arm.
+        offset: (n,) added to the positions, rad or m.
+    """
+    tables: dict[str, Any] = {}
+    words, used = list[str](), list[Channels]()
+    for channel in others:
+        kind, table = _meaning(channel, log, robot, offset)
+        if table is not None and kind not in tables:
+            tables[kind] = table
+            words.append(f"{kind.replace('_', ' ')}: {channel.label}")
+            used.append(channel)
+    return tables, words, used
+
+
+def _meaning(
+    channel: Channels, log: Sampled, robot: Robot, offset: FloatArray
+) -> tuple[str, dict[str, Any] | None]:
+    """The table of the map that a channel belongs into, and what it says; None where it is none of these."""
+    file = {} if channel.file is None else {"file": channel.file}
+    whole = len(channel.columns) > max(log.moving)
+    names = [channel.columns[k] for k in log.moving] if whole else list(channel.columns)
+    if not whole and len(names) != 1:
+        return "", None
+    if channel.kind == "complete":
+        flags = channel.values
+        is_flag = bool(np.isin(flags, (0.0, 1.0)).all() and flags.any())
+        return "complete", {"columns": names, **file} if is_flag else None
+    if channel.kind == "temperature" and not channel.marks & _NOT_MEASURED:
+        return "temperature", {"columns": names, **file} if np.isfinite(channel.values).all() else None
+    if (
+        channel.kind == "position"
+        and "second" in channel.marks
+        and whole
+        and not channel.marks & _NOT_MEASURED
+    ):
+        unit = _unit(channel, log, robot)
+        at = {"offset": offset.tolist()} if offset.any() else {}
+        return "second_encoder", None if unit is None else {"columns": names, "unit": unit, **file, **at}
+    return "", None
+
+
+def _unit(channel: Channels, log: Sampled, robot: Robot) -> str | None:
+    """In which the channel moves as the position does; None where in none."""
+    slides = np.array([joint.kind == "prismatic" for joint in robot.joint])
+    values = log.even(channel.values[:, log.moving])
+    for unit, (turning, sliding) in POSITION_UNITS.items():
+        fits = slides.any() if "m" in unit.replace("deg", "") else not slides.all()
+        slope, correlation = slope_between(log.position, values * np.where(slides, sliding, turning))
+        if fits and is_same(correlation) and abs(slope - 1.0) < _SAME_SIZE:
+            return unit
+    return None

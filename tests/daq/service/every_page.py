@@ -1,0 +1,153 @@
+"""Every page that armhil writes into a file, made once: reports, checks, diagnosis, plans, protocol.
+
+    python -m tests.daq.service.every_page FOLDER
+
+writes them there with a picture of each, on a desk and on a phone, light and dark. The failed check of the
+documentation is ``check-1280-light.png`` down to its second heading.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import robots
+from daq.catalogue import runs
+from daq.catalogue.database import Catalogue
+from daq.check.judged import comparison_json
+from daq.cli import entry
+from daq.protocol.content import protocol_of
+from daq.protocol.writing import write_protocol
+from daq.report.check_view import check_view
+from daq.report.page import ReportContent, write_report
+from drivers.simulated import draw_truth
+from drivers.simulated.scenario import Scenario
+from ident.drift import compare, patterns_of
+from tests.daq.diagnosis.offline_bench import OfflineBench
+from tests.daq.report.contents import content
+from tests.daq.service.browser import Browser, browsing, chromium
+from tests.daq.session.commissioned import commissioned, real_identity
+from tests.ident.drift.arms_of_nights import draw_nights, geometry
+from trajectories import plan
+
+WIDTHS = (1280, 390)
+"""px: a desk and a phone."""
+SCHEMES = ("light", "dark")
+_CELL = """format = 1
+floor = -0.32
+[[obstacle]]
+name = "control cabinet"
+centre = [0.0, 0.9, 0.3]
+size = [0.6, 0.4, 1.2]
+"""
+_SEARCH = ("--evaluations", "60", "--searches", "1", "--workers", "1", "--duration", "4")
+
+
+def write_pages(folder: Path) -> tuple[Path, ...]:
+    """The pages, in a folder."""
+    write_report(folder / "check.html", failed_check())
+    protocol(folder / "protocol.html")
+    return (
+        folder / "check.html",
+        folder / "protocol.html",
+        *planned(folder),
+        *of_a_recording(folder),
+    )
+
+
+def failed_check() -> ReportContent:
+    """Coulomb friction of joint 2 + 30 % since four nights of forty-four."""
+    made = geometry(friction=12.0)
+    pattern = next(p for p in patterns_of(made) if (p.effect, p.joint) == ("coulomb_friction", 2))
+    assert pattern.scale is not None
+    change = 0.3 * pattern.scale * pattern.directions[:, 0]
+    nights = draw_nights(made, 45, 1, change=change, first=41)
+    nights[41:44] = [replace(night, clean=False) for night in nights[41:44]]
+    details = {"comparison": json.loads(json.dumps(comparison_json(compare(nights[0], nights[1:], made))))}
+    details |= {"celsius": [18.5], "settings": {"tolerance": 0.05}}
+    baseline, tonight = ("run 3", "accepted 2026-10-01 by Ada"), ("run 47", "2026-11-22 02:31 UTC")
+    sentence = str(details["comparison"]["sentence"])
+    view = check_view("failed", sentence, details, baseline, tonight)
+    return replace(content("exogenous"), title="tx40-12: check", check=view)
+
+
+def protocol(file: Path) -> None:
+    """Of an arm that has passed every stage, in a catalogue of its own beside the file."""
+    os.environ["ARMHIL_CATALOGUE"] = str(file.with_name("protocol.db"))
+    arm = commissioned(real_identity(robots.load("tx40"), 3), until="return")
+    with Catalogue() as catalogue:
+        for run in runs.every(catalogue):
+            runs.note(catalogue, run.id, "cold hall")
+        write_protocol(file, protocol_of(catalogue, arm.label, "tx40"))
+        write_protocol(file.with_suffix(".pdf"), protocol_of(catalogue, arm.label, "tx40"))
+
+
+def planned(folder: Path) -> tuple[Path, ...]:
+    """A motion of six axes in a cell, and one that is refused."""
+    (folder / "cell.toml").write_text(_CELL, encoding="utf-8")
+    good, bad = folder / "planned", folder / "refused"
+    armhil("plan", "tx40", *_SEARCH, "--cell", folder / "cell.toml", "--out", good)
+    check = ("--check", good / "tx40.trajectory.json", "--tool-speed", "0.01")
+    armhil("plan", "tx40", *check, "--cell", folder / "cell.toml", "--out", bad)
+    return good / "plan.html", bad / "plan.html"
+
+
+def of_a_recording(folder: Path) -> tuple[Path, ...]:
+    """Identification and diagnosis of an axis that slides."""
+    arm = robots.load("emps")
+    motion = plan(arm, cycle_time=arm.bus.cycle_time, duration=5.0, seed=0, evaluations=60, periods=2)
+    capture = folder / "run.mcap"
+    OfflineBench(arm, draw_truth(arm, 1), Scenario.from_dict({"format": 1})).stream(motion, capture)
+    armhil("identify", capture, "--out", folder / "identified")
+    armhil("diagnose", capture, "--split-half", "--without", "coulomb_friction", "--out", folder / "why")
+    return folder / "identified" / "report.html", folder / "why" / "diagnosis.html"
+
+
+def armhil(*arguments: object) -> None:
+    """The command in this process; what it says is shown where it leaves no page."""
+    said, before = StringIO(), sys.argv
+    sys.argv = ["armhil", *map(str, arguments)]
+    out = Path(str(arguments[-1]))
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            entry.main()
+    except SystemExit:
+        pass  # a refused motion ends with 2, and has a page too
+    finally:
+        sys.argv = before
+    assert out.is_dir(), said.getvalue()
+
+
+def name_of(page: Path, folder: Path) -> str:
+    """Of its pictures."""
+    return "-".join(page.relative_to(folder).with_suffix("").parts)
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]).absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    pages = write_pages(folder)
+    program = chromium()
+    assert program is not None, "pictures need Chromium"
+    with browsing(program, folder / "profile", "") as browser:
+        for page in pages:
+            pictures(browser, page.as_uri(), folder, name_of(page, folder))
+
+
+def pictures(browser: Browser, address: str, folder: Path, name: str) -> None:
+    """Of one page, in both widths and both colours."""
+    browser.open(address)
+    for width in WIDTHS:
+        for scheme in SCHEMES:
+            browser.resize(width, 844)
+            browser.colours(scheme)
+            browser.picture(folder / f"{name}-{width}-{scheme}.png")
+
+
+if __name__ == "__main__":
+    main()
