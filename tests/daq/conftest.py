@@ -61,7 +61,7 @@ def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
         printed = capsys.readouterr()
         assert "Traceback" not in printed.out + printed.err
         assert isinstance(leaving.value.code, int)
-        if leaving.value.code == 2 and printed.err.startswith("armhil: "):
+        if leaving.value.code == 2 and not printed.out and printed.err.startswith("armhil: "):
             assert COMMAND.search(printed.err), f"no command to go on with: {printed.err}"
         return leaving.value.code, printed.out, SEE.sub("", printed.err)
 
