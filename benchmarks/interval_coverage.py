@@ -108,7 +108,6 @@ CELLS = {
     "weak motion": Cell(scale=0.2),
     "cut-off 20 Hz": Cell(cutoff=20.0, decimation=20),
     "weak motion, 20 Hz, default filters": Cell(scale=0.2, cutoff=20.0, decimation=20, filters=DEFAULT),
-    "cut-off 20 Hz, default filters": Cell(cutoff=20.0, decimation=20, filters=DEFAULT),
     "friction turns 20 × as slowly": Cell(bristle=20.0, reversals=True),
     "100 × encoder noise": Cell(encoder=100.0),
     "torque noise remembers 20 ms": Cell(torque_time=0.02),

@@ -3,7 +3,7 @@
     PYTHONPATH=. python benchmarks/many_arms.py --arms 200 --nights 300
 
 Starts a server of its own (Debian's package postgresql), fills it with copies of one night by its own SQL,
-and asks the service for each page in turn: median and largest of several answers, beside that with one arm.
+and asks the service for each page in turn: seconds on the clock and of the processor, and those with one arm.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -116,24 +117,53 @@ def fill_years(catalogue: Catalogue, arms: int, nights: int) -> None:
         print(f"{words}: {time.monotonic() - begun:.1f} s", file=sys.stderr, flush=True)
 
 
-def timed(client: TestClient, paths: Sequence[str], times: int) -> Iterator[tuple[str, float, float, int]]:
-    """Path, median and largest time of an answer, s, and its size; the first answer warms up."""
+def database_seconds() -> float:
+    """Processor time of the database's processes that answer this user, s, in steps of 10 ms."""
+    ticks = 0
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if "postgres: armhil" in (process / "cmdline").read_text():
+                spent = (process / "stat").read_text().rsplit(")", 1)[1].split()
+                ticks += int(spent[11]) + int(spent[12])
+        except OSError:  # it has ended meanwhile
+            continue
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+@dataclass(frozen=True)
+class Timed:
+    """Answers to one path: seconds on the clock (median, least, most), of the processor (here, database)."""
+
+    path: str
+    median: float
+    least: float
+    most: float
+    here: float
+    database: float
+    size: int
+
+
+def timed(client: TestClient, paths: Sequence[str], times: int) -> Iterator[Timed]:
+    """The first answer of each path warms up and does not count."""
     for path in paths:
         client.get(path)
         taken = []
+        here, there = time.process_time(), database_seconds()
         for _ in range(times):
             begun = time.perf_counter()
             answer = client.get(path)
             taken.append(time.perf_counter() - begun)
             assert answer.status_code == 200, (path, answer.text[:200])
-        yield path, float(np.median(taken)), max(taken), len(answer.content)
+        here, there = time.process_time() - here, database_seconds() - there
+        middle = float(np.median(taken))
+        yield Timed(path, middle, min(taken), max(taken), here / times, there / times, len(answer.content))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--arms", type=int, default=200)
     parser.add_argument("--nights", type=int, default=300)
-    parser.add_argument("--times", type=int, default=5)
+    parser.add_argument("--times", type=int, default=20)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="armhil-many-") as name, server() as url:
         folder = Path(name)
@@ -143,14 +173,14 @@ def main() -> None:
             app = create_app(Service(), catalogue, folder)
             client = TestClient(app, base_url="http://localhost")
             paths = ["/", "/metrics", "/runs", "/api/arms", "/arms/emps-sim", "/api/runs"]
-            few = {path: middle for path, middle, *_ in timed(client, paths, given.times)}
+            few = {one.path: one.median for one in timed(client, paths, given.times)}
             fill_years(catalogue, given.arms, given.nights)
-            paths += ["/arms/copy-2"]
-            for path, middle, most, size in timed(client, paths, given.times):
-                before = f", {few[path]:.3f} s with one arm" if path in few else ""
-                print(
-                    f"{path}: {middle:.3f} s (at most {most:.3f}), {size / 1000:.0f} kB{before}", flush=True
-                )
+            paths += ["/arms/copy-2", f"/runs/{given.arms * given.nights // 2}"]
+            for one in timed(client, paths, given.times):
+                clock = f"{one.median:.3f} s ({one.least:.3f} to {one.most:.3f})"
+                spent = f"processor {one.here:.3f} s here, {one.database:.3f} s database"
+                before = f", {few[one.path]:.3f} s with one arm" if one.path in few else ""
+                print(f"{one.path}: {clock}; {spent}; {one.size / 1000:.0f} kB{before}", flush=True)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import argparse
 import http.server
 import json
 import os
+import queue
 import re
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import urllib.request
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +52,8 @@ WORN_DRIVE, WEAR = {"tx40": 3, "emps": 1}, 0.03
 """Its Coulomb friction grows by this share a night."""
 NIGHT = 86_000
 """s between two checks, less what a check takes."""
-MESSAGES = 2
-"""That the arm is watched and fine, and that it is not."""
+ARRIVES = 300.0
+"""s that a message may take: a process of its own sends it, and tries again."""
 PATIENCE = 7200
 """s of processor time and waiting that a day may take on a busy machine."""
 
@@ -94,13 +96,13 @@ def drives(arm: str, device: str, folder: Path, night: int, worn: float = 0.0) -
 
 
 @contextmanager
-def webhook() -> Iterator[tuple[int, list[dict[str, Any]]]]:
-    """A receiver of messages: its port, and what came."""
-    messages: list[dict[str, Any]] = []
+def webhook() -> Iterator[tuple[int, queue.Queue[dict[str, Any]]]]:
+    """A receiver of messages: its port, and what comes."""
+    messages: queue.Queue[dict[str, Any]] = queue.Queue()
 
     class Receiver(http.server.BaseHTTPRequestHandler):
         def do_POST(self) -> None:
-            messages.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            messages.put(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
             self.send_response(204)
             self.end_headers()
 
@@ -127,10 +129,9 @@ def day(device: str, folder: Path, size: Size) -> dict[str, Any]:
         hook = {"format": 1, "webhook": [{"url": f"http://127.0.0.1:{port}/"}]}
         (folder / "notify.toml").write_text(toml_text(hook), encoding="utf-8")
         told["nights"] = nights(folder, bus, size)
-        deadline = time.monotonic() + 300
-        while len(messages) < MESSAGES and time.monotonic() < deadline:
-            time.sleep(1)
-        told["messages"] = [[one["verdict"], one["sentence"]] for one in messages]
+        verdicts = ["ok", *(one["verdict"] for one in told["nights"])]
+        changes = [after for before, after in pairwise(verdicts) if after != before]
+        told["messages"] = [messages.get(timeout=ARRIVES)["verdict"] for _ in changes]
     told["pages"] = pages(told["nights"][-1]["verdict"], WORN_DRIVE[size.arm])
     return told
 

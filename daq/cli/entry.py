@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import sys
 import traceback
+from typing import Any
 
 import typer
 from typer.exceptions import TyperException
@@ -91,6 +93,28 @@ def _help_of(error: TyperException) -> str:
     return " ".join(["armhil", *words, "--help"])
 
 
+_WHOLE_COMMAND = re.compile(r"`[^` ]+ [^`]+`|: (\./)?armhil [a-z-]+")
+
+
+def _with_next(text: str, words: list[str]) -> str:
+    """A refusal that names a whole command: its own, else the help of what was called.
+
+    Args:
+        text: of the refusal.
+        words: that armhil was called with.
+    """
+    if _WHOLE_COMMAND.search(text):
+        return text
+    group: Any = typer.main.get_command(app)
+    called = ["armhil"]
+    for word in words:
+        inner = getattr(group, "commands", {}).get(word)
+        if inner is not None:
+            group = inner
+            called.append(word)
+    return f"{text}; see `{' '.join([*called, '--help'])}`"
+
+
 def main() -> None:
     """Run the command line; a user's mistake ends in one line and exit code 2, never in a traceback."""
     for library in ("OMP", "OPENBLAS", "MKL"):
@@ -114,7 +138,7 @@ def main() -> None:
     except (UserError, OSError) as error:
         if debug:
             raise
-        say(" ".join(str(error).split()))
+        say(_with_next(" ".join(str(error).split()), sys.argv[1:]))
         sys.exit(FAILED)
     except Exception:  # noqa: BLE001 (a mistake of armhil's own: 1, as Python ends then, would read as a warning)
         traceback.print_exc()

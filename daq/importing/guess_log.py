@@ -38,6 +38,7 @@ _MOST = 600_000
 """Samples that guesses are proven on: ten minutes at 1 kHz."""
 _SAYING = {"position", "velocity", "torque", "current"}
 """Kinds of which a log with names has one."""
+_NOT_FOLLOWED = "named a reference; the measured one does not follow it (unit? other times?), not used"
 _FASTEST = 10.0
 """rad/s or m/s; of a joint whose limit the URDF does not give."""
 
@@ -251,7 +252,8 @@ def _named(velocity: list[Channels], others: list[Channels], reference: Channels
             continue
         second = c.kind == "position" and "second" in c.marks
         what = "second encoder" if second else " ".join([*sorted(c.marks & {"computed", "external"}), c.kind])
-        words.append(f"{what}, read and not used: {c.label}")
+        odd = c.kind == "position" and "reference" in c.marks and reference is None
+        words.append(f"{what}, {_NOT_FOLLOWED if odd else 'read and not used'}: {c.label}")
     return words
 
 

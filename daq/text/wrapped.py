@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TextIO
 
 from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
@@ -32,9 +34,27 @@ class WordConsole(Console):
         if isinstance(text, str):
             text = Text.from_markup(text) if options.get("markup", True) else Text(text)
         options["soft_wrap"] = True
-        for line in text.wrap(self, self.width, overflow="ignore"):
+        for line in _broken(text, self.width):
             line.rstrip()
             super().print(line, **options)
+
+
+def _broken(text: Text, width: int) -> Iterator[Text]:
+    """Lines of a text, each broken before the first word that would pass the width; styles stay.
+
+    ``Text.wrap`` of rich either cuts words that are longer than a line or does not wrap at all.
+    """
+    for line in text.split("\n", allow_blank=True):
+        breaks, begin = [], 0
+        for word in re.finditer(r"\S+", line.plain):
+            if (
+                word.start() > begin
+                and cell_len(line.plain[begin : word.end()]) > width
+                and line.plain[begin : word.start()].strip()
+            ):
+                begin = word.start()
+                breaks.append(begin)
+        yield from line.divide(breaks)
 
 
 def write(console: Console, text: str, style: str = "", indent: str = "") -> None:

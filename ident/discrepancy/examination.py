@@ -77,7 +77,7 @@ class Examination:
     simulations: ClassVar[int] = 0
     """Evaluations per shape by simulation at the end of a search: none where columns are not approximate."""
 
-    @property
+    @cached_property
     def residual(self) -> FloatArray:
         """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
         left = self.torque - self.regressor @ self.beta

@@ -64,7 +64,8 @@ class Library:
         trials: those that the data can see at all.
         gram: (m, m) products of the columns.
         score: (m,) their products with the residual.
-        columns: (N, m) partialled out, orthonormal within each trial.
+        columns: (N, m) partialled out, orthonormal within each trial; none where they are approximate, and
+            those of what leads will be simulated.
     """
 
     trials: tuple[Trial, ...]
@@ -94,7 +95,7 @@ class Library:
             blocks.append(basis.astype(np.float32))
             scores.append(basis.T @ examination.residual)
             start = end
-        matrix = np.concatenate(blocks, axis=1)
+        matrix = _side_by_side(blocks, self.columns.shape[0])
         gram = (matrix.T @ matrix).astype(np.float64)
         return Library(tuple(trials), gram, np.concatenate(scores), matrix)
 
@@ -156,9 +157,22 @@ def build_library(
                 share = prior_share(basis, data)
                 trials.append(Trial(family, place, effect, start, end, len(shapes), parameters, share))
                 start = end
-    matrix = np.concatenate([np.zeros((examination.torque.shape[0], 0), dtype=np.float32), *blocks], axis=1)
+    matrix = _side_by_side(blocks, examination.torque.shape[0])
     gram = (matrix.T @ matrix).astype(np.float64)
+    if examination.simulations:
+        matrix = matrix[:, :0].copy()  # what leads is simulated: those columns take the place of these
     return Library(tuple(trials), gram, np.concatenate(scores), matrix)
+
+
+def _side_by_side(blocks: list[FloatArray], rows: int) -> FloatArray:
+    """Columns (rows, all) of blocks in single precision; the list is emptied, so that none is there twice."""
+    matrix = np.empty((rows, sum(block.shape[1] for block in blocks)), dtype=np.float32)
+    end = matrix.shape[1]
+    while blocks:
+        block = blocks.pop()
+        matrix[:, end - block.shape[1] : end] = block
+        end -= block.shape[1]
+    return matrix
 
 
 def _beyond(examination: Examination, effects: Sequence[PlacedEffect]) -> list[FloatArray | None]:

@@ -124,15 +124,16 @@ class Validation:
     def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:
         """Of what the one model changes of the other's simulated positions, the share that is there.
 
-        Each joint counts by what the nearer of both leaves there, its misfit or its noise. (In units of noise
+        Each joint counts by what the nearer of both leaves there, noise and misfit. (In units of noise
         alone the first joint of an arm with play, of which no simulation says where in it it is, decided
         what the friction of the fifth was.)
         """
         if without[0] is None or whole[0] is None:
             return None
         misfit = np.minimum(without[0].position, whole[0].position)
-        unit = np.maximum(np.fmax(misfit, position_floor(self.prepared)), _EXACT)
-        return shown_in_positions(self.prepared, without[0].errors, whole[0].errors, unit)
+        return shown_in_positions(
+            self.prepared, without[0].errors, whole[0].errors, np.maximum(misfit, _EXACT)
+        )
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
         """What the residual depends on before and after."""

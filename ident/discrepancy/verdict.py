@@ -89,6 +89,14 @@ def description(verdict: DiagnosisVerdict, left: Left) -> str:
     return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
 
 
+def loop_does_otherwise(joint: int) -> str:
+    """What the residual is of an arm that is simulated wrong, though nothing has a name; joint from 0."""
+    return (
+        "the simulated closed loop does not do what the arm does at its reversals, least of all at"
+        f" joint {joint + 1}, though the model fits the moving arm"
+    )
+
+
 def beside_gate(diagnosis: Diagnosis, gate: Gate | None) -> Diagnosis:
     """The diagnosis beside gate 1 of the final model: what it rejects is not clean.
 

@@ -23,7 +23,7 @@ from ident.discrepancy.step import Step
 from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.validation import Validation
-from ident.discrepancy.verdict import Left, description, lags_of_noise, verdict_of
+from ident.discrepancy.verdict import Left, description, lags_of_noise, loop_does_otherwise, verdict_of
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Placed
@@ -125,10 +125,7 @@ class Search:
                 self.course.step = moving
         joint = self._misfit_joint(in_loop)
         if joint is not None and not self.findings and not self._more_than_clean():
-            self.unnamed = (
-                "the simulated closed loop does not do what the arm does at its reversals, least of all at"
-                f" joint {joint + 1}, though the model fits the moving arm"
-            )
+            self.unnamed = loop_does_otherwise(joint)
 
     def _leave_to_motion(self) -> None:
         """What findings do at reversals, and joints on which motion leaves more than has a name."""
@@ -185,12 +182,8 @@ class Search:
             if unnamed:
                 self.unnamed = f"drive {unnamed[0].place.joints[0] + 1} has {unnamed[0].family.sentence}"
                 break
-            self._take(choice.chosen, choice)
+            self.course.add(choice.chosen, choice)
         return choice
-
-    def _take(self, chosen: Score, choice: Choice) -> None:
-        """Go on with what was chosen."""
-        self.course.add(chosen, choice)
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
         found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable

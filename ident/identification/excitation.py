@@ -7,6 +7,7 @@ recording shows them is another matter: a joint that stands still or never accel
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ident.preparation.observation import Rows
 from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
 from ident.results import Rank
-from ident.signals import Motion, motion
+from ident.signals import kept_samples, motion
 from robots.arrays import FloatArray, IntArray
 from robots.description import Identification
 
@@ -45,6 +46,39 @@ _TURNS_WITH_SPEED = ("Fc", "Fcp", "Fcn", "Fcm", "Fc_cold", "Fc_heat", "Fc_settle
 """Dry friction: its columns turn their sign with the speed."""
 
 
+@dataclass(frozen=True)
+class _Moved:
+    """How recordings move an arm; of hours of them not all is kept.
+
+    Attributes:
+        states: positions, velocities and accelerations, states × joints each, spread over the recordings.
+        travel, speed, rate: (n,) range of the positions, largest speed and acceleration.
+    """
+
+    states: tuple[FloatArray, FloatArray, FloatArray]
+    travel: FloatArray
+    speed: FloatArray
+    rate: FloatArray
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording], settings: Identification) -> _Moved:
+        lengths = [kept_samples(r.time.shape[0], settings) for r in recordings]
+        ends = np.cumsum([0, *(kept.stop - kept.start for kept in lengths)])
+        chosen = np.linspace(0, ends[-1] - 1, min(_STATES, int(ends[-1]))).astype(np.int64)
+        parts, lowest, highest, fastest, quickest = [], [], [], [], []
+        for recording, begin, end in zip(recordings, ends[:-1], ends[1:], strict=True):
+            moved = motion(recording.time, recording.position, settings)
+            own = chosen[(chosen >= begin) & (chosen < end)] - begin
+            parts.append((moved.position[own], moved.velocity[own], moved.acceleration[own]))
+            lowest.append(moved.position.min(axis=0))
+            highest.append(moved.position.max(axis=0))
+            fastest.append(np.abs(moved.velocity).max(axis=0))
+            quickest.append(np.abs(moved.acceleration).max(axis=0))
+        q, qd, qdd = (np.concatenate(values) for values in zip(*parts, strict=True))
+        travel = np.max(highest, axis=0) - np.min(lowest, axis=0)
+        return cls((q, qd, qdd), travel, np.max(fastest, axis=0), np.max(quickest, axis=0))
+
+
 def rank_of(
     base: BaseParameters, rows: Rows, recordings: tuple[Recording, ...], spectrum: PositionSpectrum
 ) -> Rank:
@@ -63,13 +97,15 @@ def rank_of(
         IdentificationError: the rows have no information on some parameters; names them and says why.
     """
     settings = base.model.robot.identification
-    moved = [motion(r.time, r.position, settings) for r in recordings]
+    moved = _Moved.of(recordings, settings)
     x = rows.regressor[rows.used]
     scale = np.linalg.norm(x, axis=0)
     silent = scale == 0.0
     if silent.any():
         raise _unseen("does not excite", np.flatnonzero(silent), base, moved)
-    _, values, directions = np.linalg.svd(x / scale, full_matrices=False)
+    x /= scale
+    # The triangle of x has its singular values and directions, without the rows' own vectors.
+    _, values, directions = np.linalg.svd(np.linalg.qr(x, mode="r"))
     blind = values < _NUMERICAL * values[0]
     if blind.any():
         raise _unseen("does not tell apart", _taking_part(directions[blind]), base, moved)
@@ -104,7 +140,7 @@ def require_enough_rows(rows: Rows, parameters: int) -> None:
 
 
 def _noise_of_columns(
-    base: BaseParameters, moved: Sequence[Motion], spectrum: PositionSpectrum, settings: Identification
+    base: BaseParameters, moved: _Moved, spectrum: PositionSpectrum, settings: Identification
 ) -> FloatArray:
     """(b,) rms over the rows of what noise in q̇̂ and q̈̂ changes in each column.
 
@@ -113,11 +149,7 @@ def _noise_of_columns(
     where they change sign with the noise; rows without a sign are no rows.
     """
     generator = np.random.default_rng(_SEED)
-    position, velocity, acceleration = (
-        np.concatenate([getattr(m, name) for m in moved]) for name in ("position", "velocity", "acceleration")
-    )
-    chosen = np.linspace(0, len(position) - 1, min(_STATES, len(position))).astype(np.int64)
-    q, qd, qdd = position[chosen], velocity[chosen], acceleration[chosen]
+    q, qd, qdd = moved.states
     speed, rate = _motion_noise(spectrum, settings)
     clean = base.columns(State(q, qd, qdd))
     noisy = base.columns(
@@ -149,24 +181,20 @@ def _taking_part(directions: FloatArray) -> IntArray:
     return np.flatnonzero((np.abs(directions) > _TAKES_PART).any(axis=0))
 
 
-def _unseen(what: str, which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> IdentificationError:
+def _unseen(what: str, which: IntArray, base: BaseParameters, moved: _Moved) -> IdentificationError:
     why = "; ".join(_reasons(which, base, moved))
     advice = why or "the joints move in step with one another; record a more exciting trajectory"
     return IdentificationError(f"the motion {what} {listed([base.names[k] for k in which])}: {advice}")
 
 
-def _reasons(which: IntArray, base: BaseParameters, moved: Sequence[Motion]) -> list[str]:
+def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> list[str]:
     """Why parameters cannot be seen: which of the joints they belong to stand still or are too slow."""
     robot = base.model.robot
-    position, velocity, acceleration = (
-        np.concatenate([getattr(m, name) for m in moved]) for name in ("position", "velocity", "acceleration")
-    )
     found = []
     joints = (base.leading[k].joint for k in which)
     for joint in sorted({joint for joint in joints if joint is not None}):
         unit = robot.joint[joint].unit
-        travel = float(np.ptp(position[:, joint]))
-        speed, rate = (float(np.abs(values[:, joint]).max()) for values in (velocity, acceleration))
+        travel, speed, rate = (float(values[joint]) for values in (moved.travel, moved.speed, moved.rate))
         limits = robot.joint[joint]
         if travel < 1e-3 * float(robot.upper[joint] - robot.lower[joint]):
             found.append(f"joint {joint + 1} does not move ({travel:.2g} {unit} in all)")

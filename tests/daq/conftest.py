@@ -12,7 +12,7 @@ import robots
 from daq.catalogue import database
 from daq.cli import entry as cli
 from robots import Robot
-from tests.daq.calls import Call
+from tests.daq.calls import COMMAND, SEE, Call
 
 
 @pytest.fixture(scope="session")
@@ -48,7 +48,10 @@ def sqlite_set_up() -> Iterator[SetUp]:
 
 @pytest.fixture
 def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    """Calls the command line in this process: exit code, stdout, stderr."""
+    """Calls the command line in this process: exit code, stdout, stderr.
+
+    Each refusal has to name a whole command; where it is but the help of what was called, that is taken off.
+    """
 
     def call(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["armhil", *map(str, arguments)])
@@ -58,6 +61,8 @@ def armhil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
         printed = capsys.readouterr()
         assert "Traceback" not in printed.out + printed.err
         assert isinstance(leaving.value.code, int)
-        return leaving.value.code, printed.out, printed.err
+        if leaving.value.code == 2 and not printed.out and printed.err.startswith("armhil: "):
+            assert COMMAND.search(printed.err), f"no command to go on with: {printed.err}"
+        return leaving.value.code, printed.out, SEE.sub("", printed.err)
 
     return call

@@ -13,7 +13,7 @@ from ident.identification.second_encoder import words_of_second, wound
 
 ROBOT = robots.load("emps")
 TIME = np.arange(20_000) * 1e-3
-STIFFNESS, INERTIA, FRICTION = 4e5, 90.0, (200.0, 20.0)
+STIFFNESS, INERTIA, ROTOR, FRICTION = 4e5, 90.0, 60.0, (200.0, 20.0)
 
 
 def _recording(stiffness: float, late: float = 0.0) -> Recording:
@@ -24,7 +24,7 @@ def _recording(stiffness: float, late: float = 0.0) -> Recording:
     v = np.gradient(q, TIME)
     gravity = 60.0 * np.sin(0.7 * TIME)  # a load that is not of the motion
     through = INERTIA * np.gradient(v, TIME) + gravity
-    force = through + FRICTION[0] * v + FRICTION[1] * np.sign(v)
+    force = through + ROTOR * np.gradient(v, TIME) + FRICTION[0] * v + FRICTION[1] * np.sign(v)
     second = q - through / stiffness - late * v + 2e-7 * lot.standard_normal(q.size)
     position = q + 2e-7 * lot.standard_normal(q.size)
     signal = ROBOT.control_signal((force + 2.0 * lot.standard_normal(q.size))[:, np.newaxis])

@@ -16,18 +16,18 @@ from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.reversals import likeliest_in_loop
-from ident.discrepancy.by_evidence.workflow import diagnose_by_evidence
+from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
+from ident.discrepancy.by_evidence.workflow import above_accepted, diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
-from ident.discrepancy.decision import Choice
 from ident.discrepancy.library import partialled
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
-from ident.discrepancy.scoring import Score
-from ident.discrepancy.step import LoopStep
 from ident.discrepancy.validation import Validation
+from ident.discrepancy.verdict import loop_does_otherwise
 from ident.discrepancy.workflow import Search, silent
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import form_of
@@ -115,23 +115,34 @@ class _Led(Search):
         if shown is not None and shown.there and shown.outweighs(nats - rival.log_odds):
             self.course = course
 
-    def _take(self, chosen: Score, choice: Choice) -> None:
-        """What is chosen at reversals has the name that the evidence of the simulated loop gives it, or none.
-
-        The evidence alone does not decide there: friction at standstill of a form that nobody described is
-        in every one of its columns, and on a clean foreign arm it named two frictions.
-        """
-        assert isinstance(self.step, LoopStep)
-        families = [family for family in self.question.families if family.shows != "motion"]
-        found = {(one.effect, one.placed.place.joints) for one in self.findings} | self.confusable
-        joints = {joint for trial in chosen.trials for joint in trial.place.joints}
-        one = likeliest_in_loop(self.step, families, found, joints)
-        if one is None:
-            self.settled |= joints
+    def _search_at_reversals(self) -> None:
+        """At most one more finding, by the same evidence of the simulated loop."""
+        in_loop = self.step.in_loop()
+        if in_loop is None:
             return
-        _log.info("scores chose %s at the reversals", [trial.key for trial in chosen.trials])
-        component = _component(self.step.base.model.robot, one.placed)
-        self.course.add_in_loop(component, basis_of(one.key, one.names))
+        try:
+            problem = posed_in_loop(in_loop)
+        except IdentificationError as error:
+            # Parameters that the loop's rows want can be none that an arm has: a gap of less than nothing.
+            _log.info("no look at reversals: %s", error)
+            return
+        self._leave_to_motion()
+        families = [family for family in self.question.families if family.shows != "motion"]
+        known = {(one.effect, one.placed.place.joints) for one in self.findings} | self.confusable
+        one = likeliest_in_loop(problem, families, known, set(range(problem.rows.n)) - self.settled)
+        if one is not None:
+            self.course.step = self.course.reversing = in_loop
+            self.course.add_in_loop(
+                _component(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
+            )
+        elif not self.findings and not self._more_in_motion():
+            self._tell_loop(problem)
+
+    def _tell_loop(self, problem: Problem) -> None:
+        """A simulated loop that leaves more than the model of an arm may is no clean arm's."""
+        above = above_accepted(problem, without_effects(problem))
+        if above.max() > 0.5:
+            self.unnamed = loop_does_otherwise(int(np.argmax(above)))
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:

@@ -19,7 +19,13 @@ from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import LEADERS, joints_of
 from ident.discrepancy.by_evidence.decide.shapes import refined
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, found_set
+from ident.discrepancy.by_evidence.decide.state import (
+    TEMPERATURE,
+    Found,
+    Member,
+    found_set,
+    without_effects,
+)
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
 from ident.discrepancy.step import LoopStep
@@ -49,23 +55,21 @@ class AtReversals:
 
 
 def likeliest_in_loop(
-    step: LoopStep, families: Sequence[EffectFamily], found: Collection[Key], joints: Collection[int]
+    problem: Problem, families: Sequence[EffectFamily], found: Collection[Key], joints: Collection[int]
 ) -> AtReversals | None:
     """The likeliest effect at some joints beside a model in closed loop; None where nothing is as likely.
 
     One at a time: its columns hold for the model as it is, and one that has it is simulated before the next.
 
     Args:
-        step: the model, examined in closed loop.
+        problem: a model in closed loop (:func:`posed_in_loop`).
         families: that show at reversals.
         found: names and places that are no further effect.
         joints: from 0.
-
-    Raises:
-        IdentificationError: the loop cannot be simulated.
     """
-    problem, rows = posed_in_loop(step)
-    empty = Found((), problem.level, problem.score, problem.posterior)
+    rows = problem.rows
+    assert isinstance(rows, LoopRows)
+    empty = without_effects(problem)
     present = present_with(problem, empty)
     wanted = [
         one
@@ -94,8 +98,8 @@ def likeliest_in_loop(
     return AtReversals(forms[first], names)
 
 
-def posed_in_loop(step: LoopStep) -> tuple[Problem, LoopRows]:
-    """A model that was examined in closed loop, before any effect is added, and its rows.
+def posed_in_loop(step: LoopStep) -> Problem:
+    """A model that was examined in closed loop, before any effect is added; its rows are :class:`LoopRows`.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
@@ -105,10 +109,7 @@ def posed_in_loop(step: LoopStep) -> tuple[Problem, LoopRows]:
     misfit, fitted = level_beside(rows, None)
     base, start = examination.base, examination.beta
     score, level, posterior = fitted
-    problem = Problem(
-        base, examination.prior, start, step.present, rows, beta, misfit, level, score, posterior
-    )
-    return problem, rows
+    return Problem(base, examination.prior, start, step.present, rows, beta, misfit, level, score, posterior)
 
 
 def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWith) -> Found | None:

@@ -23,7 +23,7 @@ from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, without_effects
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
@@ -133,7 +133,7 @@ def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
         IdentificationError: recordings that do not fit the arm.
     """
     problem = posed(question)
-    nothing = Found((), problem.level, problem.score, problem.posterior)
+    nothing = without_effects(problem)
     present = PresentWith(problem.present, (), problem.prepared.repeats)
     wanted = candidates(problem.prepared.robot, question.families)
     return sizes_beside(problem, nothing, present, question.fit, wanted, lag_is_known(question.robot))

@@ -8,14 +8,16 @@ import pytest
 
 from daq.catalogue import baselines, models
 from daq.catalogue.database import Catalogue
-from daq.check.request import Verdict
+from daq.check.request import CheckResult, Verdict
 from daq.files.model_file import read_model
 from daq.identification.identify import IdentifyRequest, run_identify
 from daq.keeping.accepted_effects import effects_of
 from daq.keeping.again import rerun
+from daq.keeping.compare import compare
 from daq.keeping.keep import keep_request
 from daq.text.progress import Silent
 from robots import Robot
+from tests.daq.calls import Call
 from tests.daq.check.test_found_effects import check, motion, nights, offline
 
 __all__ = ["motion", "offline"]
@@ -24,7 +26,9 @@ RUBBING = "[[load_dependent_friction]]\ndrive = 1\ncoefficient = {mu}\n"
 
 
 @pytest.mark.slow
-def test_nights_go_on_with_a_term(emps: Robot, motion: Path, own_catalogue: Path, tmp_path: Path) -> None:
+def test_nights_go_on_with_a_term(
+    emps: Robot, motion: Path, own_catalogue: Path, armhil: Call, tmp_path: Path
+) -> None:
     """Quiet where the plant rubs as the formula says, loud where it no longer does; no file is needed."""
     night = nights(emps, motion, tmp_path)
     with Catalogue() as catalogue:
@@ -44,7 +48,6 @@ def test_nights_go_on_with_a_term(emps: Robot, motion: Path, own_catalogue: Path
         assert "term: sign q̇₁·|load₁| (joint 1)" in report
         baselines.accept(catalogue, whole.id, "Ada", "stays as it is", None)
         file.unlink()
-
         same = check(night(catalogue, RUBBING.format(mu=0.3)))
         assert same.verdict is Verdict.OK, same.sentence
         kept = models.get(catalogue, same.model)
@@ -52,6 +55,17 @@ def test_nights_go_on_with_a_term(emps: Robot, motion: Path, own_catalogue: Path
         assert rerun(catalogue, same.run, Silent()).sameness == "identical"
         other = check(night(catalogue, RUBBING.format(mu=0.8)))
         assert other.verdict is not Verdict.OK and "term: sign q̇₁·|load₁| of joint 1" in other.sentence
+        beside(catalogue, same, other, armhil)
+
+
+def beside(catalogue: Catalogue, first: CheckResult, second: CheckResult, armhil: Call) -> None:
+    """``armhil compare`` of two nights: the factor is a parameter like the others."""
+    compared = compare(catalogue, first.run, second.run)
+    assert compared.torque is not None and compared.torque.rms[0] > 1.0, compared.torque_reason
+    (term,) = [one for one in compared.parameters if one.name == "sign q̇₁·|load₁|@1"]
+    assert term.difference == pytest.approx(0.5, abs=0.15) and term.sigmas is not None and term.sigmas > 5.0
+    code, out, err = armhil("compare", first.run, second.run)
+    assert code == 0 and "sign q̇₁·|load₁|@1" in out + err
 
 
 def with_term(text: str) -> str:

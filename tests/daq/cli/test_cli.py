@@ -343,7 +343,10 @@ def test_a_mistake_in_the_call(armhil: Armhil, arguments: list[str], named: list
 def test_a_refusal_as_a_user_meets_it(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap").write_text("not a capture\n")
     answer = as_program("identify", "notes.mcap", "--json", cwd=tmp_path)
-    assert answer.refusal == "notes.mcap: is a text file; allowed: an MCAP capture recorded by armhil"
+    assert answer.refusal == (
+        "notes.mcap: is a text file; allowed: an MCAP capture recorded by armhil;"
+        " see `armhil identify --help`"
+    )
     assert answer.out == "", "no JSON without a result"
 
 
@@ -489,7 +492,10 @@ def test_test_outside_of_a_clone(tmp_path: Path, repository: Path) -> None:
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     line = as_program("test", cwd=elsewhere, path=tmp_path / "installed").refusal
-    assert line == f"no tests found: neither {tmp_path / 'installed'} nor {elsewhere} is a clone of armhil"
+    assert line == (
+        f"no tests found: neither {tmp_path / 'installed'} nor {elsewhere} is a clone of armhil;"
+        " see `armhil test --help`"
+    )
 
 
 def test_a_mistake_of_our_own_is_no_warning(
@@ -525,3 +531,25 @@ def test_a_call_that_is_wrong_says_which_help_to_read(
 
 def test_a_model_that_is_not_there_says_what_makes_one(armhil: Armhil) -> None:
     assert "`armhil identify CAPTURE --out FOLDER`" in armhil("export-model", "no.toml").refusal
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "said"),
+    [
+        (
+            "a.toml: no such file",
+            ["baseline", "accept", "3"],
+            "a.toml: no such file; see `armhil baseline accept --help`",
+        ),
+        ("no such arm", ["--log", "x", "identify", "plan"], "no such arm; see `armhil identify --help`"),
+        (
+            "nothing; `armhil runs` lists those that are",
+            ["show", "9"],
+            "nothing; `armhil runs` lists those that are",
+        ),
+        ("again: armhil commission tx40", ["rerun", "1"], "again: armhil commission tx40"),
+        ("`a.csv`: is empty", ["import", "a.csv"], "`a.csv`: is empty; see `armhil import --help`"),
+    ],
+)
+def test_every_refusal_names_a_command_to_go_on_with(text: str, words: list[str], said: str) -> None:
+    assert cli._with_next(text, words) == said

@@ -8,12 +8,17 @@ from typing import Any
 import pytest
 
 import robots
+from daq.diagnosis.diagnose import _examined, prior_of
+from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.exporting.elsewhere.export import export_model
 from daq.files.found_model import found_json, found_of_json, read_found_model
 from daq.files.model_file import ModelFile, ModelFileError, model_of, read_model, write_model_file
 from daq.files.toml_text import toml_text
 from ident import Fitted, IdentificationError, identify
+from ident.discrepancy import Question
+from ident.discrepancy.by_evidence import diagnose_with_evidence
 from ident.effects.entry import EffectEntry
+from ident.effects.vocabulary import VOCABULARY
 from ident.identification.found_effects import FoundModel, extended_model
 from ident.identification.options import Options
 from tests.ident.discrepancy.by_evidence.test_terms import dragged
@@ -78,6 +83,20 @@ def test_an_identification_goes_on_with_the_term(
         if line.startswith("Term")
     ]
     assert lost == "Term without a name at joint 1: 800 · q̇₁·|q̇₁|, SI."
+
+
+@pytest.mark.slow
+def test_a_diagnosis_beside_a_prior_goes_on_with_the_term(content: dict[str, Any], tmp_path: Path) -> None:
+    """The arm of the accepted model is clean with its term, whose factor is fitted again."""
+    path = tmp_path / "emps.model.toml"
+    write_model_file(path, ModelFile.model_validate(content))
+    write_model_file(path, model_of(fitted(read_found_model(path, EMPS)), [path], EMPS))
+    request = DiagnoseRequest((path,), prior=str(path))
+    whole = _examined(EMPS, request, dragged(0, 2))
+    question = Question(EMPS, (dragged(0, 2),), (dragged(1, 3),), VOCABULARY, prior_of(str(path)), whole)
+    found, _ = diagnose_with_evidence(question)
+    assert found.verdict == "clean" and found.findings == ()
+    assert found.base.names[-1] == "q̇₁·|q̇₁|@1" and found.beta[-1] == pytest.approx(900.0, rel=0.02)
 
 
 @pytest.mark.parametrize(

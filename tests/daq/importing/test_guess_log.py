@@ -336,3 +336,16 @@ def test_published_logs_come_out_as_well_as_by_hand(
     result = identify(found.robot, recordings, options=Options(method="ls")).result
     left = result.least_squares.relative_error_percent_per_joint
     assert (left <= 1.05 * known(data)).all(), (left, known(data))
+
+
+def test_a_reference_in_another_unit_is_said(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
+    """A published log of a KUKA LWR has its targets divided by 57.3 once too often, and at other times."""
+    t, q, _, torque = motion
+    target = np.deg2rad(np.roll(q, 200, axis=0))
+    found = guessed(
+        tmp_path,
+        {"t": t, **numbered("q", q), **numbered("target_q", target), **numbered("tau", torque)},
+    )
+    assert "reference" not in found.columns
+    (words,) = [sentence for sentence in found.words if "named a reference" in sentence]
+    assert words.endswith("target_q0 … target_q5")

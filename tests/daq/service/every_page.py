@@ -2,12 +2,13 @@
 
     python -m tests.daq.service.every_page FOLDER
 
-writes them there with a picture of each, on a desk and on a phone, light and dark. The failed check of the
-documentation is ``check-1280-light.png`` down to its second heading.
+writes them there with a picture of each, on a desk and on a phone, light and dark, and ``check.png``, the one
+in docs/images.
 """
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import sys
@@ -137,6 +138,7 @@ def main() -> None:
     with browsing(program, folder / "profile", "") as browser:
         for page in pages:
             pictures(browser, page.as_uri(), folder, name_of(page, folder))
+        top_of_check(browser, folder / "check.html", folder / "check.png")
 
 
 def pictures(browser: Browser, address: str, folder: Path, name: str) -> None:
@@ -147,6 +149,17 @@ def pictures(browser: Browser, address: str, folder: Path, name: str) -> None:
             browser.resize(width, 844)
             browser.colours(scheme)
             browser.picture(folder / f"{name}-{width}-{scheme}.png")
+
+
+def top_of_check(browser: Browser, page: Path, picture: Path) -> None:
+    """The page of a check down to what the verdict rests on, for the documentation."""
+    browser.resize(1180, 900)
+    browser.colours("light")
+    browser.open(page.as_uri())
+    height = browser.evaluate("document.querySelector('#rests').getBoundingClientRect().top") - 24
+    clip = {"x": 0, "y": 0, "width": 1180, "height": height, "scale": 1}
+    found = browser.call("Page.captureScreenshot", format="png", clip=clip)
+    picture.write_bytes(base64.b64decode(found["data"]))
 
 
 if __name__ == "__main__":

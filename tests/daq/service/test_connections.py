@@ -141,7 +141,7 @@ def test_a_busy_port_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert ended.value.code == 2 and said.out == ""
     assert said.err == (
         f"armhil: 127.0.0.1:{port}: cannot be listened on: Address already in use;"
-        " allowed: another --port, or 0 for a free one\n"
+        " allowed: another --port, or 0 for a free one; see `armhil serve --help`\n"
     )
     with pytest.raises(ServiceError, match=r"203\.0\.113\.1:0: cannot be listened on: "):
         listening("203.0.113.1", 0)

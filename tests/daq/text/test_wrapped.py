@@ -30,7 +30,7 @@ def test_a_path_longer_than_the_line_stays_whole_and_words_around_it_are_not_cut
     console = at_80()
     write(console, f"Model good to 0.19 % of torque; use {PATH}; ten parameters are not seen by this motion.")
     assert PATH in printed(console)
-    assert all(cell_len(line) <= WIDTH or PATH in line for line in printed(console).splitlines())
+    assert all(cell_len(line) <= WIDTH or len(line.split()) == 1 for line in printed(console).splitlines())
 
 
 @pytest.mark.parametrize("soft_wrap", [True, False])
@@ -39,7 +39,7 @@ def test_a_text_with_markup_is_wrapped_the_same(soft_wrap: bool) -> None:
     console.print(f"Report: [bold]{PATH}[/] " + "words of one sentence " * 8, soft_wrap=soft_wrap)
     assert PATH in printed(console)
     assert "[bold]" not in printed(console)
-    assert all(cell_len(line) <= WIDTH or PATH in line for line in printed(console).splitlines())
+    assert all(cell_len(line) <= WIDTH or len(line.split()) == 1 for line in printed(console).splitlines())
 
 
 def test_a_pipe_gets_one_line() -> None:

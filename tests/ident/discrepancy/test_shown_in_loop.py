@@ -11,17 +11,14 @@ import pytest
 from ident.discrepancy.gap import LoopGap
 from ident.discrepancy.validation import LoopRun, Validation
 
-STEP, PERIOD, SAMPLES = 0.01, 1000, 3000
+STEP, SAMPLES = 0.01, 3000
 NOISE = 1e-6
 """rad, of what does not repeat in the positions."""
 
 
-def validation(repeats: bool) -> Validation:
-    """Three periods of two joints that stand still but for their noise; with another noise, of no period."""
-    noise = NOISE * np.random.default_rng(0).normal(size=(SAMPLES, 2))
-    recording = SimpleNamespace(time=STEP * np.arange(SAMPLES), position=noise)
-    piece = SimpleNamespace(recording=recording, period=PERIOD if repeats else None, torque=noise)
-    return Validation((cast(Any, piece),), cast(Any, None))
+def validation() -> Validation:
+    recording = SimpleNamespace(time=STEP * np.arange(SAMPLES))
+    return Validation((cast(Any, SimpleNamespace(recording=recording)),), cast(Any, None))
 
 
 def run(errors: np.ndarray) -> LoopRun:
@@ -37,13 +34,12 @@ def errors(of_first: float, of_second: float) -> np.ndarray:
     return np.stack([first, second], axis=1)
 
 
-@pytest.mark.parametrize("repeats", [True, False])
 @pytest.mark.parametrize(("left", "there"), [(1.0, True), (20.0, False)])
-def test_a_joint_that_no_model_simulates_does_not_decide(repeats: bool, left: float, there: bool) -> None:
+def test_a_joint_that_no_model_simulates_does_not_decide(left: float, there: bool) -> None:
     """At its own joint an effect is there, or is not; elsewhere it moves what is wrong anyway by a tenth."""
     for elsewhere in (-40.0, 40.0):
         whole = errors(left if there else 10.0 + left, elsewhere)
-        shown = validation(repeats).shown_in_loop(run(errors(10.0, 0.0)), run(whole))
+        shown = validation().shown_in_loop(run(errors(10.0, 0.0)), run(whole))
         assert shown is not None
         assert shown.there is there
         assert shown.contradicted is not there
@@ -51,6 +47,6 @@ def test_a_joint_that_no_model_simulates_does_not_decide(repeats: bool, left: fl
 
 def test_where_both_simulations_are_exact_there_is_nothing_to_tell() -> None:
     none = run(np.zeros((SAMPLES, 2)))
-    shown = validation(False).shown_in_loop(none, none)
+    shown = validation().shown_in_loop(none, none)
     assert shown is not None
     assert not shown.there

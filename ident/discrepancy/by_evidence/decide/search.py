@@ -13,7 +13,7 @@ from ident.discrepancy.by_evidence.decide.present_with import PresentWith, prese
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.shapes import refined
-from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 
 _log = logging.getLogger(__name__)
@@ -68,7 +68,7 @@ class Search:
     def run(self) -> Searched:
         """Until no set is better."""
         problem = self.problem
-        empty = Found((), problem.level, problem.score, problem.posterior)
+        empty = without_effects(problem)
         found = self._seen(empty)
         present = present_with(problem, found)
         self.progress("vocabulary", 0.1)

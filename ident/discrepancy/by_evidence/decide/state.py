@@ -80,6 +80,11 @@ class Found:
         return self.posterior.theta[part] * scale, covariance
 
 
+def without_effects(problem: Problem) -> Found:
+    """The set without any effect."""
+    return Found((), problem.level, problem.score, problem.posterior)
+
+
 def found_set(problem: Problem, members: Sequence[Member], level: Level, joints: Sequence[int]) -> Found:
     """Fit a set, the misfit of some joints anew."""
     gram = Gram(problem.rows, tuple(member.entry.white for member in members))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
-from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.terms.propose import propose
@@ -23,7 +23,7 @@ def proposed_terms(question: Question) -> tuple[Proposal, ...]:
         IdentificationError: recordings that do not fit the arm.
     """
     problem = posed(question)
-    nothing = Found((), problem.level, problem.score, problem.posterior)
+    nothing = without_effects(problem)
     present = PresentWith(problem.present, (), problem.prepared.repeats)
     joints = np.flatnonzero(above_accepted(problem, nothing) > ABOVE)
     validation = prepare(problem.prepared.robot, question.validation)

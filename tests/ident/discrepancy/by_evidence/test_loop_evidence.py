@@ -16,8 +16,8 @@ from ident.discrepancy.by_evidence import diagnosis
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
 from ident.discrepancy.step import LoopStep
 from ident.discrepancy.workflow import Search, silent
-from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
+from ident.errors import IdentificationError
 from tests.ident.discrepancy.blind_search import hidden, recorded
 
 FAMILIES = [
@@ -47,7 +47,7 @@ def falling() -> LoopStep:
 
 
 def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep) -> None:
-    found = likeliest_in_loop(falling, FAMILIES, set(), {0})
+    found = likeliest_in_loop(posed_in_loop(falling), FAMILIES, set(), {0})
     assert found is not None
     assert found.key == ("stribeck_friction", (0,))
     assert found.names.probability(found.key) > 0.9
@@ -57,46 +57,88 @@ def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep)
 
 
 def test_what_was_found_is_no_further_effect(falling: LoopStep) -> None:
-    found = likeliest_in_loop(falling, FAMILIES, {("stribeck_friction", (0,))}, {0})
+    found = likeliest_in_loop(posed_in_loop(falling), FAMILIES, {("stribeck_friction", (0,))}, {0})
     assert found is None or found.key != ("stribeck_friction", (0,))
 
 
-def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise() -> None:
-    clean = in_loop(Scenario())
-    assert likeliest_in_loop(clean, FAMILIES, set(), {0}) is None
-    problem, rows = posed_in_loop(clean)
+@pytest.fixture(scope="module")
+def clean() -> LoopStep:
+    return in_loop(Scenario())
+
+
+def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise(clean: LoopStep) -> None:
+    problem = posed_in_loop(clean)
+    rows = problem.rows
+    assert likeliest_in_loop(problem, FAMILIES, set(), {0}) is None
     assert problem.level.excess.max() < 1.2
     assert problem.level.kappa.max() < 0.5 * max(one.marginal for one in rows.noise)
     at_rest = ~rows.prepared.used
     assert np.isfinite(rows.known.columns).all() and at_rest.any()
 
 
-@pytest.mark.parametrize("sure", [True, False])
-def test_what_scores_choose_has_the_name_of_the_evidence_or_none(
-    monkeypatch: pytest.MonkeyPatch, falling: LoopStep, sure: bool
-) -> None:
-    named = likeliest_in_loop(falling, FAMILIES, set(), {0})
-    assert named is not None
-    monkeypatch.setattr(diagnosis, "likeliest_in_loop", lambda *_: named if sure else None)
-    taken: list[tuple[str, float | None]] = []
-    course = SimpleNamespace(
-        add_in_loop=lambda component, basis: taken.append((component.family.name, basis.probability))
-    )
-    led: Any = SimpleNamespace(
-        step=falling,
+class Course:
+    """What a search goes on with; it takes what it is given."""
+
+    def __init__(self) -> None:
+        self.step: Any = "moving"
+        self.reversing: Any = None
+        self.taken: list[tuple[str, float | None]] = []
+
+    def add_in_loop(self, component: Any, basis: Any) -> None:
+        self.taken.append((component.family.name, basis.probability))
+
+
+def led(step: LoopStep, moving: str, settled: set[int]) -> Any:
+    """As much of a search as looks at reversals."""
+    told: Any = SimpleNamespace(
+        step=SimpleNamespace(in_loop=lambda: step),
         question=SimpleNamespace(families=FAMILIES),
         findings=[],
         confusable=set(),
-        settled=set(),
-        course=course,
+        settled=settled,
+        course=Course(),
+        unnamed="",
+        _leave_to_motion=lambda: None,
+        _more_in_motion=lambda: moving != "clean",
     )
-    chosen: Any = SimpleNamespace(
-        trials=[SimpleNamespace(place=Place("drive", (0,)), key=("hysteresis", (0,)))]
-    )
-    diagnosis._Led._take(led, chosen, cast(Any, None))
-    assert [name for name, _ in taken] == (["stribeck_friction"] if sure else [])
-    assert led.settled == (set() if sure else {0})
+    told._tell_loop = lambda problem: diagnosis._Led._tell_loop(told, problem)
+    return told
+
+
+def test_what_the_loop_shows_is_added_with_its_probability(falling: LoopStep) -> None:
+    search = led(falling, "clean", set())
+    diagnosis._Led._search_at_reversals(search)
+    ((name, probability),) = search.course.taken
+    assert name == "stribeck_friction"
+    assert probability is not None and probability > 0.9
+    assert search.course.step is falling and search.course.reversing is falling
+    assert not search.unnamed
+
+
+@pytest.mark.parametrize("moving", ["clean", "unnamed"])
+def test_a_loop_that_does_otherwise_without_a_name_is_told(falling: LoopStep, moving: str) -> None:
+    search = led(falling, moving, {0})
+    diagnosis._Led._search_at_reversals(search)
+    assert not search.course.taken
+    assert search.course.step == "moving"
+    assert ("at joint 1" in search.unnamed) is (moving == "clean")
+
+
+def test_a_loop_that_no_arm_has_is_left_alone(monkeypatch: pytest.MonkeyPatch, falling: LoopStep) -> None:
+    def refuse(step: LoopStep) -> None:
+        raise IdentificationError("the gear of drive 1 has a gap of less than nothing")
+
+    monkeypatch.setattr(diagnosis, "posed_in_loop", refuse)
+    search = led(falling, "clean", set())
+    diagnosis._Led._search_at_reversals(search)
+    assert search.course.step == "moving" and not search.course.taken and not search.unnamed
+
+
+def test_a_clean_loop_is_told_of_nothing(clean: LoopStep) -> None:
+    search = led(clean, "clean", {0})
+    diagnosis._Led._search_at_reversals(search)
+    assert not search.course.taken and not search.unnamed
 
 
 def test_another_joint_has_no_part_in_it(falling: LoopStep) -> None:
-    assert likeliest_in_loop(falling, FAMILIES, set(), {1}) is None
+    assert likeliest_in_loop(posed_in_loop(falling), FAMILIES, set(), {1}) is None
