@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from robots.errors import ValueNotAllowed
 from robots.fields import Frozen
@@ -14,10 +14,21 @@ Place = Annotated[float, Field(ge=-100, le=100)]
 """rad or m; beyond sixteen turns or a hundred metres it is in degrees or millimetres."""
 
 
+def _heads_a_column(name: str) -> str:
+    """A spreadsheet takes what begins with =, +, - or @ for a formula and runs it, wherever a cell begins."""
+    if name[:1] in ("=", "+", "-", "@") or any(mark in name for mark in ',;"\t\r\n'):
+        raise ValueNotAllowed(
+            (), "cannot head a column", 'a name without , ; " or tabs that begins with none of = + - @'
+        )
+    return name
+
+
 class Joint(Frozen):
     """One joint of the URDF with the limits that planning and driving hold to."""
 
-    name: str = Field(min_length=1, description="joint name in the URDF")
+    name: Annotated[str, AfterValidator(_heads_a_column)] = Field(
+        min_length=1, description="joint name in the URDF"
+    )
     kind: Literal["revolute", "prismatic"] = "revolute"
     position: tuple[Place, Place] = Field(description="lower and upper limit, rad or m")
     velocity: float = Field(ge=1e-3, le=50, description="rad/s or m/s")

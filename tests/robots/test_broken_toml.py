@@ -47,6 +47,12 @@ VALUES = [
     Break("gear = 48.0", "gear = nan", "drive[4].gear", "nan is not a finite number", "from 0.001 to"),
     Break("gear = 48.0", "gear = inf", "drive[4].gear", "inf is not a finite number", "from 0.001 to"),
     Break("gear = 48.0", "gear = 2001-01-01", "drive[4].gear", "2001-01-01 is not a number", "from 0.001 to"),
+    *(
+        Break(
+            'name = "joint_1"', f'name = "{name}"', "joint[1].name", "cannot head a column", "none of = + - @"
+        )
+        for name in ("=HYPERLINK(1)", "+1", "-1", "@SUM(1)", "a,=1", "a;=1", "a\\t=1")
+    ),
     Break("sign = -1", "sign = -2", "drive[4].sign", "-2 is not one of", "-1 or 1"),
     Break("sign = -1", "sign = true", "drive[4].sign", "true is not one of", "-1 or 1"),
     Break("sign = -1", "sign = -1.0", "drive[4].sign", "-1.0 is not one of", "-1 or 1"),
