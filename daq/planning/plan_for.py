@@ -6,17 +6,21 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from daq.text.numbers import significant
 from ident import BaseParameters
 from ident.discrepancy.by_evidence.power.smallest import CHANCE, Smallest
 from ident.effects.entry import joint_words
+from ident.effects.vocabulary import VOCABULARY
+from robots import Robot
 from trajectories import Objective, PlanError, Trajectory, objective_for
 from trajectories.information.matrix import Criterion
 
 ROUNDS = 3
 """Times that a motion is planned for all parameters and one for the effect's joints, from new seeds."""
 
+_SHOWN_BY = "`armhil plan ARM --power` shows effects and units"
 _FORM = re.compile(r"([a-z_]+)(?:@(\d+(?:,\d+)*))?=(\S+)")
 
 
@@ -42,9 +46,28 @@ class Wanted:
         for one in sizes:
             if (one.name, one.joints) == (self.effect, self.joints):
                 return one
-        own = [one for one in sizes if one.name == self.effect] or sizes
-        allowed = ", ".join(sorted(_place(one.name, one.joints) for one in own))
-        raise PlanError(f"--for {self.place}; allowed: {allowed}", constraint="effect")
+        raise self._refusal([(one.name, one.joints) for one in sizes])
+
+    def require_place(self, robot: Robot) -> None:
+        """Before anything is planned: the vocabulary has the effect, and the arm has it there.
+
+        Raises:
+            PlanError: it has not.
+        """
+        forms = [form for family in VOCABULARY for form in family.nested]
+        keys = [
+            (form.name, tuple(joint + 1 for joint in place.joints))
+            for form in forms
+            for place in form.places(robot)
+        ]
+        if (self.effect, self.joints) not in keys:
+            raise self._refusal(keys)
+
+    def _refusal(self, keys: Sequence[tuple[str, tuple[int, ...]]]) -> PlanError:
+        places = sorted({_place(*key) for key in keys if key[0] == self.effect})
+        near = get_close_matches(self.effect, sorted({name for name, _ in keys}), n=5)
+        allowed = ", ".join([*(places or near), *([] if places else [_SHOWN_BY])])
+        return PlanError(f"--for {self.place}; allowed: {allowed}", constraint="effect")
 
 
 def wanted_of(text: str) -> Wanted:
@@ -61,7 +84,7 @@ def wanted_of(text: str) -> Wanted:
     if found is None or not (math.isfinite(size) and size > 0.0):
         raise PlanError(
             f"--for {text}; allowed: EFFECT@JOINT=SIZE with a size above 0, such as backlash@3=0.002, or"
-            " payload=1.5 of the whole arm; `armhil plan ARM --power` shows effects and units",
+            f" payload=1.5 of the whole arm; {_SHOWN_BY}",
             constraint="effect",
         )
     joints = tuple(int(number) for number in found[2].split(",")) if found[2] else ()

@@ -51,6 +51,7 @@ def planned_for(
     steps: Steps,
 ) -> tuple[SeenPlan, bool]:
     """The motion that shows one effect, and whether it was stopped early."""
+    wanted.require_place(request.robot)
     stops: list[bool] = []
 
     def attempt(aim: Objective, number: int) -> Trajectory:

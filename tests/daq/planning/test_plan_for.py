@@ -9,7 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import robots
 from daq.planning.plan_for import Wanted, plan_for, verdict_words, wanted_of
+from daq.planning.plan_search import planned_for
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from tests.daq.planning.conftest import Plan
 from trajectories import Objective, PlanError
@@ -93,3 +95,16 @@ def test_the_command_on_one_axis(plan: Plan) -> None:
     assert content["for"]["smallest"] <= asked["smallest"], "the best of all that were tried"
     assert "no such" not in plan("emps", "--for", "hysteresis@4=1").refusal
     assert "--for hysteresis@4; allowed: hysteresis@1" in plan("emps", "--for", "hysteresis@4=1").refusal
+
+
+def test_an_effect_or_a_place_that_the_arm_has_not_is_refused_before_a_motion_is_planned() -> None:
+    tx40 = robots.load("tx40")
+    Wanted("backlash", (3,), 1.0).require_place(tx40)
+    Wanted("payload", (), 1.0).require_place(tx40)
+    with pytest.raises(PlanError, match=r"--for backlsh@1; allowed: backlash, .*`armhil plan ARM --power`"):
+        Wanted("backlsh", (1,), 1.0).require_place(tx40)
+    with pytest.raises(PlanError, match=r"--for backlash@7; allowed: backlash@1, .*backlash@6$"):
+        Wanted("backlash", (7,), 1.0).require_place(tx40)
+    request = cast(Any, SimpleNamespace(robot=tx40))
+    with pytest.raises(PlanError, match="--for nix"):
+        planned_for(request, Wanted("nix", (1,), 1.0), *cast(Any, (None,) * 4))
