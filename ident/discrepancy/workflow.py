@@ -186,8 +186,13 @@ class Search:
         return choice
 
     def _library(self, families: Sequence[EffectFamily]) -> Library:
-        found = {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
-        return build_library(self.step.examination, families, self.step.present, found, self.settled)
+        return build_library(
+            self.step.examination, families, self.step.present, self._no_further(), self.settled
+        )
+
+    def _no_further(self) -> set[tuple[str, tuple[int, ...]]]:
+        """Effects and joints that are no further effect: the model has them, found now or before."""
+        return {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
 
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""

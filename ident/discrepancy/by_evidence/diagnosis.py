@@ -128,8 +128,8 @@ class _Led(Search):
             return
         self._leave_to_motion()
         families = [family for family in self.question.families if family.shows != "motion"]
-        known = {(one.effect, one.placed.place.joints) for one in self.findings} | self.confusable
-        one = likeliest_in_loop(problem, families, known, set(range(problem.rows.n)) - self.settled)
+        joints = set(range(problem.rows.n)) - self.settled
+        one = likeliest_in_loop(problem, families, self._no_further(), joints)
         if one is not None:
             self.course.step = self.course.reversing = in_loop
             self.course.add_in_loop(

@@ -70,7 +70,8 @@ def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, c
     # Each aligns the accepted recording for itself, by itself or as those of today.
     assert times_louder(other) == pytest.approx(times_louder(found), abs=0.011)
     assert times_louder(found) == pytest.approx(LOUDER, rel=0.1)
-    np.testing.assert_array_equal(other.beta, found.beta)
+    # Their noise is told from other alignments, so the weights of the rows differ in the last digits.
+    np.testing.assert_allclose(other.beta, found.beta, rtol=1e-12)
 
 
 def test_noise_that_is_not_known_or_of_another_filter_is_no_measure(captures: Path, tmp_path: Path) -> None:

@@ -146,7 +146,7 @@ def test_a_capture_is_read_once(identify: Identify, capture: Path, monkeypatch: 
         return read_capture(path)
 
     monkeypatch.setattr("daq.recording.described_arm.read_capture", counted)
-    monkeypatch.setattr("daq.importing.load.read_capture", counted)
+    monkeypatch.setattr("daq.importing.captures.read_capture", counted)
     identify(capture)
     assert read == [capture]
 

@@ -36,7 +36,7 @@ def test_it_stands_on_the_terminal_and_the_page_where_it_is_asked_for(plan: Plan
     assert "Smallest size that would be named rightly in 80% of recordings, worst first" in answer.out
     page = (tmp_path / "mine" / "plan.html").read_text(encoding="utf-8")
     assert "What would be named" in page and ">coulomb friction</th>" in page
-    assert page.count("<td title=") == 32
+    assert page.count("<td title=") == len(sizes(plan, *MOTION))
     assert "Smallest size" not in plan("emps", *MOTION, "--out", "without").out
     assert "What would be named" not in (tmp_path / "without" / "plan.html").read_text(encoding="utf-8")
 
