@@ -70,7 +70,7 @@ def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, c
     # Each aligns the accepted recording for itself, by itself or as those of today.
     assert times_louder(other) == pytest.approx(times_louder(found), abs=0.011)
     assert times_louder(found) == pytest.approx(LOUDER, rel=0.1)
-    # Their noise is told from other alignments, so the weights of the rows differ in the last digits.
+    # Each prepares its recordings by itself: the same to rounding.
     np.testing.assert_allclose(other.beta, found.beta, rtol=1e-12)
 
 
