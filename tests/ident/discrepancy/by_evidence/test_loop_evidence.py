@@ -94,7 +94,7 @@ def led(step: LoopStep, moving: str, settled: set[int]) -> Any:
         step=SimpleNamespace(in_loop=lambda: step),
         question=SimpleNamespace(families=FAMILIES),
         findings=[],
-        confusable=set(),
+        _no_further=set,
         settled=settled,
         course=Course(),
         unnamed="",
