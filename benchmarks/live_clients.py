@@ -136,6 +136,20 @@ def measure(motion: Trajectory, folder: Path, clients: int) -> None:
         )
 
 
+def motion_of(seconds: float) -> Trajectory:
+    """Of a TX40, from home and back, so many whole periods that it lasts about as long."""
+    robot = robots.load("tx40")
+    return plan(
+        robot,
+        cycle_time=robot.bus.cycle_time,
+        duration=DURATION,
+        periods=max(1, round(seconds / DURATION)),
+        seed=0,
+        evaluations=300,
+        start=np.array(robot.home),
+    )
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -144,16 +158,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3, help="pairs of runs, without and with clients")
     given = parser.parse_args()
     print(f"load of this machine before: {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
-    robot = robots.load("tx40")
-    motion = plan(
-        robot,
-        cycle_time=robot.bus.cycle_time,
-        duration=DURATION,
-        periods=max(1, round(given.seconds / DURATION)),
-        seed=0,
-        evaluations=300,
-        start=np.array(robot.home),
-    )
+    motion = motion_of(given.seconds)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(given.repeats):
             for clients in (0, given.clients):

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from cyclic import own_failures
-from live_clients import CHANNEL, DURATION, Watching, processor_seconds, service
+from live_clients import CHANNEL, Watching, motion_of, processor_seconds, service
 from machine_stalls import witness
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -38,7 +38,7 @@ from daq.session.states import Conduct
 from daq.text.progress import Silent
 from drivers import Samples
 from tests.daq.service.filled import fill
-from trajectories import Trajectory, plan
+from trajectories import Trajectory
 
 TOKEN = "drive-token-of-the-soak"
 CLIENTS, CASES = (
@@ -157,16 +157,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the mixed requests and cases")
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args()
-    robot = robots.load("tx40")
-    motion = plan(
-        robot,
-        cycle_time=robot.bus.cycle_time,
-        duration=DURATION,
-        periods=max(1, round(given.seconds / DURATION)),
-        seed=0,
-        evaluations=300,
-        start=np.array(robot.home),
-    )
+    motion = motion_of(given.seconds)
     load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

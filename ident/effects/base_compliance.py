@@ -118,7 +118,7 @@ BASE_COMPLIANCE = Family(
         "payload": "put a dial gauge on the foot and move the arm: with a payload alone it stays still",
     },
     equation=(
-        "the foot turns about x of the base (`about` 0), y (1) or both alike (2), as the moment on it asks"
+        "the foot turns about x of the base (`about` 0), y (1) or both (2), as the moment on it asks"
         " for, with its own `foot_inertia`; the torque is that of the links on a foot that leans and is"
         " accelerated, less that on one which stands still. The factor of that torque, `rocking`, is 1 where"
         " the shape is right"

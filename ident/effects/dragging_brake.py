@@ -20,16 +20,15 @@ from ident.effects.placed import (
     along,
     drive_row,
     each_drive,
+    over_time,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Table
+from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_LONGEST = 3600.0
-"""s; a course that the simulation tabulates."""
 _SHARE = 0.3
 """Of dry friction, deviation of a drag."""
 
@@ -52,7 +51,7 @@ def _again(
         def course(time: FloatArray) -> FloatArray:
             return np.asarray(values[0] + values[1] * np.cos(rate * time) + values[2] * np.sin(rate * time))
 
-        table = Table.of(course, 0.0, _LONGEST)
+        table = over_time(course)
         return SimulatedParts(friction=(FrictionTorque(row, row, sign, course=table),))
 
     unit, scale = torque_unit(robot, place), _SHARE * dry_friction(robot, place)
@@ -79,7 +78,7 @@ def _once(
         return along(row, direction if state.time is None else direction * rubs(state.time))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table = Table.of(rubs, 0.0, _LONGEST)
+        table = over_time(rubs)
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, course=table),))
 
     unit, scale = torque_unit(robot, place), _SHARE * dry_friction(robot, place)

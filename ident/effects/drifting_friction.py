@@ -23,16 +23,14 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
+    over_time,
     torque_unit,
 )
 from ident.effects.scales import dry_friction, friction_power, viscous_friction
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Table, Warming
+from ident.effects.simulated import FrictionTorque, SimulatedParts, Warming
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
-
-_LONGEST = 3600.0
-"""s; a course that the simulation tabulates."""
 
 
 def _make(
@@ -55,7 +53,7 @@ def _make(
         return along(row, fading * dry, fading * speed, warmth * dry, warmth * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table, heat = Table.of(course, 0.0, _LONGEST), warming()
+        table, heat = over_time(course), warming()
         fading = zip(values[:2], (sign, None), strict=True)
         heated = zip(values[2:], (sign, None), strict=True)
         return SimulatedParts(
@@ -74,7 +72,8 @@ def _make(
     return Parameters(symbols, units, (ANY, ANY, ANY, (-np.inf, 0.0)), scale), law, parts
 
 
-def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+def settling_times(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    """Of a gear that cools down to its surroundings."""
     return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
 
 
@@ -94,7 +93,7 @@ def _settling(
         return along(row, gone * sign(speed), gone * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table = Table.of(course, 0.0, _LONGEST)
+        table = over_time(course)
         pairs = zip(values, (sign, None), strict=True)
         return SimulatedParts(
             friction=tuple(FrictionTorque(row, v * row, form, course=table) for v, form in pairs)
@@ -105,7 +104,8 @@ def _settling(
     return Parameters(symbols, (torque, f"{torque}·s/{angle}"), (ANY, ANY), scale), law, parts
 
 
-def _settling_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+def time_constants(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    """Of friction that moves away from that of the model."""
     return (Shape("time_constant", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
 
 
@@ -115,7 +115,7 @@ SETTLING_FRICTION = Family(
     "drive",
     each_drive,
     _settling,
-    _settling_shapes,
+    time_constants,
     contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
 )
@@ -125,7 +125,7 @@ DRIFTING_FRICTION = Family(
     "drive",
     each_drive,
     _make,
-    _shapes,
+    settling_times,
     contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
     further=(SETTLING_FRICTION,),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
-from ident.effects.simulated import SimulatedParts
+from ident.effects.simulated import SimulatedParts, Table
 from ident.even_spline import EvenSpline
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
@@ -19,6 +19,8 @@ OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
 
 ANY = (-np.inf, np.inf)
 POSITIVE = (0.0, np.inf)
+_LONGEST = 3600.0
+"""s; a course that the simulation tabulates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,6 +258,11 @@ def rate(values: FloatArray, state: State) -> FloatArray:
         return np.zeros_like(values)
     slopes = EvenSpline(values.reshape(values.shape[0], -1)).slopes() / (state.time[1] - state.time[0])
     return np.asarray(slopes.reshape(values.shape))
+
+
+def over_time(course: Callable[[FloatArray], FloatArray]) -> Table:
+    """A course of the time since the start, s, as long as a motion that is simulated may be."""
+    return Table.of(course, 0.0, _LONGEST)
 
 
 def torque_unit(robot: Robot, place: Place) -> str:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.drifting_friction import settling_times, time_constants
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -21,15 +22,14 @@ from ident.effects.placed import (
     angle_unit,
     drive_row,
     each_drive,
+    over_time,
     torque_unit,
 )
 from ident.effects.scales import friction_power, viscous_friction
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Table, Warming
+from ident.effects.simulated import FrictionTorque, SimulatedParts, Warming
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_LONGEST = 3600.0
-"""s; a course that the simulation tabulates."""
 _SHARE = 0.3
 """Of viscous friction, deviation of a change."""
 _THINNER = (-np.inf, 0.0)
@@ -56,7 +56,7 @@ def _make(
 
     def parts(values: FloatArray) -> SimulatedParts:
         left, heated = values[0] * row, values[1] * row
-        table = Table.of(course, 0.0, _LONGEST)
+        table = over_time(course)
         return SimulatedParts(
             friction=(
                 FrictionTorque(row, left, None, course=table),
@@ -68,10 +68,6 @@ def _make(
     units = (f"{torque}·s/{angle}", f"{torque}·s/({angle}·W)")
     scale = (size, size / friction_power(robot, place))
     return Parameters(("Fv_oil_cold", "Fv_oil_heat"), units, (ANY, _THINNER), scale), law, parts
-
-
-def _times(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
 
 
 def _settling(
@@ -89,15 +85,11 @@ def _settling(
         return along(row, 0.0 * speed if state.time is None else course(state.time) * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table = Table.of(course, 0.0, _LONGEST)
+        table = over_time(course)
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, None, course=table),))
 
     scale = (_SHARE * viscous_friction(robot, place),)
     return Parameters(("Fv_oil_settled",), (unit,), (ANY,), scale), law, parts
-
-
-def _settling_times(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("time_constant", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
 
 
 OIL_THAT_SETTLES = Family(
@@ -106,7 +98,7 @@ OIL_THAT_SETTLES = Family(
     "drive",
     each_drive,
     _settling,
-    _settling_times,
+    time_constants,
     contains=("viscous_friction",),
     history=True,
 )
@@ -116,7 +108,7 @@ TEMPERATURE_VISCOUS_FRICTION = Family(
     "drive",
     each_drive,
     _make,
-    _times,
+    settling_times,
     contains=("viscous_friction",),
     confused_with=("viscous_friction", "drifting_friction"),
     further=(OIL_THAT_SETTLES,),
