@@ -48,11 +48,19 @@ CLIENTS, CASES = (
 
 @dataclass(frozen=True)
 class Look:
-    """At a process: s since the first look, resident memory in MB, open files."""
+    """At a process.
+
+    Attributes:
+        at: s since the first look.
+        memory: resident, MB.
+        files: that are open.
+        waited: s that its first thread, which accepts and cuts, wanted a processor and had none.
+    """
 
     at: float
     memory: float
     files: int
+    waited: float
 
 
 class Sampler(threading.Thread):
@@ -71,7 +79,8 @@ class Sampler(threading.Thread):
             status = Path(f"/proc/{self._pid}/status").read_text()
             memory = int(status.partition("VmRSS:")[2].split()[0]) / 1024
             files = len(list(Path(f"/proc/{self._pid}/fd").iterdir()))
-            self.looks.append(Look(time.monotonic() - begun, memory, files))
+            waited = int(Path(f"/proc/{self._pid}/schedstat").read_text().split()[1]) / 1e9
+            self.looks.append(Look(time.monotonic() - begun, memory, files, waited))
 
 
 def memory_of(looks: list[Look]) -> dict[str, float]:
@@ -87,6 +96,8 @@ def memory_of(looks: list[Look]) -> dict[str, float]:
         "largest": float(memory.max()),
         "per_minute": 60.0 * float(np.polyfit(at[late], memory[late], 1)[0]),
         "files_at_most": max(look.files for look in looks),
+        "waited": looks[-1].waited - looks[0].waited,
+        "waited_of_ten_seconds": max(b.waited - a.waited for a, b in zip(looks, looks[2:], strict=False)),
     }
 
 
@@ -136,14 +147,22 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             "outcome": str(result.outcome),
             "cycles": result.cycles,
             "missed": result.missed_cycles,
-            "missed_of_its_own": own[0],
+            "missed_for": result.missed_for,
+            "missed_outside_of_stalls": own[0],
             "late": result.late_cycles,
-            "late_of_its_own": own[1],
+            "late_outside_of_stalls": own[1],
             "incomplete": result.incomplete_cycles,
             "lateness_ms": [float(v) for v in 1e3 * np.percentile(samples.lateness, [50, 99, 99.9, 100])],
             "stalls_of_the_machine": len(stalls),
+            "notes": result.notes,
+            "processor_share": result.cpu_share,
         },
-        "service": {**memory_of(sampler.looks), "processor": used, "seconds": sampler.looks[-1].at},
+        "service": {
+            **memory_of(sampler.looks),
+            "course": [[round(look.at), round(look.memory, 1)] for look in sampler.looks[::12]],
+            "processor": used,
+            "seconds": sampler.looks[-1].at,
+        },
         "clients": answers[0],
         "schemathesis": answers[1],
     }
