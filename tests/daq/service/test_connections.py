@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 import threading
 import time
@@ -110,6 +111,20 @@ def test_who_never_reads_is_cut_and_gives_its_place_back(
             except OSError:
                 cut = True
         assert cut
+
+
+def test_little_is_kept_for_who_never_reads() -> None:
+    """Else hundreds of pages are made for each before the time to read them begins."""
+    with closing(listening("127.0.0.1", 0)) as listener, closing(socket.socket()) as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        client.connect(listener.getsockname())
+        answering, _ = listener.accept()
+        kept = 0
+        with closing(answering), contextlib.suppress(BlockingIOError):
+            answering.setblocking(False)
+            while kept < 2_000_000:
+                kept += answering.send(bytes(65536))
+    assert kept < 300_000
 
 
 def test_a_database_that_keeps_one_waiting_holds_nobody_else_up(
