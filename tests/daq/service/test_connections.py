@@ -144,7 +144,7 @@ def test_a_database_that_keeps_one_waiting_holds_nobody_else_up(
             looking.sendall(b"GET /api/runs/1/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
             assert asked.wait(10)
             other.settimeout(5)
-            other.sendall(b"GET /static/service.css HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            other.sendall(b"GET /static/service.css HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
             assert other.recv(65536).startswith(b"HTTP/1.1 200 ")
             assert is_cut(other)
         finally:
