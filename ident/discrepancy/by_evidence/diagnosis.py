@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
-from ident.discrepancy.by_evidence.workflow import above_accepted, diagnose_by_evidence
+from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
@@ -141,7 +141,7 @@ class _Led(Search):
     def _tell_loop(self, problem: Problem) -> None:
         """A simulated loop that leaves more than the model of an arm may is no clean arm's."""
         above = above_accepted(problem, without_effects(problem))
-        if above.max() > 0.5:
+        if above.max() > ABOVE:
             self.unnamed = loop_does_otherwise(int(np.argmax(above)))
 
     def _ranking(self) -> tuple[Candidate, ...]:
