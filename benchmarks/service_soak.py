@@ -1,6 +1,6 @@
 """Ten minutes of everything at once beside a 250 Hz run: does the service stay flat, and the run on time?
 
-    PYTHONPATH=. python benchmarks/service_soak.py [--seconds 600] [--requests 20000] [--seed 0]
+    PYTHONPATH=. python benchmarks/service_soak.py [--seconds 600] [--requests 20000] [--seed 0] [--alone]
 
 Six axes are streamed, recorded and kept as ``armhil run`` does. Beside that ``armhil serve`` gets mixed
 requests, schemathesis' cases of its own OpenAPI description, 300 live clients (200 have room), and idle,
@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cyclic import own_failures
+from cyclic import moments, own_failures, skipped
 from live_clients import CHANNEL, Watching, motion_of, processor_seconds, service
 from machine_stalls import witness
 
@@ -101,8 +101,8 @@ def memory_of(looks: list[Look]) -> dict[str, float]:
     }
 
 
-def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str, Any]:
-    """One run with everything beside it."""
+def soak(motion: Trajectory, folder: Path, requests: int, seed: int, *, alone: bool) -> dict[str, Any]:
+    """One run with everything beside it, or with a service that nobody asks."""
     robot = robots.load("tx40")
     length = len(motion.time) * robot.bus.cycle_time
     processes: list[subprocess.Popen[str]] = []
@@ -118,7 +118,7 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             )
             processes.extend(
                 subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
-                for words in commands
+                for words in (() if alone else commands)
             )
 
     nights = 12
@@ -142,6 +142,8 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             used = processor_seconds(pid) - before
     samples = Samples.concatenate(watching.batches)
     own = own_failures(samples, robot.bus.cycle_time, watching.began, stalls)
+    missed = skipped(samples, robot.bus.cycle_time)
+    when = moments(samples, robot.bus.cycle_time)
     return {
         "run": {
             "outcome": str(result.outcome),
@@ -149,6 +151,7 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             "missed": result.missed_cycles,
             "missed_for": result.missed_for,
             "missed_outside_of_stalls": own[0],
+            "missed_at": [[round(when[k], 2), int(missed[k])] for k in np.flatnonzero(missed)],
             "late": result.late_cycles,
             "late_outside_of_stalls": own[1],
             "incomplete": result.incomplete_cycles,
@@ -163,8 +166,7 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             "processor": used,
             "seconds": sampler.looks[-1].at,
         },
-        "clients": answers[0],
-        "schemathesis": answers[1],
+        **dict(zip(("clients", "schemathesis"), answers, strict=False)),
     }
 
 
@@ -174,6 +176,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--requests", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=0, help="of the mixed requests and cases")
+    parser.add_argument("--alone", action="store_true", help="the control: nobody asks the service")
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args()
     motion = motion_of(given.seconds)
@@ -187,7 +190,7 @@ def main() -> None:
             "ARMHIL_SERVICE": str(settings),
             "ARMHIL_FLEET": str(folder / "none.toml"),
         }
-        found = soak(motion, folder, given.requests, given.seed)
+        found = soak(motion, folder, given.requests, given.seed, alone=given.alone)
     found["load_of_the_machine"] = [load, os.getloadavg()[0]]
     text = json.dumps(found, indent=1)
     if given.json is not None:
