@@ -16,6 +16,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -64,7 +65,7 @@ class Watching:
 
 
 @contextmanager
-def service(catalogue: Path) -> Iterator[tuple[int, int]]:
+def service(catalogue: Path | str) -> Iterator[tuple[int, int]]:
     """``armhil serve``: its port and process id."""
     process = subprocess.Popen(
         [sys.executable, "-m", "daq", "serve", "--port", "0"],
@@ -74,6 +75,8 @@ def service(catalogue: Path) -> Iterator[tuple[int, int]]:
     )
     assert process.stderr is not None
     said = process.stderr.readline()
+    # A pipe that nobody reads would hold it up as soon as 64 kB were logged.
+    threading.Thread(target=process.stderr.read, daemon=True).start()
     try:
         yield int(said.rsplit(":", 1)[1].partition("/")[0]), process.pid
     finally:

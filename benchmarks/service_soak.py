@@ -1,6 +1,6 @@
 """Ten minutes of everything at once beside a 250 Hz run: does the service stay flat, and the run on time?
 
-    PYTHONPATH=. python benchmarks/service_soak.py [--seconds 600] [--requests 20000] [--seed 0]
+    PYTHONPATH=. python benchmarks/service_soak.py [--seconds 600] [--requests 20000] [--seed 0] [--alone]
 
 Six axes are streamed, recorded and kept as ``armhil run`` does. Beside that ``armhil serve`` gets mixed
 requests, schemathesis' cases of its own OpenAPI description, 300 live clients (200 have room), and idle,
@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cyclic import own_failures
+from cyclic import moments, own_failures, skipped
 from live_clients import CHANNEL, Watching, motion_of, processor_seconds, service
 from machine_stalls import witness
 
@@ -48,11 +48,19 @@ CLIENTS, CASES = (
 
 @dataclass(frozen=True)
 class Look:
-    """At a process: s since the first look, resident memory in MB, open files."""
+    """At a process.
+
+    Attributes:
+        at: s since the first look.
+        memory: resident, MB.
+        files: that are open.
+        waited: s that its first thread, which accepts and cuts, wanted a processor and had none.
+    """
 
     at: float
     memory: float
     files: int
+    waited: float
 
 
 class Sampler(threading.Thread):
@@ -71,7 +79,8 @@ class Sampler(threading.Thread):
             status = Path(f"/proc/{self._pid}/status").read_text()
             memory = int(status.partition("VmRSS:")[2].split()[0]) / 1024
             files = len(list(Path(f"/proc/{self._pid}/fd").iterdir()))
-            self.looks.append(Look(time.monotonic() - begun, memory, files))
+            waited = int(Path(f"/proc/{self._pid}/schedstat").read_text().split()[1]) / 1e9
+            self.looks.append(Look(time.monotonic() - begun, memory, files, waited))
 
 
 def memory_of(looks: list[Look]) -> dict[str, float]:
@@ -87,11 +96,13 @@ def memory_of(looks: list[Look]) -> dict[str, float]:
         "largest": float(memory.max()),
         "per_minute": 60.0 * float(np.polyfit(at[late], memory[late], 1)[0]),
         "files_at_most": max(look.files for look in looks),
+        "waited": looks[-1].waited - looks[0].waited,
+        "waited_of_ten_seconds": max(b.waited - a.waited for a, b in zip(looks, looks[2:], strict=False)),
     }
 
 
-def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str, Any]:
-    """One run with everything beside it."""
+def soak(motion: Trajectory, folder: Path, requests: int, seed: int, *, alone: bool) -> dict[str, Any]:
+    """One run with everything beside it, or with a service that nobody asks."""
     robot = robots.load("tx40")
     length = len(motion.time) * robot.bus.cycle_time
     processes: list[subprocess.Popen[str]] = []
@@ -107,7 +118,7 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             )
             processes.extend(
                 subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
-                for words in commands
+                for words in (() if alone else commands)
             )
 
     nights = 12
@@ -131,21 +142,31 @@ def soak(motion: Trajectory, folder: Path, requests: int, seed: int) -> dict[str
             used = processor_seconds(pid) - before
     samples = Samples.concatenate(watching.batches)
     own = own_failures(samples, robot.bus.cycle_time, watching.began, stalls)
+    missed = skipped(samples, robot.bus.cycle_time)
+    when = moments(samples, robot.bus.cycle_time)
     return {
         "run": {
             "outcome": str(result.outcome),
             "cycles": result.cycles,
             "missed": result.missed_cycles,
-            "missed_of_its_own": own[0],
+            "missed_for": result.missed_for,
+            "missed_outside_of_stalls": own[0],
+            "missed_at": [[round(when[k], 2), int(missed[k])] for k in np.flatnonzero(missed)],
             "late": result.late_cycles,
-            "late_of_its_own": own[1],
+            "late_outside_of_stalls": own[1],
             "incomplete": result.incomplete_cycles,
             "lateness_ms": [float(v) for v in 1e3 * np.percentile(samples.lateness, [50, 99, 99.9, 100])],
             "stalls_of_the_machine": len(stalls),
+            "notes": result.notes,
+            "processor_share": result.cpu_share,
         },
-        "service": {**memory_of(sampler.looks), "processor": used, "seconds": sampler.looks[-1].at},
-        "clients": answers[0],
-        "schemathesis": answers[1],
+        "service": {
+            **memory_of(sampler.looks),
+            "course": [[round(look.at), round(look.memory, 1)] for look in sampler.looks[::12]],
+            "processor": used,
+            "seconds": sampler.looks[-1].at,
+        },
+        **dict(zip(("clients", "schemathesis"), answers, strict=False)),
     }
 
 
@@ -155,6 +176,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--requests", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=0, help="of the mixed requests and cases")
+    parser.add_argument("--alone", action="store_true", help="the control: nobody asks the service")
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args()
     motion = motion_of(given.seconds)
@@ -168,7 +190,7 @@ def main() -> None:
             "ARMHIL_SERVICE": str(settings),
             "ARMHIL_FLEET": str(folder / "none.toml"),
         }
-        found = soak(motion, folder, given.requests, given.seed)
+        found = soak(motion, folder, given.requests, given.seed, alone=given.alone)
     found["load_of_the_machine"] = [load, os.getloadavg()[0]]
     text = json.dumps(found, indent=1)
     if given.json is not None:

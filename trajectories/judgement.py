@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,17 +13,23 @@ from trajectories.constraints.collision import CollisionCheck, Nearest
 from trajectories.constraints.surroundings import Surroundings
 from trajectories.constraints.tool_speed import FastestTool, Tool, ToolSpeed
 from trajectories.constraints.torque import TorqueCheck
-from trajectories.constraints.use import Use, broken, kinematic_use
+from trajectories.constraints.use import Use, broken, kinematic_use, largest_use
 from trajectories.errors import TrajectoryError
 from trajectories.information.expected import ExpectedValues
 from trajectories.information.noise import TorqueNoise
-from trajectories.information.prediction import Prediction, predict
+from trajectories.information.prediction import Prediction, Shown, predict, shown
 from trajectories.limits import Limits, Margins
 from trajectories.motions.motion import Motion
+from trajectories.motions.repeats import at_most, pieces
 from trajectories.trajectory import sample_times
+
+Pieces = tuple[tuple[float, Motion], ...]
 
 STANDSTILL = 1e-3
 """Share of a joint's velocity limit below which it is at rest."""
+
+_SAMPLES = 100_000
+"""Of a motion whose rows are made at once: 0.3 GB for six axes. Further periods show what the last does."""
 
 
 @dataclass(frozen=True)
@@ -70,18 +76,40 @@ class Judge:
 
     def judge(self, motion: Motion) -> Judgement:
         """Everything that a motion breaks, and how much of each limit it uses."""
-        uses = kinematic_use(motion, self.limits) + self.torque.use(motion)
+        parts = pieces(motion)
+        uses = self._uses(parts)
         problems = [*broken(uses, self.limits.names), *self._moving_ends(motion)]
-        nearest = self.collision.nearest(motion)
+        nearest = self._nearest(parts)
         try:
             self.collision.require_known(nearest)
         except TrajectoryError as error:
             problems.append(error)
+        fastest = self._fastest(parts)
         try:
-            self.tool.require(motion)
+            self.tool.require_known(motion, fastest)
         except TrajectoryError as error:
             problems.append(error)
-        return Judgement(tuple(problems), uses, nearest, self.tool.fastest(motion))
+        return Judgement(tuple(problems), uses, nearest, fastest)
+
+    def _uses(self, parts: Pieces) -> tuple[Use, ...]:
+        found = [
+            [use.later(start) for use in (*kinematic_use(part, self.limits), *self.torque.use(part))]
+            for start, part in parts
+        ]
+        return tuple(largest_use(uses) for uses in zip(*found, strict=True))
+
+    def _nearest(self, parts: Pieces) -> Nearest | None:
+        found = [(start, self.collision.nearest(part)) for start, part in parts]
+        known = [replace(near, time=near.time + start) for start, near in found if near is not None]
+        if not known:
+            return None
+        least = min(near.at_least for near in known)
+        return replace(min(known, key=lambda near: near.distance), at_least=least)
+
+    def _fastest(self, parts: Pieces) -> FastestTool:
+        found = [(start, self.tool.fastest(part)) for start, part in parts]
+        start, fastest = max(found, key=lambda one: one[1].speed)
+        return replace(fastest, time=fastest.time + start)
 
     def _moving_ends(self, motion: Motion) -> list[TrajectoryError]:
         """One error for each end of a motion at which the arm is not at rest."""
@@ -121,9 +149,22 @@ def predicted(
     Raises:
         PlanError: the motion is too short to be identified from.
     """
-    time = sample_times(motion.duration, cycle_time)
+    first, periods = at_most(motion, 2), 2
+    while first.duration < min(motion.duration, _SAMPLES * cycle_time):
+        periods += 1
+        first = at_most(motion, periods)
     known = expected or ExpectedValues.described(base)
-    return predict(base, time, motion.at(time).position, noise, known)
+
+    def shown_by(part: Motion) -> Shown:
+        time = sample_times(part.duration, cycle_time)
+        return shown(base, time, part.at(time).position, noise)
+
+    whole = shown_by(first)
+    if first.duration < motion.duration:
+        shorter = at_most(motion, periods - 1)
+        times = (motion.duration - first.duration) / (first.duration - shorter.duration)
+        whole = whole.with_more_of(shown_by(shorter), times)
+    return predict(base, whole, noise, known)
 
 
 @dataclass(frozen=True)

@@ -50,10 +50,7 @@ def motion_data(motion: Motion) -> dict[str, Any]:
     if isinstance(motion, StretchedMotion):
         return {"kind": "stretched", "factor": motion.factor, "motion": motion_data(motion.motion)}
     if isinstance(motion, MotionSequence):
-        distinct: list[Motion] = []
-        for part in motion.parts:
-            if not any(part is known for known in distinct):
-                distinct.append(part)
+        distinct = motion.distinct
         order = [next(k for k, known in enumerate(distinct) if known is part) for part in motion.parts]
         return {"kind": "sequence", "parts": [motion_data(part) for part in distinct], "order": order}
     raise TrajectoryError(f"a {type(motion).__name__} has no form in a file", constraint="file")

@@ -122,9 +122,13 @@ def _joblib(backend: str, jobs: int) -> Iterator[Identify]:
     from joblib import Parallel, delayed, parallel_config
     from joblib.externals.loky import get_reusable_executor
 
+    from trajectories.search.workers import of_this_process
+
+    ends_with_us = of_this_process() if backend == "loky" else {}
+
     def identified(orders: Sequence[AnalysisOrder]) -> list[Fitted | Exception | None]:
         found: list[Fitted | Exception | None] = []
-        with parallel_config(backend=backend, n_jobs=jobs), suppress(BrokenExecutor):
+        with parallel_config(backend=backend, n_jobs=jobs, **ends_with_us), suppress(BrokenExecutor):
             # One after the other as they are done: a death takes along what is still to come, nothing else.
             found.extend(Parallel(return_as="generator")(delayed(tried)(order) for order in orders))
         return [*found, *[None] * (len(orders) - len(found))]

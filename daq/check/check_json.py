@@ -8,6 +8,7 @@ from typing import Any
 from daq.check.baseline import baseline_json
 from daq.check.judged import comparison_json
 from daq.check.request import CheckResult
+from ident.drift import Course
 
 
 def check_json(result: CheckResult) -> dict[str, Any]:
@@ -35,8 +36,8 @@ def check_json(result: CheckResult) -> dict[str, Any]:
 def performance_data(result: CheckResult) -> str:
     """Nagios performance data (Monitoring Plugins' guidelines, 2.6): ``label=value;warn;crit;min;max``.
 
-    Change of the torque per joint in N·m, critical beyond the tolerance, and the p-value of tonight. There is
-    no limit of a warning: it follows from the arm's charts.
+    Change of the torque per joint in N·m, critical beyond the tolerance; how much of what is forgiven the
+    chart that says most has used, a warning beyond 1; and the p-value of tonight.
     """
     compared = result.comparison
     if compared is None:
@@ -44,6 +45,17 @@ def performance_data(result: CheckResult) -> str:
     limits = result.tolerance * compared.torque_rms
     pairs = enumerate(zip(compared.torque_change, limits, strict=True), start=1)
     parts = [f"'torque_change_{joint}'={value:.4g};;{limit:.4g};0" for joint, (value, limit) in pairs]
+    used = _used(compared.course)
+    if used is not None:
+        parts.append(f"'forgiven_used'={used:.3g};1;;0")
     if compared.between_runs is not None:
         parts.append(f"'p_value'={compared.between_runs.p_value:.3g};;;0;1")
     return " ".join(parts)
+
+
+def _used(course: Course | None) -> float | None:
+    """Tonight's distance from what was expected, over the distance that would have been fine."""
+    if course is None or not course.high > course.low:
+        return None
+    expected, allowed = (course.low + course.high) / 2, (course.high - course.low) / 2
+    return abs(float(course.amount[-1]) - expected) / allowed

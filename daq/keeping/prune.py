@@ -10,6 +10,7 @@ from daq.catalogue import baselines, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Run
 from daq.files.checksum import file_sha256
+from daq.recording.who import is_gone
 from daq.session.spool import spool_path
 
 
@@ -97,6 +98,8 @@ def _reason_to_keep(run: Run, path: Path, guarded: frozenset[str]) -> str:
         return "it was imported, not recorded by armhil"
     if run.state == "running":
         return "the run goes on"
+    if run.process and not is_gone(run.process):
+        return "it waits for its verdict"
     if not path.is_file():
         return "it is gone already"
     sha256 = file_sha256(path)

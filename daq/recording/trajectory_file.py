@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
@@ -33,6 +33,7 @@ LEAST, LARGEST = 1e-6, 1e6
 KIND = "armhil trajectory"
 SUFFIX = ".trajectory.json"
 MAX_BYTES = 256_000_000
+_ROWS_AT_ONCE = 10_000
 
 _TABLES = (".csv", ".tsv", ".txt")
 
@@ -85,7 +86,7 @@ def write_trajectory(path: Path, trajectory: Trajectory, robot: Robot) -> None:
     Raises:
         TrajectoryFileError: the file cannot be written.
     """
-    _write(path, trajectory_text(trajectory, robot))
+    _write(path, [trajectory_text(trajectory, robot)])
 
 
 def trajectory_text(trajectory: Trajectory, robot: Robot) -> str:
@@ -116,12 +117,17 @@ def write_samples(path: Path, trajectory: Trajectory, robot: Robot) -> None:
     """
     names = [joint.name for joint in robot.joint]
     columns = [*names, *(f"{name}_velocity" for name in names), *(f"{name}_acceleration" for name in names)]
-    rows = np.column_stack(
-        [trajectory.time, trajectory.position, trajectory.velocity, trajectory.acceleration]
-    )
-    # The shortest text that reads back as the same number: rounding would look like jerk.
-    lines = [",".join(["time", *columns]), *(",".join(map(repr, row)) for row in rows.tolist())]
-    _write(path, "\n".join(lines) + "\n")
+    _write(path, _lines(["time", *columns], trajectory))
+
+
+def _lines(columns: list[str], trajectory: Trajectory) -> Iterator[str]:
+    yield ",".join(columns) + "\n"
+    for first in range(0, len(trajectory.time), _ROWS_AT_ONCE):
+        part = slice(first, first + _ROWS_AT_ONCE)
+        arrays = (trajectory.time, trajectory.position, trajectory.velocity, trajectory.acceleration)
+        # The shortest text that reads back as the same number: rounding would look like jerk.
+        for row in np.column_stack([array[part] for array in arrays]).tolist():
+            yield ",".join(map(repr, row)) + "\n"
 
 
 def read_motion(path: Path, robot: Robot) -> FoundMotion:
@@ -268,8 +274,9 @@ def _text(path: Path) -> str:
         raise TrajectoryFileError(f"{path}: not UTF-8 text; allowed: a trajectory") from None
 
 
-def _write(path: Path, text: str) -> None:
+def _write(path: Path, texts: Iterable[str]) -> None:
     try:
-        path.write_text(text, encoding="utf-8", newline="\n")
+        with path.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(texts)
     except OSError as error:
         raise TrajectoryFileError(f"{path}: cannot be written: {error.strerror}") from error

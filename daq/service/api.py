@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, HTTPException, Query, Request
 from fastapi import Path as PathParameter
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
 from daq.catalogue import arms, checks, findings, models, overview, runs
@@ -137,14 +138,16 @@ def _live(router: APIRouter, catalogue: Catalogue, broadcaster: Broadcaster) -> 
         responses={503: {"description": "too many look on"}},
     )
     async def live(number: Number) -> EventStream:
-        run = run_of(catalogue, number)
-        if run.capture is None:
-            raise HTTPException(404, f"run {number} records nothing")
-
-        def is_over() -> bool:
-            return runs.get(catalogue, number).state != "running"
-
         try:
+            broadcaster.require_room()  # who has none costs no query
+            # Not in this thread: while a database keeps it waiting, nobody else is served, or cut.
+            run = await run_in_threadpool(run_of, catalogue, number)
+            if run.capture is None:
+                raise HTTPException(404, f"run {number} records nothing")
+
+            def is_over() -> bool:
+                return runs.get(catalogue, number).state != "running"
+
             return EventStream(broadcaster.events(spool_path(Path(run.capture)), is_over))
         except TooManyError as error:
             raise HTTPException(503, str(error), {"Retry-After": "10"}) from None

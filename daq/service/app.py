@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import uvicorn
+from anyio.to_thread import current_default_thread_limiter
 from fastapi import FastAPI, Request
 from fastapi.responses import JSONResponse
 
@@ -24,6 +25,9 @@ from daq.service.settings import Service
 
 log = logging.getLogger(__name__)
 
+ANSWERING = 8
+"""Threads that make answers. Python computes in one at a time, so more only hold more memory each."""
+
 
 def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
     """The application.
@@ -37,6 +41,7 @@ def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:
 
     @asynccontextmanager
     async def lifetime(app: FastAPI) -> AsyncIterator[None]:
+        current_default_thread_limiter().total_tokens = ANSWERING
         yield
         driving.close()
 

@@ -128,6 +128,11 @@ class Broadcaster:
         """Files that are read."""
         return len(self._runs)
 
+    def require_room(self) -> None:
+        """Raises :class:`TooManyError` where nobody else may look on."""
+        if self.looking >= MOST_LOOKING:
+            raise TooManyError(f"more than {MOST_LOOKING} look on already")
+
     def events(self, path: Path, is_over: Callable[[], bool]) -> Subscription:
         """Server-sent events of a file until its run ends; the line of its beginning comes first to each.
 
@@ -138,8 +143,7 @@ class Broadcaster:
         Raises:
             TooManyError: at once: the place is taken here, before anything is sent.
         """
-        if self.looking >= MOST_LOOKING:
-            raise TooManyError(f"more than {MOST_LOOKING} look on already")
+        self.require_room()
         run = self._runs.setdefault(path, _Run())
         subscriber = _Subscriber()
         run.join(subscriber)

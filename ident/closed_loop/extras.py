@@ -98,7 +98,7 @@ def extras_of(
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
         row = coordinates.across(index)
         changing.append(
-            np.concatenate([[k, 1.0, touching, -1, -1, 0, -1], np.zeros(robot.n), row, 0.0 * row])
+            np.concatenate([[k, 1.0, touching, -1, -1, 0, -1, 0], np.zeros(robot.n), row, 0.0 * row])
         )
     controller_step = h * substeps
     extras = Extras(
@@ -164,6 +164,7 @@ def _changing(
         tables.add(_over_speed(torque, coordinates.robot)),
         0 if torque.load_row is None else LOAD_SIDES[torque.load_side],
         tables.add(torque.other_factor),
+        torque.load_offset,
     ]
     return np.concatenate([head, load, position, other])
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.gear_load import GearLoad
 from ident.effects.placed import (
     ANY,
     OFFSET_AT_LINK,
@@ -15,7 +18,6 @@ from ident.effects.placed import (
     Parts,
     along,
     drive_row,
-    drive_torque,
     each_drive,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
@@ -32,21 +34,20 @@ def _make(
     A gear of efficiency η takes (1/η − 1)·|L| while it drives the load, and (1 − η')·|L| while the load
     drives it: worm and hypoid gears differ in the two.
     """
-    row, sign, drive = drive_row(robot, place), friction_sign(robot), place.joints[0]
-    (offset_at_link,) = shape
+    row, sign = drive_row(robot, place), friction_sign(robot)
+    through = GearLoad(robot, place, present, *shape)
 
     def law(state: State) -> FloatArray:
-        torque = present.link_torque(state) + offset_at_link * present.offset_torque()
-        load, direction = drive_torque(robot, torque, drive), sign(state.velocity @ row)
+        load, direction = through.torque(state), sign(state.velocity @ row)
         return along(row, np.abs(load) * direction, load * direction**2)
 
     def parts(values: FloatArray) -> SimulatedParts:
-        load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
         mean, half = float(values[0]), float(values[1])
+        both = FrictionTorque(row, mean * row, sign, load_row=through.row, load_offset=through.offset)
         return SimulatedParts(
             friction=(
-                FrictionTorque(row, (mean + half) * row, sign, load_row=load_row, load_side="driving"),
-                FrictionTorque(row, (mean - half) * row, sign, load_row=load_row, load_side="driven"),
+                replace(both, torque_row=(mean + half) * row, load_side="driving"),
+                replace(both, torque_row=(mean - half) * row, load_side="driven"),
             )
         )
 

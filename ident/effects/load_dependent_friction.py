@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.gear_load import GearLoad
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     POSITIVE,
@@ -14,7 +15,6 @@ from ident.effects.placed import (
     Parts,
     along,
     drive_row,
-    drive_torque,
     each_drive,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
@@ -26,16 +26,15 @@ from robots.description import Robot
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    row, sign, drive = drive_row(robot, place), friction_sign(robot), place.joints[0]
-    (offset_at_link,) = shape
+    row, sign = drive_row(robot, place), friction_sign(robot)
+    load = GearLoad(robot, place, present, *shape)
 
     def law(state: State) -> FloatArray:
-        torque = present.link_torque(state) + offset_at_link * present.offset_torque()
-        return along(row, np.abs(drive_torque(robot, torque, drive)) * sign(state.velocity @ row))
+        return along(row, np.abs(load.torque(state)) * sign(state.velocity @ row))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
-        return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, load_row=load_row),))
+        one = FrictionTorque(row, values[0] * row, sign, load_row=load.row, load_offset=load.offset)
+        return SimulatedParts(friction=(one,))
 
     return Parameters(("mu",), ("1",), (POSITIVE,), (0.15,)), law, parts
 

@@ -6,9 +6,10 @@ Roller Bearing Engineering, 1959): what a proportion leaves of that is a square,
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
 from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.gear_load import GearLoad
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     POSITIVE,
@@ -18,7 +19,6 @@ from ident.effects.placed import (
     Parts,
     along,
     drive_row,
-    drive_torque,
     each_drive,
     torque_unit,
 )
@@ -35,17 +35,15 @@ _SHARE, _LOAD = 0.15, 0.3
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    row, sign, drive = drive_row(robot, place), friction_sign(robot), place.joints[0]
-    (offset_at_link,) = shape
+    row, sign = drive_row(robot, place), friction_sign(robot)
+    load = GearLoad(robot, place, present, *shape)
 
     def law(state: State) -> FloatArray:
-        torque = present.link_torque(state) + offset_at_link * present.offset_torque()
-        return along(row, drive_torque(robot, torque, drive) ** 2 * sign(state.velocity @ row))
+        return along(row, load.torque(state) ** 2 * sign(state.velocity @ row))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        load_row = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive], dtype=np.float64)
-        squared = FrictionTorque(row, values[0] * row, sign, load_row=load_row, load_side="square")
-        return SimulatedParts(friction=(squared,))
+        proportional = FrictionTorque(row, values[0] * row, sign, load_row=load.row, load_offset=load.offset)
+        return SimulatedParts(friction=(replace(proportional, load_side="square"),))
 
     unit, scale = f"1/({torque_unit(robot, place)})", _SHARE / (_LOAD * rated_torque(robot, place))
     return Parameters(("mu_square",), (unit,), (POSITIVE,), (scale,)), law, parts

@@ -156,7 +156,8 @@ class FrictionTorque:
             changes with speed is a sign with a factor: so what holds at standstill can still be bristles.
         position_row, curve: a factor over a position, if any; both or none.
         course: a factor over time (of the recording, s), if any.
-        load_row: (n,) if its size follows a load: |load_row · torque of the links|.
+        load_row, load_offset: (n,) if its size follows a load: |load_row · torque of the links + offset|; the
+            offset is what of the model's constant torque passes through the gear, N·m (or N) at the drive.
         load_side: where it follows the load: while the speed drives it (load · speed ≥ 0), while it is driven
             by the load, or both; or both, and by the square of the load; or with the load's sign, by the load
             or its square.
@@ -173,6 +174,7 @@ class FrictionTorque:
     curve: Table | None = None
     course: Table | None = None
     load_row: FloatArray | None = None
+    load_offset: float = 0.0
     load_side: Literal["both", "driving", "driven", "square", "signed", "signed square"] = "both"
     warming: Warming | None = None
     other_row: FloatArray | None = None

@@ -259,7 +259,7 @@ def change_strengths(
             other = _along(coordinates, changing, k, CHANGING_HEAD + n + len(coordinates), v)
             factor *= look_up(values, tables, int(changing[k, 6]), other)[0]
         if changing[k, 5] != 0.0:
-            load = 0.0
+            load = changing[k, 7]
             for i in range(n):
                 load += changing[k, CHANGING_HEAD + i] * loads[i]
             factor *= of_load(load, speed, changing[k, 5])

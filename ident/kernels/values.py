@@ -22,7 +22,7 @@ TERM_HEAD = 4
 LAW_CELLS = 2048
 """Cells of a tabulated law on either side of zero speed."""
 
-CHANGING_HEAD = 7
+CHANGING_HEAD = 8
 """Columns of ``Extras.changing`` before its rows."""
 
 LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN, LOAD_SQUARE, LOAD_SIGNED, LOAD_SIGNED_SQUARE = 1, 2, 3, 4, 5, 6

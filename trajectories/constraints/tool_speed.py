@@ -177,10 +177,12 @@ class ToolSpeed:
         Raises:
             TrajectoryError: names speed, limit and time, and the joint that adds most to it.
         """
-        if self.limit is None:
-            return
-        fastest = self.fastest(motion)
-        if fastest.speed > self.limit * (1.0 + ROUNDING):
+        if self.limit is not None:
+            self.require_known(motion, self.fastest(motion))
+
+    def require_known(self, motion: Motion, fastest: FastestTool) -> None:
+        """As :meth:`require`, where a motion's fastest is known."""
+        if self.limit is not None and fastest.speed > self.limit * (1.0 + ROUNDING):
             raise TrajectoryError(
                 f"tool speed of {self.name} reaches {fastest.speed:.4g} m/s; allowed: {self.limit:.4g} m/s",
                 constraint="tool speed",

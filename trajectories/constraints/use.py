@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +29,21 @@ class Use:
     time: FloatArray
     value: FloatArray
     limit: FloatArray
+
+    def later(self, seconds: float) -> Use:
+        """The same of a motion that begins so much later."""
+        return replace(self, time=self.time + seconds)
+
+
+def largest_use(uses: Sequence[Use]) -> Use:
+    """Of one limit over several pieces of a motion: per joint the largest, and the first of equal ones."""
+    which = np.argmax([use.share for use in uses], axis=0)
+    joint = np.arange(len(which))
+    share, time, value, limit = (
+        np.array([getattr(use, name) for use in uses])[which, joint]
+        for name in ("share", "time", "value", "limit")
+    )
+    return Use(uses[0].constraint, share, time, value, limit)
 
 
 def kinematic_use(motion: Motion, limits: Limits) -> tuple[Use, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
 from ident.statistics.covariance import weighted_score_covariance
-from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification
 from trajectories.errors import PlanError
 from trajectories.information.expected import ExpectedValues
@@ -77,17 +78,42 @@ class Prediction:
         return tuple(name for name, sigma in zip(self.names, self.sigma, strict=True) if np.isinf(sigma))
 
 
-def predict(
-    base: BaseParameters, time: FloatArray, position: FloatArray, noise: TorqueNoise, expected: ExpectedValues
-) -> Prediction:
-    """Predict the deviations of the base parameters from a recording of a motion.
+@dataclass(frozen=True)
+class Shown:
+    """What the rows of a motion add up to.
+
+    Attributes:
+        matrix: G = XᵀΩ⁻¹X (b × b) of rows weighted by each joint's σ.
+        score: (b × b) covariance of XᵀΩ⁻¹ε.
+        used: (n,) rows of each joint that are fast enough to be used.
+        samples: rows of each joint.
+        row_time: s between rows.
+    """
+
+    matrix: FloatArray
+    score: FloatArray
+    used: FloatArray
+    samples: float
+    row_time: float
+
+    def with_more_of(self, shorter: Shown, times: float) -> Shown:
+        """With so many periods more, each as the last one here: what ``shorter`` has not."""
+
+        def more(name: str) -> Any:
+            here = getattr(self, name)
+            return here + times * (here - getattr(shorter, name))
+
+        return Shown(more("matrix"), more("score"), more("used"), more("samples"), self.row_time)
+
+
+def shown(base: BaseParameters, time: FloatArray, position: FloatArray, noise: TorqueNoise) -> Shown:
+    """What a recording of a motion would show of the base parameters.
 
     Args:
         base: the parameters; its robot's ``identification`` settings make the rows.
         time: (N,) s, the instants of the samples.
         position: N × joints.
         noise: the errors to expect.
-        expected: what the parameters are expected to be.
 
     Raises:
         PlanError: the motion is too short to be identified from.
@@ -96,16 +122,31 @@ def predict(
     x = np.where(rows.used[:, :, np.newaxis], rows.regressor, 0.0)
     row_time = float(np.median(np.diff(rows.time)))
     matrix = np.einsum("sja,j,sjb->ab", x, noise.sigma**-2, x, optimize=True)
+    process, score = noise.process(row_time), matrix
+    if process.kind == "ar":
+        score = weighted_score_covariance(x, noise.sigma, process, rows.segment)
+    return Shown(matrix, score, rows.used.sum(axis=0).astype(float), float(len(rows.time)), row_time)
+
+
+def predict(base: BaseParameters, seen: Shown, noise: TorqueNoise, expected: ExpectedValues) -> Prediction:
+    """Predict the deviations of the base parameters.
+
+    Args:
+        base: the parameters.
+        seen: of the motion.
+        noise: the errors to expect.
+        expected: what the parameters are expected to be.
+    """
     return Prediction(
         names=base.names,
         units=base.units,
         expected=expected,
-        sigma=_deviations(matrix, x, noise, row_time, rows.segment),
-        information=Information(matrix * (ROW_RATE * row_time)),
-        used=rows.used.mean(axis=0),
-        rows=rows.count,
-        row_time=row_time,
-        noise=noise.describe(row_time),
+        sigma=_deviations(seen),
+        information=Information(seen.matrix * (ROW_RATE * seen.row_time)),
+        used=seen.used / seen.samples,
+        rows=round(float(seen.used.sum())),
+        row_time=seen.row_time,
+        noise=noise.describe(seen.row_time),
     )
 
 
@@ -134,16 +175,10 @@ def _possible(settings: Identification, sample_time: float) -> Identification:
     return settings.model_copy(update={"cutoff_hz": highest})
 
 
-def _deviations(
-    matrix: FloatArray, x: FloatArray, noise: TorqueNoise, row_time: float, segment: IntArray
-) -> FloatArray:
+def _deviations(seen: Shown) -> FloatArray:
     """(b,) of G⁻¹ S G⁻¹ with S the covariance of XᵀΩ⁻¹ε; inf for parameters that G does not see."""
-    inverse, blind = inverse_of(matrix)
-    process = noise.process(row_time)
-    score = matrix
-    if process.kind == "ar":
-        score = weighted_score_covariance(x, noise.sigma, process, segment)
-    variance = np.einsum("ab,bc,ca->a", inverse, score, inverse, optimize=True)
+    inverse, blind = inverse_of(seen.matrix)
+    variance = np.einsum("ab,bc,ca->a", inverse, seen.score, inverse, optimize=True)
     return np.asarray(np.where(blind, np.inf, np.sqrt(np.maximum(variance, 0.0))))
 
 

@@ -87,6 +87,14 @@ class MotionSequence:
     def joints(self) -> int:
         return self.parts[0].joints
 
+    @property
+    def distinct(self) -> tuple[Motion, ...]:
+        """Its parts, each that comes again once: at its first place."""
+        found: dict[int, Motion] = {}
+        for part in self.parts:
+            found.setdefault(id(part), part)
+        return tuple(found.values())
+
     def at(self, time: FloatArray) -> MotionState:
         """The state at each time; where two parts meet, the later one's."""
         time = np.atleast_1d(np.asarray(time, dtype=np.float64))

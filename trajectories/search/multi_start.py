@@ -12,6 +12,7 @@ from typing import Protocol, TypeVar
 from joblib import Parallel, delayed
 
 from trajectories.motions.motion import Motion
+from trajectories.search.workers import of_this_process
 
 Progress = Callable[[float, float], None]
 """Called with the share that is done, in [0, 1], and the best score so far."""
@@ -83,7 +84,11 @@ def _start_workers(workers: int) -> None:
     # The tracker is started before the first worker and lets interrupts through again, held or not.
     resource_tracker.ensure_running()
     with _interrupts_held():
-        Parallel(n_jobs=workers)(delayed(_nothing)() for _ in range(workers))
+        _processes(workers)(delayed(_nothing)() for _ in range(workers))
+
+
+def _processes(workers: int) -> Parallel:
+    return Parallel(n_jobs=workers, **of_this_process())
 
 
 def _nothing() -> None:
@@ -107,7 +112,7 @@ def _advanced(running: list[AnySearch], workers: int) -> list[AnySearch]:
     if workers == 1:
         return [_advance(search, ROUND) for search in running]
     # A round that crosses processes carries the search there and back, so it is made worth the way.
-    return list(Parallel(n_jobs=workers)(delayed(_advance)(search, 4 * ROUND) for search in running))
+    return list(_processes(workers)(delayed(_advance)(search, 4 * ROUND) for search in running))
 
 
 def _advance(search: AnySearch, trials: int) -> AnySearch:

@@ -177,9 +177,10 @@
         const error = 1000 * (line.reference[j] - line.position[j]);
         rows.push([line.cycle, line.reference[j], line.position[j], error, line.torque[j]]);
         if (rows.length > MOST) joint.rows = rows.filter((row, k) => k % 2 === 0);  // a long run, drawn coarser
-        values[0].textContent = `${line.position[j].toFixed(4)} ${joint.length}`;
-        values[1].textContent = `${error.toFixed(2)} m${joint.length}`;
-        values[2].textContent = `${line.torque[j].toFixed(2)} ${joint.effort}`;
+        const words = (value, decimals, unit) => `${value.toFixed(decimals).replace("-", "−")} ${unit}`;
+        values[0].textContent = words(line.position[j], 4, joint.length);
+        values[1].textContent = words(error, 2, `m${joint.length}`);
+        values[2].textContent = words(line.torque[j], 2, joint.effort);
         draw(above, rows, [1, 2], []);
         for (const [shown, column] of [[middle, 3], [below, 4]]) {
           const zero = draw(shown, rows, [column], [0]);

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fastapi.testclient import TestClient
+from rich.console import Console
 from sqlalchemy import update
 
 from daq.catalogue import arms, baselines, checks, models
@@ -17,6 +21,10 @@ from daq.check.check import run_check
 from daq.check.recheck import recheck
 from daq.check.request import CheckRequest, CheckResult, Verdict
 from daq.check.residual import found_nothing
+from daq.check.terminal import print_check
+from daq.notify.notify import message_of
+from daq.service.app import create_app
+from daq.service.settings import Service
 from daq.session.bench import ArmOrder
 from daq.text.progress import Silent
 from drivers import Channel
@@ -119,4 +127,25 @@ def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(
             change = update(table).where(table.c.id == kept.id)
             connection.execute(change.values(details={**kept.details, "settings": old}))
         assert recheck(catalogue, found.run, Silent()).differs == ()
-        assert check(catalogue, 4, worn=1.0).verdict is Verdict.FAILED  # no hall makes that
+        failed = check(catalogue, 4, worn=1.0)
+        assert failed.verdict is Verdict.FAILED  # no hall makes that
+        _leads_to_its_verdict(failed, catalogue, tmp_path)
+
+
+def _leads_to_its_verdict(failed: CheckResult, catalogue: Catalogue, folder: Path) -> None:
+    """Terminal, message without and with a service: whoever follows them reads first what the check says."""
+    said = StringIO()
+    print_check(Console(file=said, width=400), failed)
+    (line,) = (line for line in said.getvalue().splitlines() if line.startswith("Report: "))
+    page, served = (message_of(failed, base, told="ok") for base in ("", "http://localhost/"))
+    assert page is not None and served is not None
+    assert page.link == line.removeprefix("Report: ") in page.text
+    client = TestClient(create_app(Service(), catalogue, folder), base_url="http://localhost")
+    shown = client.get(served.link.removeprefix("http://localhost"))
+    report = f"/api/runs/{failed.run}/report"
+    assert f'href="{report}"' in shown.text
+    for text in (Path(page.link).read_text(encoding="utf-8"), shown.text, client.get(report).text):
+        read = " ".join(re.sub(r"<(style|script|svg).*?</\1>|<[^>]*>", " ", text, flags=re.DOTALL).split())
+        verdict, sentence = read.index("Check: failed"), read.index(failed.sentence)
+        assert verdict < sentence < read.index("Nights known"), read[:2000]
+        assert "use the model" not in read[: read.index("Nights known")].lower()

@@ -83,6 +83,22 @@ def test_a_baseline_accepted_after_the_plan_keeps_its_recording(filled: Catalogu
     assert [(kept.run.id, kept.reason) for kept in done.kept] == [(5, "a baseline rests on it")]
 
 
+@pytest.mark.parametrize("lives", [True, False])
+def test_a_recording_that_waits_for_its_verdict_is_kept(
+    filled: Catalogue, tmp_path: Path, lives: bool
+) -> None:
+    """In a fleet, hours may lie between the two; a process that is gone will judge nothing any more."""
+    files = recordings(filled, tmp_path)
+    process = this_process() if lives else f"{this_process().split(':')[0]}:999999999:0"
+    with filled.writing() as connection:
+        connection.exec_driver_sql("UPDATE runs SET process = ? WHERE id = 7", (process,))
+    planned = plan_prune(filled, now() + timedelta(days=1))
+    kept = {one.run.id: one.reason for one in planned.kept}
+    assert kept.get(7) == ("it waits for its verdict" if lives else None)
+    prune(filled, planned)
+    assert files[7].exists() == lives and not files[6].exists()
+
+
 def test_two_services_settle_an_abandoned_run_once(
     filled: Catalogue, two: tuple[TestClient, TestClient]
 ) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+from fastapi import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import Message
 
@@ -17,7 +20,7 @@ from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.identity import ArmIdentity
 from daq.cli.entry import main
-from daq.service import connections
+from daq.service import api, connections
 from daq.service.connections import listening
 from daq.service.live import Broadcaster, EventStream
 from daq.service.settings import Service, ServiceError
@@ -108,6 +111,45 @@ def test_who_never_reads_is_cut_and_gives_its_place_back(
             except OSError:
                 cut = True
         assert cut
+
+
+def test_little_is_kept_for_who_never_reads() -> None:
+    """Else hundreds of pages are made for each before the time to read them begins."""
+    with closing(listening("127.0.0.1", 0)) as listener, closing(socket.socket()) as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        client.connect(listener.getsockname())
+        answering, _ = listener.accept()
+        kept = 0
+        with closing(answering), contextlib.suppress(BlockingIOError):
+            answering.setblocking(False)
+            while kept < 2_000_000:
+                kept += answering.send(bytes(65536))
+    assert kept < 300_000
+
+
+def test_a_database_that_keeps_one_waiting_holds_nobody_else_up(
+    port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who looks on asks it beside the loop that accepts, serves and cuts all others."""
+    asked, answer = threading.Event(), threading.Event()
+
+    def waits(catalogue: Catalogue, number: int) -> None:
+        asked.set()
+        answer.wait(20)
+        raise HTTPException(404)
+
+    monkeypatch.setattr(api, "run_of", waits)
+    with closing(connected(port)) as looking, closing(connected(port)) as other:
+        try:
+            looking.sendall(b"GET /api/runs/1/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            assert asked.wait(10)
+            other.settimeout(5)
+            other.sendall(b"GET /static/service.css HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+            assert other.recv(65536).startswith(b"HTTP/1.1 200 ")
+            assert is_cut(other)
+        finally:
+            answer.set()
+        assert looking.recv(65536).startswith(b"HTTP/1.1 404 ")
 
 
 def test_a_client_that_is_gone_before_the_first_event_keeps_no_place(tmp_path: Path) -> None:

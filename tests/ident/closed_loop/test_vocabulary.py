@@ -64,14 +64,18 @@ KNOWING_THE_FILTER = (
 
 
 def torques(
-    robot: Robot, effect: Placed, values: np.ndarray, recording: Recording = MOTION
+    robot: Robot,
+    effect: Placed,
+    values: np.ndarray,
+    recording: Recording = MOTION,
+    standard: np.ndarray = PRIOR,
 ) -> tuple[np.ndarray, np.ndarray]:
     """What the usual model leaves of the control signals' torque, and what the effect's columns say of it."""
     model = replace(MODEL, effects=(*MODEL.effects, effect))
-    run = simulate(model, np.concatenate([PRIOR, values]), recording, 1)
+    run = simulate(model, np.concatenate([standard, values]), recording, 1)
     torque = robot.joint_torque(run.control_signal[1:-1])
     state = replace(middle_of_steps(run, STEP), torque=torque)
-    left, said = torque - held_torque(MODEL, PRIOR, run, STEP), effect.columns(state) @ values
+    left, said = torque - held_torque(MODEL, standard, run, STEP), effect.columns(state) @ values
     # Both through the low-pass that both sides of the identification go through.
     lowpass = butter(4, robot.identification.cutoff_hz, fs=1.0 / STEP, output="sos")
     smooth = [sosfiltfilt(lowpass, torque, axis=0)[EDGE:-EDGE] for torque in (left, said)]
@@ -162,6 +166,29 @@ def test_the_simulated_motion_takes_the_torque_of_the_columns(
     assert np.abs(said).max() > 0.05  # N·m: there is something to explain
     missed = np.sqrt(np.mean((left - said) ** 2, axis=0))
     assert missed.max() <= share * np.sqrt(np.mean(said**2, axis=0)).max()
+
+
+@pytest.mark.parametrize("offset_at_link", [1.0, 0.0])
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("load_dependent_friction", (0.1,)),
+        ("load_quadratic_friction", (0.003,)),
+        ("directional_efficiency", (0.1, 0.05)),
+    ],
+)
+def test_a_constant_load_behind_the_gear_is_simulated_too(
+    name: str, values: tuple[float, ...], offset_at_link: float
+) -> None:
+    """Of 40 N·m that hold the shoulder all the time; without them the simulated friction is another one."""
+    at = MODEL.names.index("off2")
+    standard = PRIOR.copy()
+    standard[at] = 40.0
+    place = family_named(name).places(TX40)[1]
+    effect = family_named(name).effect(TX40, place, (offset_at_link,), Present(MODEL, standard))
+    left, said = torques(TX40, effect, np.array(values), standard=standard)
+    missed = np.sqrt(np.mean((left - said) ** 2, axis=0)).max()
+    assert missed <= 0.03 * np.sqrt(np.mean(said**2, axis=0)).max()
 
 
 def test_a_later_recording_finds_the_gear_as_warm_as_it_leaves_it() -> None:
