@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from itertools import count
 from typing import Any
 
-from sqlalchemy import Connection, Row, insert, select, update
+from sqlalchemy import Connection, Row, select, update
 
 from daq.catalogue.database import Catalogue
 from daq.catalogue.descriptions import Description, difference, keep_in
+from daq.catalogue.inserting import insert_unless_there
 from daq.catalogue.schema import arms
 from daq.catalogue.values import Arm, ArmIdentity, ArmMismatch, CatalogueError
 from daq.recording.who import now
@@ -158,8 +159,8 @@ def _added(connection: Connection, identity: ArmIdentity) -> Arm:
         label = base if number == 1 else f"{base}-{number}"
         if connection.execute(select(arms.c.id).where(arms.c.label == label)).first() is not None:
             continue
-        added = connection.execute(_insert(connection, {**values, "label": label}))
-        if added.rowcount:
+        added = insert_unless_there(connection, arms, {**values, "label": label})
+        if added:
             break
         found = _matching(connection, identity)
         if found is not None:
@@ -168,14 +169,6 @@ def _added(connection: Connection, identity: ArmIdentity) -> Arm:
     if found is None:
         raise AssertionError("an arm that was just added is there")
     return found
-
-
-def _insert(connection: Connection, values: dict[str, Any]) -> Any:
-    if connection.dialect.name == "postgresql":
-        from sqlalchemy.dialects.postgresql import insert as insert_or_nothing
-
-        return insert_or_nothing(arms).values(values).on_conflict_do_nothing()
-    return insert(arms).values(values)
 
 
 def _serials_text(serials: tuple[int | None, ...]) -> str:

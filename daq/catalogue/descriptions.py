@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import Connection, insert, select
+from sqlalchemy import Connection, select
 
 from daq.catalogue.database import Catalogue
+from daq.catalogue.inserting import insert_unless_there
 from daq.catalogue.schema import descriptions
 from robots.identity import differing
 
@@ -36,9 +37,8 @@ def keep(catalogue: Catalogue, description: Description) -> None:
 def keep_in(connection: Connection, description: Description) -> None:
     """As :func:`keep`, inside a transaction."""
     if description.parts and find_in(connection, description.sha256) is None:
-        connection.execute(
-            insert(descriptions).values(sha256=description.sha256, parts=dict(description.parts))
-        )
+        values = {"sha256": description.sha256, "parts": dict(description.parts)}
+        insert_unless_there(connection, descriptions, values)
 
 
 def find_in(connection: Connection, sha256: str) -> Mapping[str, str] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 import threading
 import time
@@ -112,6 +113,20 @@ def test_who_never_reads_is_cut_and_gives_its_place_back(
         assert cut
 
 
+def test_little_is_kept_for_who_never_reads() -> None:
+    """Else hundreds of pages are made for each before the time to read them begins."""
+    with closing(listening("127.0.0.1", 0)) as listener, closing(socket.socket()) as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        client.connect(listener.getsockname())
+        answering, _ = listener.accept()
+        kept = 0
+        with closing(answering), contextlib.suppress(BlockingIOError):
+            answering.setblocking(False)
+            while kept < 2_000_000:
+                kept += answering.send(bytes(65536))
+    assert kept < 300_000
+
+
 def test_a_database_that_keeps_one_waiting_holds_nobody_else_up(
     port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,7 +144,7 @@ def test_a_database_that_keeps_one_waiting_holds_nobody_else_up(
             looking.sendall(b"GET /api/runs/1/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
             assert asked.wait(10)
             other.settimeout(5)
-            other.sendall(b"GET /static/service.css HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            other.sendall(b"GET /static/service.css HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
             assert other.recv(65536).startswith(b"HTTP/1.1 200 ")
             assert is_cut(other)
         finally:
