@@ -4,6 +4,7 @@
     python -m benchmarks.mutants dwh --count 40         # one of them
     python -m benchmarks.mutants --list
     python -m benchmarks.mutants --guards               # the guards of mutants_guards.py, each broken by hand
+    python -m benchmarks.mutants --search               # figures and rules of the search by evidence
 
 The clone is copied to a temporary folder; each mutant is one change of the syntax tree of one module there
 (a comparison turned, a sign or an operation changed, a number moved by one, `abs`, `min`, `max` or `not`
@@ -21,11 +22,13 @@ import random
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.mutants_guards import GUARDS
+from benchmarks.mutants_guards import GUARDS, Broken
 from benchmarks.mutants_runner import Tests
+from benchmarks.mutants_search import FIGURES, broken
+from benchmarks.mutants_search_rules import RULES
 from benchmarks.mutants_targets import TARGETS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -142,24 +145,46 @@ def run(name: str, count: int, seed: int, copy_of: Path, tests: Tests) -> tuple[
     return killed, survivors
 
 
-def run_guards(wanted: str, copy_of: Path, tests: Tests) -> None:
-    """Break each guard whose words hold ``wanted``, and print what its tests said."""
-    chosen = [broken for broken in GUARDS if wanted in broken.guard]
-    for arguments in dict.fromkeys(broken.tests for broken in chosen):
+def run_by_hand(kind: str, guards: Sequence[Broken], wanted: str, copy_of: Path, tests: Tests) -> None:
+    """Break each of some guards or rules whose words hold ``wanted``, and print what its tests said."""
+    chosen = [one for one in guards if wanted in one.guard]
+    _has_to_pass(tests, [one.tests for one in chosen])
+    killed = 0
+    for one in chosen:
+        text = (copy_of / one.module).read_text(encoding="utf-8")
+        if text.count(one.before) != 1:
+            raise SystemExit(f"{one.module}: not once: {one.before!r}")
+        alive = _alive(copy_of / one.module, text.replace(one.before, one.after), one.tests, tests)
+        killed += not alive
+        print(f"{'alive' if alive else 'killed'}: {one.guard} ({one.module})", flush=True)
+    print(f"{kind}: {killed} of {len(chosen)} killed", flush=True)
+
+
+def run_figures(wanted: str, copy_of: Path, tests: Tests) -> None:
+    """Halve and double each figure of the search whose name or words hold ``wanted``."""
+    chosen = [one for one in FIGURES if wanted in f"{one.module} {one.name} {one.words}"]
+    _has_to_pass(tests, [one.tests for one in chosen])
+    killed = total = 0
+    for one in chosen:
+        for how, text in broken((copy_of / one.path).read_text(encoding="utf-8"), one.name):
+            alive = _alive(copy_of / one.path, text, one.tests, tests)
+            killed, total = killed + (not alive), total + 1
+            print(f"{'alive' if alive else 'killed'}: {one.name} {how} ({one.path})", flush=True)
+    print(f"figures: {killed} of {total} killed", flush=True)
+
+
+def _has_to_pass(tests: Tests, wanted: Iterable[tuple[str, ...]]) -> None:
+    for arguments in dict.fromkeys(wanted):
         if not tests.pass_(arguments):
             raise SystemExit(f"{' '.join(arguments)}: fails on the clone as it is")
-    killed = 0
-    for broken in chosen:
-        path = copy_of / broken.module
-        text = path.read_text(encoding="utf-8")
-        if text.count(broken.before) != 1:
-            raise SystemExit(f"{broken.module}: not once: {broken.before!r}")
-        path.write_text(text.replace(broken.before, broken.after), encoding="utf-8")
-        alive = tests.pass_(broken.tests)
-        path.write_text(text, encoding="utf-8")
-        killed += not alive
-        print(f"{'alive' if alive else 'killed'}: {broken.guard} ({broken.module})", flush=True)
-    print(f"guards: {killed} of {len(chosen)} killed", flush=True)
+
+
+def _alive(path: Path, text: str, arguments: tuple[str, ...], tests: Tests) -> bool:
+    before = path.read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    alive = tests.pass_(arguments)
+    path.write_text(before, encoding="utf-8")
+    return alive
 
 
 def _difference(before: str, after: str) -> str:
@@ -179,18 +204,21 @@ def main() -> None:
     parser.add_argument(
         "--guards", nargs="?", const="", help="broken by hand, those with this in their words"
     )
+    parser.add_argument("--search", nargs="?", const="", help="figures and rules of the search, the same")
     asked = parser.parse_args()
     if asked.list:
         print(json.dumps({name: target.modules for name, target in TARGETS.items()}, indent=2))
         return
     with tempfile.TemporaryDirectory(prefix="armhil-mutants-") as folder:
         place = Path(folder) / "clone"
-        shutil.copytree(
-            ROOT, place, ignore=shutil.ignore_patterns(".venv*", ".git", "__pycache__", ".*_cache")
-        )
+        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(".venv*", ".git", "*.pyc", ".*_cache"))
         with Tests(place, ROOT.parent / "shared" / "data") as tests:
             if asked.guards is not None:
-                run_guards(asked.guards, place, tests)
+                run_by_hand("guards", GUARDS, asked.guards, place, tests)
+                return
+            if asked.search is not None:
+                run_figures(asked.search, place, tests)
+                run_by_hand("rules", RULES, asked.search, place, tests)
                 return
             for name in asked.targets or TARGETS:
                 killed, survivors = run(name, asked.count, asked.seed, place, tests)

@@ -30,6 +30,7 @@ from pathlib import Path
 from typing import Any
 
 import robots
+from benchmarks.shoulder_and_elbow import NAME, shoulder_and_elbow
 from daq.files.toml_text import toml_text
 from drivers import Channel
 from drivers.simulated import SimulatedArm
@@ -37,19 +38,13 @@ from drivers.simulated import SimulatedArm
 ROOT = Path(__file__).resolve().parents[1]
 TOOL = ROOT.parent / "shared" / "tools" / "vcan" / "vcan-run"
 SEED = 41
-HIDDEN: Mapping[str, Mapping[str, list[dict[str, float]]]] = {
-    "tx40": {
-        "stribeck_friction": [{"drive": 2, "rise": 0.6, "speed": 0.15, "exponent": 2.0}],
-        "gravity_spring": [{"joint": 5, "torsion": 4.0, "centre": 0.3}],
-    },
-    "emps": {
-        "stribeck_friction": [{"drive": 1, "rise": 0.6, "speed": 0.03, "exponent": 2.0}],
-        "gravity_spring": [{"joint": 1, "torsion": 200.0, "centre": 0.02}],
-    },
+HIDDEN: Mapping[str, list[dict[str, float]]] = {
+    "stribeck_friction": [{"drive": 1, "rise": 0.6, "speed": 0.15, "exponent": 2.0}],
+    "position_dependent_friction": [{"drive": 2, "wave": 0.3, "order": 2.0}],
 }
-"""By arm, what nobody tells the commands."""
-WORN_DRIVE, WEAR = {"tx40": 3, "emps": 1}, 0.03
-"""Its Coulomb friction grows by this share a night."""
+"""What nobody tells the commands: oil in the shoulder, and an elbow gear that turns harder on one side."""
+WORN_DRIVE = 2
+"""Its Coulomb friction grows."""
 NIGHT = 86_000
 """s between two checks, less what a check takes."""
 ARRIVES = 300.0
@@ -60,11 +55,11 @@ PATIENCE = 7200
 
 @dataclass(frozen=True)
 class Size:
-    """A day of an arm: nights without and with wear at most, one period of the motion in s, trials."""
+    """Nights without and with wear at most, share a night, one period of the motion in s, trials."""
 
-    arm: str
     nights: int
     worn: int
+    wear: float
     duration: float
     evaluations: int
 
@@ -84,14 +79,14 @@ def say(line: str) -> None:
 
 
 @contextmanager
-def drives(arm: str, device: str, folder: Path, night: int, worn: float = 0.0) -> Iterator[None]:
+def drives(arm: Path, device: str, folder: Path, night: int, worn: float = 0.0) -> Iterator[None]:
     """The arm on its bus, with the noise of a night."""
-    hidden: dict[str, Any] = {"format": 1, **HIDDEN[arm]}
+    hidden: dict[str, Any] = {"format": 1, **HIDDEN}
     if worn:
-        hidden["coulomb_friction"] = [{"drive": WORN_DRIVE[arm], "change": worn}]
+        hidden["coulomb_friction"] = [{"drive": WORN_DRIVE, "change": worn}]
     scenario = folder / f"hidden-{night}.toml"
     scenario.write_text(toml_text(hidden), encoding="utf-8")
-    with SimulatedArm(arm, Channel("socketcan", device), SEED, noise_seed=night, scenario=scenario):
+    with SimulatedArm(str(arm), Channel("socketcan", device), SEED, noise_seed=night, scenario=scenario):
         yield
 
 
@@ -123,33 +118,34 @@ def day(device: str, folder: Path, size: Size) -> dict[str, Any]:
     """From a new arm to the page that says what has worn."""
     os.environ |= {"ARMHIL_CATALOGUE": str(folder / "catalogue.db"), "ARMHIL_STATE": str(folder / "state")}
     bus = ("--interface", "socketcan", "--channel", device)
-    with drives(size.arm, device, folder, 1000):
-        told = first_model(folder, bus, size)
+    arm = shoulder_and_elbow(folder / "arm")
+    with drives(arm, device, folder, 1000):
+        told = first_model(arm, folder, bus, size)
     with webhook() as (port, messages):
         hook = {"format": 1, "webhook": [{"url": f"http://127.0.0.1:{port}/"}]}
         (folder / "notify.toml").write_text(toml_text(hook), encoding="utf-8")
-        told["nights"] = nights(folder, bus, size)
+        told["nights"] = nights(arm, folder, bus, size)
         verdicts = ["ok", *(one["verdict"] for one in told["nights"])]
         changes = [after for before, after in pairwise(verdicts) if after != before]
         told["messages"] = [messages.get(timeout=ARRIVES)["verdict"] for _ in changes]
-    told["pages"] = pages(told["nights"][-1]["verdict"], WORN_DRIVE[size.arm])
+    told["pages"] = pages(told["nights"][-1]["verdict"], WORN_DRIVE)
     return told
 
 
-def first_model(folder: Path, bus: tuple[str, ...], size: Size) -> dict[str, Any]:
+def first_model(arm: Path, folder: Path, bus: tuple[str, ...], size: Size) -> dict[str, Any]:
     """Commissioning, a first model, what it lacks by name, and the baseline."""
-    stands = ",".join(map(str, robots.load(size.arm).home))
+    stands = ",".join(map(str, robots.load(arm).home))
     plan = ("--duration", str(size.duration), "--evaluations", str(size.evaluations), "--periods", "2")
     moving = ("--move", "--yes", "--looked", "--stands-at", stands, "--new-arm")
-    commissioned = armhil("commission", size.arm, *bus, *moving, *plan, "--out", str(folder / "new"))
+    commissioned = armhil("commission", str(arm), *bus, *moving, *plan, "--out", str(folder / "new"))
     (full,) = (one for one in commissioned["done"] if one["stage"] == "full run")
-    armhil("plan", size.arm, "--seed", "2", *plan, "--out", str(folder / "plan"))
-    motion, second = folder / "plan" / f"{size.arm}.trajectory.json", folder / "second"
-    armhil("run", size.arm, str(motion), *bus, "--approach", "--yes", "--out", str(second))
+    armhil("plan", str(arm), "--seed", "2", *plan, "--out", str(folder / "plan"))
+    motion, second = folder / "plan" / f"{NAME}.trajectory.json", folder / "second"
+    armhil("run", str(arm), str(motion), *bus, "--approach", "--yes", "--out", str(second))
     model = armhil("identify", full["capture"], "--out", str(folder / "first"))
     validation = ("--validate", str(second / "capture.mcap"))
     why = armhil("diagnose", full["capture"], *validation, "--out", str(folder / "why"))
-    known = ("--model", str(folder / "why" / f"{size.arm}.model.toml"))
+    known = ("--model", str(folder / "why" / f"{NAME}.model.toml"))
     whole = armhil("identify", full["capture"], *known, "--out", str(folder / "whole"))
     armhil("baseline", "accept", str(full["run"]), "--reason", "both effects are known", "--author", "Ada")
     return {
@@ -161,15 +157,15 @@ def first_model(folder: Path, bus: tuple[str, ...], size: Size) -> dict[str, Any
     }
 
 
-def nights(folder: Path, bus: tuple[str, ...], size: Size) -> list[dict[str, Any]]:
+def nights(arm: Path, folder: Path, bus: tuple[str, ...], size: Size) -> list[dict[str, Any]]:
     """Checks a day apart, until one fails or the wear has gone on for long enough."""
     told = []
     for night in range(1, size.nights + size.worn + 1):
         time.sleep(NIGHT)
-        worn = WEAR * max(0, night - size.nights)
+        worn = size.wear * max(0, night - size.nights)
         out = ("--notify", str(folder / "notify.toml"), "--out", str(folder / f"night-{night}"))
-        with drives(size.arm, bus[-1], folder, night, worn):
-            found = armhil("check", size.arm, *bus, "--celsius", "21", *out)
+        with drives(arm, bus[-1], folder, night, worn):
+            found = armhil("check", str(arm), *bus, "--celsius", "21", *out)
         told.append(
             {"night": night, "worn": worn, "verdict": found["verdict"], "sentence": found["sentence"]}
         )
@@ -223,22 +219,29 @@ def in_virtual_time(folder: Path, size: Size) -> dict[str, Any]:
         str(folder),
     ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
-    told: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    began, last = time.monotonic(), ""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as kernel:
+        assert kernel.stdout is not None
+        for last in kernel.stdout:
+            if not last.startswith("{"):
+                say(f"{time.monotonic() - began:5.0f} s  {last.rstrip()}")
+    if kernel.returncode:
+        raise subprocess.CalledProcessError(kernel.returncode, command)
+    told: dict[str, Any] = json.loads(last)
     return told
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=2)
-    parser.add_argument("--arm", choices=list(HIDDEN), default="tx40")
     parser.add_argument("--nights", type=int, default=30)
     parser.add_argument("--worn", type=int, default=10, help="nights with wear, at most")
+    parser.add_argument("--wear", type=float, default=0.05, help="of Coulomb friction, a night")
     parser.add_argument("--duration", type=float, default=6.0)
     parser.add_argument("--evaluations", type=int, default=300)
     parser.add_argument("--inside", nargs=2, metavar=("DEVICE", "FOLDER"), help=argparse.SUPPRESS)
     given = parser.parse_args()
-    size = Size(given.arm, given.nights, given.worn, given.duration, given.evaluations)
+    size = Size(given.nights, given.worn, given.wear, given.duration, given.evaluations)
     if given.inside:
         print(json.dumps(day(given.inside[0], Path(given.inside[1]), size)))
         return 0

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.mutants_guards import GUARDS
+from benchmarks.mutants_search import FIGURES, broken
+from benchmarks.mutants_search_rules import RULES
 from tests.imports import circle, import_graph, modules, within
 
 IMPORT_LINTER = "from importlinter.cli import lint_imports_command; lint_imports_command()"
@@ -60,3 +62,8 @@ def test_every_guard_that_is_broken_by_hand_still_stands(repository: Path) -> No
     """A list of mutants that do not match the code any more would test nothing."""
     texts = {one.module: (repository / one.module).read_text("utf-8") for one in GUARDS}
     assert [one.guard for one in GUARDS if texts[one.module].count(one.before) != 1] == []
+    texts |= {one.module: (repository / one.module).read_text("utf-8") for one in RULES}
+    assert [one.guard for one in RULES if texts[one.module].count(one.before) != 1] == []
+    for one in FIGURES:
+        text = (repository / one.path).read_text("utf-8")
+        assert len({after for _, after in broken(text, one.name)} - {text}) == 2, one.name

@@ -70,6 +70,15 @@ class Confirmation:
         return not self.reason
 
     @property
+    def refuted(self) -> bool:
+        """Whether data that was not fitted speaks against it, or it may as well be nothing.
+
+        What is merely not shown there (too little moves, too much noise) is not refuted.
+        """
+        loop = self.loop is not None and self.loop.contradicted
+        return bool(self.unsure) or self.torque.contradicted or loop
+
+    @property
     def reason(self) -> str:
         """Why it is not confirmed, in words; empty where it is."""
         if self.unsure:

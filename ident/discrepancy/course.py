@@ -18,7 +18,7 @@ from ident.discrepancy.refine import added_values, refine, refit
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
 from ident.discrepancy.scoring import Score
-from ident.discrepancy.step import Step
+from ident.discrepancy.step import LoopStep, Step
 from ident.discrepancy.validation import LoopRun, Validation
 
 _log = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ class Course:
     first: Step
     step: Step
     moving: Step
-    reversing: Step | None = None
+    reversing: LoopStep | None = None
     findings: list[Accepted] = field(default_factory=list)
 
     @classmethod
@@ -123,7 +123,9 @@ class Course:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.
 
         A model is fitted again without what is contradicted: what is confirmed was fitted beside it. What was
-        found at reversals was found beside all that moves, so of that nothing is taken away from under it.
+        found at reversals was found beside all that moves, so of that nothing is taken away from under it; it
+        goes alone, too, where it is refuted: a simulated loop that is a little wrong there explains itself by
+        whatever the vocabulary has, and that does not last on other motion.
         """
         rejected: list[Finding] = []
         while True:
@@ -138,9 +140,11 @@ class Course:
                 found.append(validation.finding(one, without, whole[0], loops))
             wrong = [k for k, one in enumerate(found) if not one.confirmation.passed]
             confirmed, in_motion = len(found) - len(wrong), self._in_motion()
+            refuted = False
             if len(found) > len(in_motion):
                 wrong = [k for k in wrong if k >= len(in_motion)]
-            if not wrong or not confirmed:
+                refuted = any(found[k].confirmation.refuted for k in wrong)
+            if not wrong or not (confirmed or refuted):
                 return found, rejected, last
             k = min(wrong, key=lambda k: found[k].confirmation.torque.share)
             rejected.append(found[k])

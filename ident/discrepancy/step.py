@@ -15,6 +15,7 @@ from ident.discrepancy.loop_examination import LoopExamination, examine_in_loop,
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.self_simulation import with_self_simulation
+from ident.effects.placed import Placed
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
@@ -117,6 +118,11 @@ class Step:
     def residuals(self, prepared: Sequence[PreparedRecording]) -> list[FloatArray]:
         """Of recordings, per piece, rows × joints, N·m (or N)."""
         return [piece.residual(self.base, self.shown) for piece in prepared]
+
+    @property
+    def placed(self) -> list[Placed]:
+        """Effects that the model has beside the usual ones: found now, or before."""
+        return [effect for effect in self.base.model.effects if isinstance(effect, Placed)]
 
     @cached_property
     def shown(self) -> FloatArray:

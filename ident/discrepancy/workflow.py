@@ -16,17 +16,16 @@ from ident.discrepancy.library import Library, build_library
 from ident.discrepancy.prepared_recording import prepared_recordings
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import dependences_beside
-from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.results import Candidate, Diagnosis, Finding
 from ident.discrepancy.scoring import Score
 from ident.discrepancy.settings import searching
-from ident.discrepancy.step import Step
+from ident.discrepancy.step import LoopStep, Step
 from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.unrepeating_noise import noise_beyond_vocabulary
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import Left, description, lags_of_noise, loop_does_otherwise, verdict_of
 from ident.effects.family import EffectFamily
 from ident.effects.gain_drift import UNNAMED_FAMILIES
-from ident.effects.placed import Placed
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
@@ -123,8 +122,13 @@ class Search:
             self._search(reversing, len(self.findings) + 1)
             if self.step is in_loop:
                 self.course.step = moving
+        if not self.findings and not self._more_than_clean():
+            self._tell_loop(in_loop)
+
+    def _tell_loop(self, in_loop: LoopStep) -> None:
+        """A simulated loop that leaves more than the model of an arm may is no clean arm's."""
         joint = self._misfit_joint(in_loop)
-        if joint is not None and not self.findings and not self._more_than_clean():
+        if joint is not None:
             self.unnamed = loop_does_otherwise(joint)
 
     def _leave_to_motion(self) -> None:
@@ -156,7 +160,7 @@ class Search:
         What a found effect leaves on its own joint is its form being a little different.
         """
         left, rows = in_loop.examination.excess_of_joints.copy(), in_loop.examination.rows_of_joints.copy()
-        found = sorted({joint for effect in _placed(in_loop) for joint in effect.place.joints})
+        found = sorted({joint for effect in in_loop.placed for joint in effect.place.joints})
         left[found], rows[found] = 0.0, 0
         misfits = left.sum() > self.question.settings.unnamed_in_loop * rows.sum()
         return int(np.argmax(left)) if misfits else None
@@ -192,7 +196,7 @@ class Search:
 
     def _no_further(self) -> set[tuple[str, tuple[int, ...]]]:
         """Effects and joints that are no further effect: the model has them, found now or before."""
-        return {(effect.name, effect.place.joints) for effect in _placed(self.step)} | self.confusable
+        return {(effect.name, effect.place.joints) for effect in self.step.placed} | self.confusable
 
     def _measure_noise(self, library: Library) -> None:
         """Start again with the noise that the vocabulary leaves, where nothing repeats to tell it from."""
@@ -201,7 +205,7 @@ class Search:
         self.course = Course.begun(self.prepared, first)
 
     def _families(self) -> tuple[EffectFamily, ...]:
-        present = {effect.name for effect in self.step.base.model.effects[: len(self._usual())]}
+        present = {effect.name for effect in self.course.first.base.model.effects}
         with_prior = self.step.prior is not None
         # Where the channels were too far apart to be aligned their delay is what has to be found.
         known = lag_is_known(self.question.robot) or not lag_is_known(self.step.base.model.robot)
@@ -212,9 +216,6 @@ class Search:
             and (known or not family.taken_by_alignment)
         )
         return tuple(form for family in families for form in (family, *family.forms))
-
-    def _usual(self) -> tuple[object, ...]:
-        return self.course.first.base.model.effects
 
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what the data show is not its name.
@@ -237,6 +238,7 @@ class Search:
         first = self.course.first
         validation = Validation(self.validation, first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
+        self._look_again(findings)
         margin, of_first = first.base.model.robot.identification.torque_margin, first.examination
         usual = of_first.excess <= self._misfit_threshold_per_row() * of_first.torque.shape[0]
         moved_once = self.course.reversing is None and not of_first.repeats
@@ -276,6 +278,11 @@ class Search:
             examinations=(first.examination, examination),
         )
 
+    def _look_again(self, findings: Sequence[Finding]) -> None:
+        """What the loop showed has gone again: is the loop then the arm's?"""
+        if self.course.reversing is not None and not findings and not self._more_in_motion():
+            self._tell_loop(self.course.reversing)
+
     def _more_in_motion(self) -> bool:
         """Whether the moving arm shows more than noise and the usual misfit."""
         return self.choice is not None and self._more_than_clean()
@@ -291,8 +298,3 @@ class Search:
     def _misfit_threshold_per_row(self) -> float:
         settings = self.question.settings
         return settings.unnamed_share + self.step.examination.misfit(settings) - settings.smallest_share
-
-
-def _placed(step: Step) -> list[Placed]:
-    """Effects that the model has beside the usual ones: found now, or before."""
-    return [effect for effect in step.base.model.effects if isinstance(effect, Placed)]

@@ -16,7 +16,8 @@ _LEAST_FRICTION = 0.02
 _PAYLOAD = 0.1
 """Of the mass of the links: what an arm is built to carry."""
 
-_USUAL, _LIGHTEST = 25.0, 1e-3
+_USUAL = 25.0
+_LIGHTEST = 1e-3
 """kg, of the links of a usual arm, and the least that a description's links are taken for."""
 
 _LEVER = 0.1

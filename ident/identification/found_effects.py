@@ -15,7 +15,6 @@ import numpy as np
 
 from ident.effects.entry import EffectEntry
 from ident.effects.found import Found
-from ident.effects.vocabulary import effect_from, entry_of
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
@@ -69,6 +68,7 @@ def extended_model(robot: Robot, known: FoundModel) -> RegressorModel:
     standard = base.standard_from(_values_of(base.names, known), model.prior())
     for entry in known.found:
         # Imported here: the search stands on the identification, and most identifications need none of it.
+        from ident.effects.vocabulary import effect_from
         from ident.parameters.present import Present
 
         try:
@@ -90,7 +90,12 @@ def extended_model(robot: Robot, known: FoundModel) -> RegressorModel:
 
 def found_entries(model: RegressorModel) -> tuple[EffectEntry, ...]:
     """The effects of a model that were found, as plain values."""
-    return tuple(entry_of(model.robot, effect) for effect in model.effects if isinstance(effect, Found))
+    found = [effect for effect in model.effects if isinstance(effect, Found)]
+    if not found:
+        return ()
+    from ident.effects.vocabulary import entry_of  # every effect and the compiler, which load slowly
+
+    return tuple(entry_of(model.robot, effect) for effect in found)
 
 
 def end_to_end(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

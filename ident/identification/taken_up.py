@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.effects.found import Found
-from ident.effects.vocabulary import form_of
 from ident.listing import listed
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
@@ -94,6 +93,8 @@ def _told(
 
     Of an effect that only a prior tells, one of them by at least a share of itself.
     """
+    from ident.effects.vocabulary import form_of  # loads every effect and the compiler
+
     family = form_of(robot, effect.name, effect.shape_names)
     own, wider, largest = [], basis, 0.0
     for column in columns.T:

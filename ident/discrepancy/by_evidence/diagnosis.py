@@ -16,16 +16,16 @@ from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
-from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
-from ident.discrepancy.by_evidence.workflow import above_accepted, diagnose_by_evidence
+from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, diagnose_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.step import LoopStep
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import loop_does_otherwise
 from ident.discrepancy.workflow import Search, silent
@@ -136,12 +136,12 @@ class _Led(Search):
                 _component(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
             )
         elif not self.findings and not self._more_in_motion():
-            self._tell_loop(problem)
+            self._tell_loop(in_loop)
 
-    def _tell_loop(self, problem: Problem) -> None:
-        """A simulated loop that leaves more than the model of an arm may is no clean arm's."""
+    def _tell_loop(self, in_loop: LoopStep) -> None:
+        problem = posed_in_loop(in_loop)
         above = above_accepted(problem, without_effects(problem))
-        if above.max() > 0.5:
+        if above.max() > ABOVE:
             self.unnamed = loop_does_otherwise(int(np.argmax(above)))
 
     def _ranking(self) -> tuple[Candidate, ...]:

@@ -48,6 +48,9 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 
+ABOVE = 0.5
+"""Probability from which on a joint's misfit is taken to be above the accepted one."""
+
 
 def _silent(step: str, share: float) -> None:
     """Nobody watches."""
@@ -196,7 +199,7 @@ def _left(problem: Problem, found: Found, joint: int) -> float:
     """
     accepted = float(problem.misfit.accepted[joint])
     above = above_accepted(problem, found)[joint]
-    return max(float(misfit_of(problem, found)[joint]), accepted) if above > 0.5 else accepted
+    return max(float(misfit_of(problem, found)[joint]), accepted) if above > ABOVE else accepted
 
 
 def _shrinks(searched: Searched, held: HeldOut, joint: int) -> bool:

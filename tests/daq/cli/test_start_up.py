@@ -85,3 +85,16 @@ def test_a_refusal_out_of_the_catalogue_imports_nothing_of_the_identification(tm
     heavy = ("fastapi", "jinja2", "joblib", "numba", "pinocchio", "scipy")
     ended = _imported(ASK_THE_CATALOGUE, heavy, tmp_path)
     assert ended == [f"ended;{call};2" for call in ASK_THE_CATALOGUE]
+
+
+def test_reading_and_identifying_a_log_load_no_compiler() -> None:
+    """The names of all effects are asked for where a model has found ones; a log alone has none."""
+    program = (
+        "import sys; from daq.importing.load import load_log; from ident import identify; print(*sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120
+    )
+    loaded = done.stdout.split()
+    assert "ident.identification.identify" in loaded
+    assert not {"numba", "ident.effects.vocabulary", "scipy.signal", "scipy.interpolate"} & set(loaded)

@@ -35,14 +35,18 @@ class _Validation:
         return None, ""
 
     def finding(self, accepted: Any, without: object, whole: object, loops: object) -> Any:
-        confirmation = Confirmation(Shown(accepted.share, 0.01), None)
+        confirmation = Confirmation(Shown(accepted.share, accepted.sigma), None)
         return SimpleNamespace(name=accepted.name, confirmation=confirmation)
 
 
 def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
-    """Names of what stays and of what is left out; those in small letters are not there."""
+    """Names of what stays and of what is left out; small letters are not there, of ``?`` nobody knows."""
     found: Any = [
-        SimpleNamespace(name=name, share=1.0 if name.isupper() else -0.1 * k)
+        SimpleNamespace(
+            name=name,
+            share=0.4 if name == "?" else 1.0 if name.isupper() else -0.1 * k,
+            sigma=0.3 if name == "?" else 0.01,
+        )
         for k, name in enumerate(in_motion + at_reversals)
     ]
     course = _Course((), step(1), step(1 + len(found)), step(1 + len(in_motion)), None, found)
@@ -63,6 +67,9 @@ def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
         ("A", "r", "A", "r"),
         ("Ab", "R", "AbR", ""),
         ("Ab", "r", "A", "rb"),
+        ("", "r", "", "r"),
+        ("a", "r", "a", "r"),
+        ("", "?", "?", ""),
     ],
 )
 def test_what_is_contradicted_beside_what_is_confirmed_is_taken_out(

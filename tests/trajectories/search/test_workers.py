@@ -28,12 +28,12 @@ best_of([Endless(file) for file in sys.argv[1:]], 2)
 """
 
 
-@pytest.mark.parametrize("ended_by", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("ended_by", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 @pytest.mark.usefixtures("no_leftovers")
 def test_no_process_outlives_a_search(tmp_path: Path, ended_by: signal.Signals) -> None:
     begun = [tmp_path / "one", tmp_path / "other"]
     words = [sys.executable, "-c", ENDLESS, *map(str, begun)]
-    with subprocess.Popen(words, cwd=ROOT) as search:
+    with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.DEVNULL) as search:
         while not all(file.exists() for file in begun):  # then both processes are at work
             assert search.poll() is None
             time.sleep(0.02)

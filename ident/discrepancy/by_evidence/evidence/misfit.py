@@ -17,6 +17,9 @@ from ident.effects import FrictionSign, State
 from robots.arrays import BoolArray, FloatArray
 
 _DEGREE = 3
+_SPLINES = (8, 8, 6, 6, 6, 6, 5, 5, 4)
+"""Over speed, position, acceleration, load; direction times three of these; speed times two."""
+
 _INNER = (0.005, 0.995)
 """Quantiles between which the knots lie; rows beyond take the value at the end."""
 
@@ -43,16 +46,14 @@ def misfit_columns(
     """
     position, speed = state.position[:, joint], state.velocity[:, joint]
     direction = sign(speed)
+    turned, moved = direction[:, np.newaxis], speed[:, np.newaxis]
+    fast, heavy = np.abs(speed), np.abs(load)
+    of = (speed, position, state.acceleration[:, joint], load, fast, position, heavy, position, heavy)
+    splines = [_splines(values, count, used) for values, count in zip(of, _SPLINES, strict=True)]
     parts = [
-        _splines(speed, 8, used),
-        _splines(position, 8, used),
-        _splines(state.acceleration[:, joint], 6, used),
-        _splines(load, 6, used),
-        direction[:, np.newaxis] * _splines(np.abs(speed), 6, used),
-        direction[:, np.newaxis] * _splines(position, 6, used),
-        direction[:, np.newaxis] * _splines(np.abs(load), 5, used),
-        speed[:, np.newaxis] * _splines(position, 5, used),
-        speed[:, np.newaxis] * _splines(np.abs(load), 4, used),
+        *splines[:4],
+        *(turned * one for one in splines[4:7]),
+        *(moved * one for one in splines[7:]),
         *_of_others(joint, state, sign),
         _of_time(state),
     ]

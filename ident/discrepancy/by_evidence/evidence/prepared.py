@@ -42,7 +42,8 @@ _FEWEST_ROWS = 50
 _SLOW = 6
 """Half waves over a recording: what changes more slowly than that is no noise."""
 
-_MINIMUM_SPEED, _MARGIN = 0.01, 0.08
+_MINIMUM_SPEED = 0.01
+_MARGIN = 0.08
 """Rows are left out where a joint is slower than this share of its limit, and so many s on both sides: there
 filtered signs look like friction that falls with speed."""
 

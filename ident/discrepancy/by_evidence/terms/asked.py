@@ -9,11 +9,8 @@ from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.terms.propose import propose
-from ident.discrepancy.by_evidence.workflow import above_accepted, posed
+from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, posed
 from ident.discrepancy.question import Question
-
-ABOVE = 0.5
-"""Probability that a joint's misfit is above the accepted one, from which on a term is looked for."""
 
 
 def proposed_terms(question: Question) -> tuple[Proposal, ...]:

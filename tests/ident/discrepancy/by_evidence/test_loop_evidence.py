@@ -101,7 +101,7 @@ def led(step: LoopStep, moving: str, settled: set[int]) -> Any:
         _leave_to_motion=lambda: None,
         _more_in_motion=lambda: moving != "clean",
     )
-    told._tell_loop = lambda problem: diagnosis._Led._tell_loop(told, problem)
+    told._tell_loop = lambda in_loop: diagnosis._Led._tell_loop(told, in_loop)
     return told
 
 
@@ -122,6 +122,16 @@ def test_a_loop_that_does_otherwise_without_a_name_is_told(falling: LoopStep, mo
     assert not search.course.taken
     assert search.course.step == "moving"
     assert ("at joint 1" in search.unnamed) is (moving == "clean")
+
+
+@pytest.mark.parametrize(("findings", "told"), [((), True), (("payload",), False)])
+def test_a_loop_whose_finding_has_gone_again_is_told(
+    falling: LoopStep, findings: tuple[str, ...], told: bool
+) -> None:
+    search = led(falling, "clean", set())
+    diagnosis._Led._search_at_reversals(search)
+    diagnosis._Led._look_again(search, findings)  # type: ignore[arg-type]
+    assert ("at joint 1" in search.unnamed) is told
 
 
 def test_a_loop_that_no_arm_has_is_left_alone(monkeypatch: pytest.MonkeyPatch, falling: LoopStep) -> None:
