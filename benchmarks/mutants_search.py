@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.mutants --search`` does it in a copy of the clone, and then breaks every rule of
 ``mutants_search_rules.py``, one at a time. Of a share above a half what it lacks to one is halved in place of
-doubling it. A test holds this list to the code (not its words to the pages), and is not among those that have to fail.
+doubling it. A test holds this list to the code (not its words to the pages), and is not among those that have
+to fail.
 """
 
 from __future__ import annotations
