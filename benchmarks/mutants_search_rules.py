@@ -457,8 +457,8 @@ RULES = (
     Broken(
         "a loop that does otherwise is told",
         f"{_BY}diagnosis.py",
-        "        if above.max() > ABOVE:\n",
-        "        if False:\n",
+        'if above.max() > ABOVE else ""',
+        'if False else ""',
         _LOOP,
     ),
     Broken(

@@ -16,6 +16,7 @@ from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
@@ -136,13 +137,10 @@ class _Led(Search):
                 _component(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
             )
         elif not self.findings and not self._more_in_motion():
-            self._tell_loop(in_loop)
+            self.unnamed = _otherwise(problem)
 
     def _tell_loop(self, in_loop: LoopStep) -> None:
-        problem = posed_in_loop(in_loop)
-        above = above_accepted(problem, without_effects(problem))
-        if above.max() > ABOVE:
-            self.unnamed = loop_does_otherwise(int(np.argmax(above)))
+        self.unnamed = _otherwise(posed_in_loop(in_loop))
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
@@ -151,6 +149,12 @@ class _Led(Search):
 
     def _more_in_motion(self) -> bool:
         return self.answer.verdict != "clean"
+
+
+def _otherwise(problem: Problem) -> str:
+    """What is said of a loop that leaves more than an accepted model may; empty where it does not."""
+    above = above_accepted(problem, without_effects(problem))
+    return loop_does_otherwise(int(np.argmax(above))) if above.max() > ABOVE else ""
 
 
 def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:

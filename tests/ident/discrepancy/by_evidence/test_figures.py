@@ -122,8 +122,8 @@ def test_splines_end_at_the_outer_half_percent() -> None:
 @pytest.mark.parametrize(("apart", "directions"), [(0.12, 2), (0.08, 1)])
 def test_columns_that_are_nearly_the_same_are_one_direction(apart: float, directions: int) -> None:
     first, other = np.linalg.qr(np.random.default_rng(0).normal(size=(200, 2)))[0].T * np.sqrt(200.0)
-    alike = (1.0 - apart) * first + np.sqrt(1.0 - (1.0 - apart) ** 2) * other
-    found = misfit._directions(np.stack([first, alike], axis=1), np.ones(200, dtype=np.bool_))
+    turned = (1.0 - apart) * first + np.sqrt(1.0 - (1.0 - apart) ** 2) * other
+    found = misfit._directions(np.stack([first, turned], axis=1), np.ones(200, dtype=np.bool_))
     assert found.shape[1] == directions
 
 
