@@ -78,7 +78,7 @@ def _left(
         scale = np.linalg.norm(x, axis=0)
         x = x[:, scale > 0] / scale[scale > 0]
         rest = y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0]
-        found.append(float(np.linalg.norm(rest) / max(np.linalg.norm(y - y.mean()), 1e-300)))
+        found.append(float(np.linalg.norm(rest)) / max(float(np.linalg.norm(y - y.mean())), 1e-300))
     return np.array(found)
 
 
