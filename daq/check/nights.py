@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -10,10 +12,13 @@ from daq.catalogue import checks, models, runs
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model, Run
 from daq.check.carried import carried_over
-from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256
+from daq.check.recorded import TRAJECTORY_SHA256, reported_celsius
 from daq.check.residual import TEACHES, found_nothing
+from daq.recording.errors import CaptureError
+from daq.session.recorded_runs import CELSIUS
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings, Night, compare, geometry_of
+from robots import Robot
 
 _DAY = 86400.0
 
@@ -83,7 +88,19 @@ def compare_nights(
     """
     accepted = models.get(catalogue, baseline.model_id)
     of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
-    first = night_of(runs.get(catalogue, baseline.run_id), accepted, of_baseline[-1] if of_baseline else None)
+    run = runs.get(catalogue, baseline.run_id)
+    first = night_of(run, accepted, of_baseline[-1] if of_baseline else None)
+    if first.celsius is None:
+        first = replace(first, celsius=_reported(run, fitted.base.model.robot))
     first, lost = carried_over(first, nights[-1], accepted, fitted)
     geometry = geometry_of(fitted.base, fitted.rows, fitted.least_squares.sigma, first.values)
     return compare(first, nights, geometry, settings), lost
+
+
+def _reported(run: Run, robot: Robot) -> np.ndarray | None:
+    """(n,) what the drives reported during a run that was no check, such as that of a commissioning, °C."""
+    try:
+        found = None if run.capture is None else reported_celsius(Path(run.capture), robot)
+    except CaptureError:  # no recording of ours, or not there any more
+        return None
+    return None if found is None else np.array(found)

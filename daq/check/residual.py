@@ -9,8 +9,9 @@ from daq.catalogue import checks, models
 from daq.catalogue.checks import INCREASED
 from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model
-from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256
+from daq.check.recorded import TRAJECTORY_SHA256
 from daq.keeping.diagnosed_again import DIAGNOSE
+from daq.session.recorded_runs import CELSIUS
 from robots.arrays import FloatArray
 
 ENOUGH = 5

@@ -13,6 +13,7 @@ import typer
 from daq.cli.app import app
 from daq.cli.common import (
     CellOption,
+    Celsius,
     ChannelName,
     Interface,
     Json,
@@ -97,9 +98,7 @@ def check(
     cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="Of a new plan, s.")] = 12.0,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of a new plan's search.")] = 6000,
-    celsius: Annotated[
-        float | None, typer.Option(min=-40, max=80, help="Of the hall.", show_default="what drives report")
-    ] = None,
+    celsius: Celsius = None,
     tolerance: Annotated[
         float, typer.Option(min=0.001, max=1.0, help="Share of a joint's torque that may change.")
     ] = 0.05,

@@ -91,7 +91,7 @@ def _capital(words: str) -> str:
 
 
 def _ended(words: str) -> str:
-    return words if words.endswith(".") else f"{words}."
+    return words if words.endswith((".", "?", "!")) else f"{words}."
 
 
 def per_joint(result: Identification, robot: Robot) -> tuple[list[str], list[list[str]]]:

@@ -176,4 +176,4 @@ def print_guessed(console: Console, words: Sequence[str]) -> None:
     if words:
         console.print("Guessed from the log and its URDF:", highlight=False)
     for sentence in words:
-        console.print(f"  {sentence}", markup=False, highlight=False, soft_wrap=True)
+        write(console, f"  {sentence}", indent="    ")
