@@ -74,6 +74,6 @@ def test_the_error_of_a_joint_is_the_same_wherever_it_is_shown(
     kept = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
     assert kept["worst_joint"] == answer["worst_joint"]
     shown = percent(error)
-    assert f"carriage {shown}" in " ".join(said.split())
+    assert f" carriage {shown} ".split() == said[said.index(" carriage ") :].split()[:3]
     assert f"of whose torque {shown} is left" in said
     assert shown in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
