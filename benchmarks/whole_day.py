@@ -121,6 +121,7 @@ def day(device: str, folder: Path, size: Size) -> dict[str, Any]:
     arm = shoulder_and_elbow(folder / "arm")
     with drives(arm, device, folder, 1000):
         told = first_model(arm, folder, bus, size)
+    say(json.dumps(told, ensure_ascii=False))
     with webhook() as (port, messages):
         hook = {"format": 1, "webhook": [{"url": f"http://127.0.0.1:{port}/"}]}
         (folder / "notify.toml").write_text(toml_text(hook), encoding="utf-8")
@@ -136,7 +137,7 @@ def first_model(arm: Path, folder: Path, bus: tuple[str, ...], size: Size) -> di
     """Commissioning, a first model, what it lacks by name, and the baseline."""
     stands = ",".join(map(str, robots.load(arm).home))
     plan = ("--duration", str(size.duration), "--evaluations", str(size.evaluations), "--periods", "2")
-    moving = ("--move", "--yes", "--looked", "--stands-at", stands, "--new-arm")
+    moving = ("--move", "--yes", "--looked", "--stands-at", stands, "--new-arm", "--celsius", "21")
     commissioned = armhil("commission", str(arm), *bus, *moving, *plan, "--out", str(folder / "new"))
     (full,) = (one for one in commissioned["done"] if one["stage"] == "full run")
     armhil("plan", str(arm), "--seed", "2", *plan, "--out", str(folder / "plan"))

@@ -71,8 +71,6 @@ def print_diagnosis(
         write(console, f"  {spot.words()}", indent="    ")
     if details:
         _write_details(console, diagnosis, checks)
-    else:
-        write(console, "- Parameters of the findings, rankings and gaps: --parameters.", style="dim")
 
 
 def _write_joints(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
@@ -99,7 +97,7 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
     odd = [
         f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
         f" ({_sure(finding)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
-        f" {confirmed_words(finding)}."
+        f" {_confirmed(diagnosis, finding)}."
         for number, finding in enumerate(diagnosis.findings, start=1)
     ]
     odd += [
@@ -113,6 +111,12 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
     odd += [remarks] if (remarks := unexplained_remarks(diagnosis)) else []
     for sentence in odd:
         write(console, f"- {sentence}", indent="  ")
+
+
+def _confirmed(diagnosis: Diagnosis, finding: Finding) -> str:
+    """A reason that is the recommendation already is not said again."""
+    said = diagnosis.verdict == "not_confirmed" and not finding.confirmation.passed
+    return "not confirmed" if said else confirmed_words(finding)
 
 
 def _sure(finding: Finding) -> str:

@@ -80,6 +80,8 @@ def _warmth_words(change: NamedChange, found: Comparison) -> str:
     if change.kelvin is None:
         return ""
     measured = "no thermometer" if found.colder is None else f"the thermometer says {_apart(found.colder)}"
+    if found.unmeasured is not None:
+        measured = f"the temperature of {found.unmeasured} is not known"
     if change.effect == WARMTH:
         return f" ({measured})"
     return f" (would need {abs(change.kelvin):.2g} K {_way(change.kelvin)} at least; {measured})"
