@@ -1,4 +1,4 @@
-"""A form of which a limit is likelier gives its place to the best form of it, which stands for it in the list."""
+"""A form of which a limit is likelier gives its place to the best form of that limit, which the list has."""
 
 from __future__ import annotations
 
