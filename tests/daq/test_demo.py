@@ -22,13 +22,14 @@ from daq.cli import entry as cli
 from daq.cli.demonstration import DemoRequest, DemoResult, run_demo
 from daq.files.model_file import read_model
 from daq.keeping.again import rerun
-from daq.recording.capture import Capture, CaptureError
+from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from daq.text.progress import Silent
 from drivers import BusOccupied, Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
 from drivers.simulated import SimulatedArm
 from robots import Robot
+from tests.daq.captures import samples_in
 
 SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "600"]
 VERDICTS = {"exogenous", "endogenous", "instruments_invalid", "not_testable"}
@@ -169,14 +170,6 @@ def wait_for_motion(process: subprocess.Popen[str], path: Path) -> None:
     while not (path.exists() and samples_in(path)):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
-
-
-def samples_in(path: Path) -> int:
-    """How many samples a capture holds by now, while it is being written."""
-    try:
-        return len(read_capture(path, allow_empty=True).samples)
-    except CaptureError:  # its records are not all there yet
-        return 0
 
 
 @pytest.mark.slow
