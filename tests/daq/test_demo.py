@@ -251,12 +251,19 @@ def test_the_same_seed_gives_the_same_samples_and_the_same_truth(
 
 @pytest.mark.slow
 def test_a_second_demo_takes_the_next_free_group(emps: Robot, channel: Channel, tmp_path: Path) -> None:
-    """The first one's drives hold the group; with a channel that was named it is refused instead."""
-    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True)
+    """The first one's drives hold the group; with a channel that was named it is refused instead.
+
+    And the arm hides what it was told to.
+    """
+    hidden = tmp_path / "hidden.toml"
+    hidden.write_text("format = 1\n[[viscous_friction]]\ndrive = 1\nchange = 0.5\n", encoding="utf-8")
+    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True, scenario=hidden)
     with SimulatedArm("emps", channel, 1):
         with pytest.raises(BusOccupied, match="is occupied"):
             run_demo(replace(request, any_group=False), Silent())
         with Catalogue() as catalogue:
             result = run_demo(replace(request, catalogue=catalogue), Silent())
     assert result.capture.run["channel"] == str(channel.beside(1))
+    estimate = {p.name: p.value for p in result.fitted.result.estimates[0].parameters}
+    assert estimate["Fv1"] == pytest.approx(1.5 * result.truth["Fv1"], rel=0.1)
     assert result.run is not None
