@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from daq.text.numbers import percent
 from tests.daq.calls import Call
 
 URDF = Path(__file__).parents[3] / "robots" / "emps" / "emps.urdf"
@@ -46,7 +47,7 @@ def test_an_imported_log_needs_no_description(armhil: Call, log: Path, tmp_path:
     assert values[0]["Fc1"] == pytest.approx(DRY, rel=0.05)
     code, out, err = armhil("identify", log, "--robot", kept / "robot.toml", "--out", tmp_path / "mine")
     assert code in (0, 1), err
-    assert "not described, so not simulated" in (tmp_path / "mine" / "report.html").read_text("utf-8")
+    assert "the loop is not simulated" in (tmp_path / "mine" / "report.html").read_text("utf-8")
     assert list((tmp_path / "mine").glob("*.model.toml"))
 
 
@@ -65,3 +66,20 @@ def test_what_says_of_which_arm_a_log_is(armhil: Call, log: Path) -> None:
     assert "--urdf of the log's arm" in armhil("import", log)[2]
     assert "allowed: one of" in armhil("import", log, "--urdf", URDF, "--columns", "map.toml")[2]
     assert "--robot and --urdf" in armhil("diagnose", log, "--urdf", URDF, "--robot", "emps")[2]
+
+
+def test_the_error_of_a_joint_is_the_same_wherever_it_is_shown(
+    armhil: Call, log: Path, tmp_path: Path
+) -> None:
+    """In the terminal's table and its worst joint, in JSON, in result.json and in the report."""
+    words = ("identify", log, "--urdf", URDF, "--quiet", "--no-catalogue", "--out", tmp_path / "run")
+    _, out, said = armhil(*words, "--json")
+    answer = json.loads(out)
+    (error,) = answer["estimates"]["ls"]["relative_error_percent"]["per_joint"]
+    assert answer["worst_joint"]["relative_error_percent"] == error
+    kept = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
+    assert kept["worst_joint"] == answer["worst_joint"]
+    shown = percent(error)
+    assert f" carriage {shown} ".split() == said[said.index(" carriage ") :].split()[:3]
+    assert f"of whose torque {shown} is left" in said
+    assert shown in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

@@ -125,10 +125,18 @@ def simplified(search: Search, searched: Searched) -> Searched:
         # Where the likeliest name is a limit of its own, that stands for it, and it is not in the list.
         if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:
             continue
-        for one in screen(search.problem, without, searched.entries):
-            name, joints = one.candidate.key
-            if (name, joints) in kept and name in member.candidate.family.contains and joints == own[1]:
-                return simplified(search, replace(searched, found=search.replaced(without, one)))
+        limits = [
+            one
+            for one in screen(search.problem, without, searched.entries)
+            if one.candidate.key in kept
+            and one.candidate.key[0] in member.candidate.family.contains
+            and one.candidate.key[1] == own[1]
+        ]
+        if limits:
+            likeliest = limits[0].candidate.key
+            forms = [search.replaced(without, one) for one in limits if one.candidate.key == likeliest]
+            best = max(forms, key=lambda found: found.log_posterior)
+            return simplified(search, replace(searched, found=best))
     return searched
 
 

@@ -1,4 +1,4 @@
-"""A form of which a limit is likelier gives its place to that limit, which stands for it in the list."""
+"""A form of which a limit is likelier gives its place to the best form of that limit, which the list has."""
 
 from __future__ import annotations
 
@@ -18,13 +18,19 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     listed = names.as_limit(names.probabilities({dry.key: 5.0, falling.key: 4.0, names.NOTHING: 0.0}))
     assert all(one.key != falling.key for one in listed)
     monkeypatch.setattr(names, "slot", lambda *given: names.Slot(listed))
-    monkeypatch.setattr(names, "screen", lambda *given: [SimpleNamespace(candidate=dry)])
+    monkeypatch.setattr(names, "screen", lambda *given: [screened(dry, -3.0), screened(dry, -2.0)])
     monkeypatch.setattr(names, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        replaced=lambda without, other: SimpleNamespace(members=[other]),
+        replaced=lambda without, other: SimpleNamespace(members=[other], log_posterior=other.fitted),
     )
     found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)])
     simplest: Any = names.simplified(search, SimpleNamespace(found=found, entries=()))  # type: ignore[arg-type]
     assert [one.candidate.key for one in simplest.found.members] == [dry.key]
+    assert simplest.found.log_posterior == -2.0
+
+
+def screened(candidate: object, fitted: float) -> SimpleNamespace:
+    """A form of a name, and what its set is worth once its shapes are fitted."""
+    return SimpleNamespace(candidate=candidate, fitted=fitted)
