@@ -6,7 +6,7 @@ on one core) gives the figures of benchmarks/onset.md.
 Nights are drawn as estimates (``benchmarks/watch_arms.py``). In each year one thing happens on a night
 between 30 and 300, on a drive, of a size and in a hall that are drawn: friction wears, friction steps, a
 load is taken up, the heating fails, or nothing but the seasons. Every night is judged from then on (of a
-year in which nothing happens, every night), and what is told teaches nothing. Scored are the first night
+year in which nothing happens, all of them), and what is told teaches nothing. Scored are the first night
 that is told and the sixtieth after the change.
 """
 
@@ -25,7 +25,7 @@ from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from benchmarks.watch import interval
+from benchmarks.watch import interval, quiet_alarms
 from benchmarks.watch_arms import HALLS, Arm, Year, arm_of, year_of
 from benchmarks.watch_changes import SETTINGS, as_nights, baseline_geometry, direction_of, verdict_of
 from daq.check.residual import residual_increase_of
@@ -143,18 +143,18 @@ def told_of(seed: int, arm: Arm, number: int) -> Told:
     year = year_of(arm, HALLS[hall], size, 1_000_000 + 1000 * seed + number, colder, COLDER)
     effect, joint, share = happened(arm, year, happens, rng, start)
     nights, geometry = as_nights(arm, year), baseline_geometry(arm, year)
-    out = Told(seed, hall, happens, effect, joint, start, share, 0, 0, None, None)
-    before = False
-    for night in range(1 if quiet else start, size):
+    out = Told(seed, hall, happens, effect, joint, start, share, size - 1, 0, None, None)
+    if quiet:
+        alarms = [night for night, _ in quiet_alarms(arm, year)]
+        return replace(out, alarms=sum(night - 1 not in alarms for night in alarms))
+    for night in range(start, size):
         found = compare(nights[0], nights[1 : night + 1], geometry, SETTINGS)
         fine = verdict_of(found, _left_more(nights, year, night)) == "ok"
         nights[night] = replace(nights[night], clean=fine)
-        changed = found.state == "changed"
-        out.nights, out.alarms = out.nights + 1, out.alarms + (changed and not before)
-        before = changed
-        if changed or night == size - 1:
+        if found.state == "changed" or night == size - 1:
             out.last = said_of(found, night, start, effect, joint)
-            out.first = out.first or (out.last if changed else None)
+        if found.state == "changed":
+            out.first = out.first or out.last
     return out
 
 
@@ -181,8 +181,8 @@ def line_of(happens: str, years: Sequence[Told]) -> str:
         happens,
         share_words(len(told), len(years)),
         f"{np.median(delays):.0f} ({max(delays)})" if delays else "–",
-        share_words(sum(bool(one.first and one.first.what == happens) for one in told), len(told)),
-        share_words(sum(one.what == happens for one in last), len(last)),
+        share_words(sum(bool(one.first and one.first.what == one.happens) for one in told), len(told)),
+        share_words(sum(bool(one.last and one.last.what == one.happens) for one in told), len(told)),
         share_words(sum(one.place for one in last), len(last)),
         f"{np.median(off):.0f} ({max(off)})" if off else "–",
         share_words(sum(bool(one.holds) for one in last), len(last)),
