@@ -130,6 +130,7 @@ class Sampled:
         grid: (M,) s; evenly over the longest stretch without a long gap.
         position: samples × n, rad or m.
         moving: which columns of the log's channels the joints are.
+        raised: times the proposed cut-off that is used.
     """
 
     name: str
@@ -137,6 +138,7 @@ class Sampled:
     grid: FloatArray
     position: FloatArray
     moving: list[int]
+    raised: float = 1.0
 
     @classmethod
     def of(cls, name: str, stamps: FloatArray, position: FloatArray, moving: list[int]) -> Sampled:
@@ -171,7 +173,7 @@ class Sampled:
     @cached_property
     def cutoff(self) -> float:
         """Low-pass of the positions that their spectrum proposes, Hz."""
-        proposed = propose_cutoff(self._spectrum).hz
+        proposed = self.raised * propose_cutoff(self._spectrum).hz
         return float(f"{np.clip(proposed, _CUTOFFS[0], _CUTOFFS[1] / self.period):.3g}")
 
     @cached_property
