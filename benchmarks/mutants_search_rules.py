@@ -289,8 +289,8 @@ RULES = (
     Broken(
         "a form that its limit stands for is replaced by it",
         f"{_BY}decide/names.py",
-        "                return simplified(search, replace(searched, found=search.replaced(without, one)))\n",
-        "                return searched\n",
+        "            return simplified(search, replace(searched, found=best))\n",
+        "            return searched\n",
         _ANSWER,
     ),
     Broken(

@@ -19,6 +19,7 @@ from daq.importing.bags import is_bag_folder
 from daq.importing.channels import Channels, channels_of
 from daq.importing.columns import TEXTS, read_table, vector_by_vector
 from daq.importing.guess_beside import beside_of, words_of_channels
+from daq.importing.guess_cutoff import raised_cutoff
 from daq.importing.guess_frames import axes_and_offsets
 from daq.importing.guess_loop import loop_words
 from daq.importing.guess_position import counts_of_joints, in_si, joints_of
@@ -132,6 +133,11 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     tables, said_beside, used = beside_of([c for c in same if c is not position], log, robot, offset)
     words += [*said_beside, *words_of_channels(velocity, [c for c in rest if c not in used], reference)]
     means, more = torque_table(torque, log, robot, offset, _constants(channels, position, moving), hints, arm)
+    times, tried = raised_cutoff(robot, log, torque, means, offset)
+    if times > 1.0:
+        log = replace(log, raised=times)
+        robot = _description(folder, arm, chosen, held, log, torque, hints, robot.transmission)
+    words += tried
     columns: dict[str, Any] = {"format": 1, "time": time}
     columns["position"] = {
         **_taken(position, moving),
