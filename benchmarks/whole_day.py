@@ -55,11 +55,20 @@ PATIENCE = 7200
 
 @dataclass(frozen=True)
 class Size:
-    """Nights without and with wear at most, share a night, one period of the motion in s, trials."""
+    """How long a day takes.
+
+    Attributes:
+        nights, worn: checks without wear, and with it at most.
+        wear: of Coulomb friction, a night.
+        first: s, one period of the motion that the arm is commissioned with; nights drive it.
+        duration: s, one period of the other motion, which has two.
+        evaluations: trials of a search for a motion.
+    """
 
     nights: int
     worn: int
     wear: float
+    first: float
     duration: float
     evaluations: int
 
@@ -121,6 +130,7 @@ def day(device: str, folder: Path, size: Size) -> dict[str, Any]:
     arm = shoulder_and_elbow(folder / "arm")
     with drives(arm, device, folder, 1000):
         told = first_model(arm, folder, bus, size)
+    say(json.dumps(told, ensure_ascii=False))
     with webhook() as (port, messages):
         hook = {"format": 1, "webhook": [{"url": f"http://127.0.0.1:{port}/"}]}
         (folder / "notify.toml").write_text(toml_text(hook), encoding="utf-8")
@@ -133,18 +143,25 @@ def day(device: str, folder: Path, size: Size) -> dict[str, Any]:
 
 
 def first_model(arm: Path, folder: Path, bus: tuple[str, ...], size: Size) -> dict[str, Any]:
-    """Commissioning, a first model, what it lacks by name, and the baseline."""
+    """Commissioning, a first model, what it lacks by name, and the baseline.
+
+    The longer motion is fitted, the other one validates.
+    """
     stands = ",".join(map(str, robots.load(arm).home))
-    plan = ("--duration", str(size.duration), "--evaluations", str(size.evaluations), "--periods", "2")
-    moving = ("--move", "--yes", "--looked", "--stands-at", stands, "--new-arm")
-    commissioned = armhil("commission", str(arm), *bus, *moving, *plan, "--out", str(folder / "new"))
+    trials = ("--evaluations", str(size.evaluations))
+    twice = size.first >= size.duration
+    first = ("--duration", str(size.first), *trials, "--periods", "2" if twice else "1")
+    plan = ("--duration", str(size.duration), *trials, "--periods", "2")
+    moving = ("--move", "--yes", "--looked", "--stands-at", stands, "--new-arm", "--celsius", "21")
+    commissioned = armhil("commission", str(arm), *bus, *moving, *first, "--out", str(folder / "new"))
     (full,) = (one for one in commissioned["done"] if one["stage"] == "full run")
     armhil("plan", str(arm), "--seed", "2", *plan, "--out", str(folder / "plan"))
     motion, second = folder / "plan" / f"{NAME}.trajectory.json", folder / "second"
     armhil("run", str(arm), str(motion), *bus, "--approach", "--yes", "--out", str(second))
     model = armhil("identify", full["capture"], "--out", str(folder / "first"))
-    validation = ("--validate", str(second / "capture.mcap"))
-    why = armhil("diagnose", full["capture"], *validation, "--out", str(folder / "why"))
+    recorded = (full["capture"], str(second / "capture.mcap"))
+    fitted, other = recorded if twice else recorded[::-1]
+    why = armhil("diagnose", fitted, "--validate", other, "--out", str(folder / "why"))
     known = ("--model", str(folder / "why" / f"{NAME}.model.toml"))
     whole = armhil("identify", full["capture"], *known, "--out", str(folder / "whole"))
     armhil("baseline", "accept", str(full["run"]), "--reason", "both effects are known", "--author", "Ada")
@@ -237,11 +254,12 @@ def main() -> int:
     parser.add_argument("--nights", type=int, default=30)
     parser.add_argument("--worn", type=int, default=10, help="nights with wear, at most")
     parser.add_argument("--wear", type=float, default=0.05, help="of Coulomb friction, a night")
-    parser.add_argument("--duration", type=float, default=6.0)
+    parser.add_argument("--first", type=float, default=8.0, help="s, a period of the motion of the nights")
+    parser.add_argument("--duration", type=float, default=8.0, help="s, a period of the other motion")
     parser.add_argument("--evaluations", type=int, default=300)
     parser.add_argument("--inside", nargs=2, metavar=("DEVICE", "FOLDER"), help=argparse.SUPPRESS)
     given = parser.parse_args()
-    size = Size(given.nights, given.worn, given.wear, given.duration, given.evaluations)
+    size = Size(given.nights, given.worn, given.wear, given.first, given.duration, given.evaluations)
     if given.inside:
         print(json.dumps(day(given.inside[0], Path(given.inside[1]), size)))
         return 0

@@ -81,6 +81,20 @@ class TorqueTrace:
 
 
 @dataclass(frozen=True)
+class WorstJoint:
+    """The joint (from 0) of which an estimate leaves most, in % of its torque, and what that goes with.
+
+    ``share`` of what is left goes with ``quantity``, of joint ``of`` where it is another's; else empty, 0.
+    """
+
+    joint: int
+    error_percent: float
+    quantity: str = ""
+    of: int | None = None
+    share: float = 0.0
+
+
+@dataclass(frozen=True)
 class Rank:
     """Structural rank beside that of the data.
 
@@ -243,6 +257,7 @@ class Identification:
     """Effects that a diagnosis had found and that are part of the model, beside the usual ones."""
     impossible: tuple[str, ...] = ()
     """What no arm can have and this estimate has: it must not be trusted, whatever the tests say."""
+    worst: WorstJoint | None = None
 
     @property
     def trusted(self) -> bool:

@@ -10,9 +10,17 @@ MAX_VALUE_LENGTH = 60
 class UserError(Exception):
     """Something that a user can cause and mend; ``str()`` says in one line what is wrong and what is allowed.
 
-    Every exception that the five packages raise for their user stands on this one, so the command line and
-    the nightly check catch it alone. Anything else that reaches them is a mistake of armhil's own.
+    Every exception that the five packages raise for their user stands on this one, so the command line
+    catches it alone. Anything else that reaches it, or one arm of a night, is a mistake of armhil's own.
     """
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Out of another process as it was, whatever its ``__init__`` asks for."""
+        return _again, (type(self), self.args), self.__dict__
+
+
+def _again(kind: type[UserError], words: tuple[object, ...]) -> UserError:
+    return kind.__new__(kind, *words)
 
 
 class RobotFileError(UserError):

@@ -101,11 +101,21 @@ def of_run(catalogue: Catalogue, run_id: int) -> tuple[CheckRecord, ...]:
         return tuple(_check_of(row) for row in rows)
 
 
-def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tuple[CheckRecord, ...]:
-    """The verdicts on an arm, newest first."""
-    wanted = select(checks).where(checks.c.arm_id == arm_id).order_by(checks.c.id.desc()).limit(limit)
+def of_arm(
+    catalogue: Catalogue, arm_id: int, *, limit: int | None = None, keys: Sequence[str] | None = None
+) -> tuple[CheckRecord, ...]:
+    """The verdicts on an arm, newest first.
+
+    Args:
+        catalogue: where.
+        arm_id: of the arm.
+        limit: at most so many.
+        keys: the database picks these out of the details; all of them where None.
+    """
+    columns = (checks,) if keys is None else WITHOUT_DETAILS
+    wanted = select(*columns).where(checks.c.arm_id == arm_id).order_by(checks.c.id.desc()).limit(limit)
     with catalogue.reading() as connection:
-        return tuple(_check_of(row) for row in connection.execute(wanted))
+        return found_in(connection, wanted, *((key,) for key in keys or ()))
 
 
 def of_numbers(catalogue: Catalogue, numbers: Sequence[int]) -> tuple[CheckRecord, ...]:

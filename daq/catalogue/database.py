@@ -13,6 +13,7 @@ from typing import Any, Self
 
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event
 from sqlalchemy.exc import DBAPIError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from daq.catalogue.location import catalogue_url
 from daq.catalogue.migrations import bring_up_to_date, found_version
@@ -87,6 +88,10 @@ class Catalogue:
             if isinstance(error, OperationalError) or error.connection_invalidated or _is_access(error):
                 raise CatalogueError(f"{self}: {_with_advice(one_line(str(error.orig)))}") from error
             raise
+        except PoolTimeoutError as error:
+            raise CatalogueError(
+                f"{self}: all connections to it are taken ({one_line(str(error))[:80]}); try again in a while"
+            ) from error
         except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
             if isinstance(error, UserError) or not _is_of_a_row(error):
                 raise

@@ -94,6 +94,13 @@ def of_arm(catalogue: Catalogue, arm_id: int, *, limit: int | None = None) -> tu
         return _found(connection, wanted)
 
 
+def torques_of_arm(catalogue: Catalogue, arm_id: int) -> dict[int, tuple[float, ...]]:
+    """What each model of an arm leaves of the joints' torque, rms, N·m or N, by the model's number."""
+    wanted = select(models.c.id, models.c.torque_rms).where(models.c.arm_id == arm_id)
+    with catalogue.reading() as connection:
+        return {row.id: tuple(row.torque_rms) for row in connection.execute(wanted)}
+
+
 def latest_of(catalogue: Catalogue, run_id: int) -> Model:
     """The newest model of a run.
 

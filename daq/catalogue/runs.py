@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any, cast, get_args
 
@@ -218,6 +218,13 @@ def unjudged(run: Run | None, judged: int) -> Run | None:
         return None
     ended = run.state == "abandoned" or run.outcome != "completed" or run.reason == UNJUDGED
     return run if ended else None
+
+
+def of_numbers(catalogue: Catalogue, numbers: Sequence[int]) -> dict[int, Run]:
+    """The runs of several numbers, as many of them as there are."""
+    with catalogue.reading() as connection:
+        found = connection.execute(_select().where(runs.c.id.in_(numbers)))
+        return {row.id: _run_of(row) for row in found}
 
 
 def found_in(connection: Connection, numbers: Select[Any]) -> tuple[Run, ...]:

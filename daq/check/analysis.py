@@ -15,9 +15,10 @@ import robots
 from daq.check.errors import CheckError
 from daq.importing.captures import loaded_capture
 from daq.recording.reader import read_capture
+from daq.session.session_error import RunInterrupted
 from ident import Fitted, Options, identify
 from ident.identification.found_effects import FoundModel
-from robots.errors import UserError
+from robots.errors import UserError, shortened
 
 log = logging.getLogger(__name__)
 
@@ -60,11 +61,21 @@ def analyse(order: AnalysisOrder) -> Fitted:
 
 
 def tried(order: AnalysisOrder) -> Fitted | Exception:
-    """As :func:`analyse`; an error that a user can understand is given back, so that others go on."""
+    """As :func:`analyse`; whatever goes wrong is given back, so that others go on."""
     try:
         return analyse(order)
-    except (UserError, OSError) as error:
+    except Exception as error:  # noqa: BLE001 (one arm's mistake is not the others')
+        return explained(error)
+
+
+def explained(error: Exception) -> Exception:
+    """What went wrong with one arm; what no user can cause is one line too, and its trace is in the log."""
+    if isinstance(error, UserError | OSError | RunInterrupted):
         return error
+    log.error("a mistake of armhil's own", exc_info=error)
+    return CheckError(
+        f"{type(error).__name__}: {shortened(error)} (a mistake of armhil's own; its log has the trace)"
+    )
 
 
 def require_backend(backend: str) -> None:
@@ -111,6 +122,8 @@ def _dask(jobs: int) -> Iterator[Identify]:
             found: Fitted | Exception = future.result()
         except KilledWorker:
             return None
+        except Exception as error:  # noqa: BLE001 (what became of its result; the others have theirs)
+            return explained(error)
         return found
 
     with _client(jobs) as client:

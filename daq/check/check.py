@@ -8,17 +8,15 @@ from functools import partial
 from typing import TypeVar
 
 from daq.catalogue import models
-from daq.check.analysis import AnalysisOrder, analyse, analyse_all, require_backend
+from daq.check.analysis import AnalysisOrder, analyse, analyse_all, explained, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
 from daq.check.request import CheckRequest, CheckResult
 from daq.keeping.accepted_effects import effects_of
 from daq.session.recorded_runs import Conducting, unconducted
-from daq.session.session_error import RunInterrupted
 from daq.session.streaming import Nobody, Watcher
 from daq.text.progress import Silent, Steps
 from ident import Fitted
-from robots.errors import UserError
 
 T = TypeVar("T")
 
@@ -81,8 +79,8 @@ def tried(make: Callable[[], T]) -> T | Exception:
     """What is made for one arm, or why not, so that the others go on."""
     try:
         return make()
-    except (UserError, OSError, RunInterrupted) as error:
-        return error
+    except Exception as error:  # noqa: BLE001 (whatever it is, the others' night goes on)
+        return explained(error)
 
 
 def _recorded(request: CheckRequest) -> Recorded | Exception:

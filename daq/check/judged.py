@@ -124,7 +124,7 @@ def _compared(
 ) -> tuple[Comparison, tuple[str, ...]]:
     """The comparison, and parameters of the baseline that it leaves out."""
     tonight = replace(
-        night_of(request.catalogue, model, None),
+        night_of(runs.get(request.catalogue, model.run_id), model, None),
         celsius=None if recorded.celsius is None else np.array(recorded.celsius),
     )
     history = nights_since(request.catalogue, baseline, sha256, fitted.base.names)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from daq.catalogue import checks, models, runs
 from daq.catalogue.database import Catalogue
-from daq.catalogue.values import Baseline, CheckRecord, Model
+from daq.catalogue.values import Baseline, CheckRecord, Model, Run
 from daq.check.carried import carried_over
-from daq.check.recorded import CELSIUS, TRAJECTORY_SHA256
-from daq.check.residual import found_nothing
+from daq.check.recorded import TRAJECTORY_SHA256, reported_celsius
+from daq.check.residual import TEACHES, found_nothing
+from daq.recording.errors import CaptureError
+from daq.session.recorded_runs import CELSIUS
 from ident import Fitted
 from ident.drift import Comparison, DriftSettings, Night, compare, geometry_of
+from robots import Robot
 
 _DAY = 86400.0
 
@@ -32,10 +37,10 @@ def nights_since(
     Args:
         before: only checks with a smaller number; all where None.
     """
-    known = checks.of_arm(catalogue, baseline.arm_id)
+    known = checks.of_arm(catalogue, baseline.arm_id, keys=TEACHES)
     records = {record.model_id: record for record in known if before is None or record.id < before}
     accepted = models.get(catalogue, baseline.model_id)
-    nights = []
+    found = []
     for model in reversed(models.of_arm(catalogue, baseline.arm_id)):
         record = records.get(model.id)
         if record is None or model.id == baseline.model_id or model.method != accepted.method:
@@ -43,14 +48,14 @@ def nights_since(
         if record.baseline_id != baseline.id or tuple(p.name for p in model.parameters) != names:
             continue
         if record.details.get(TRAJECTORY_SHA256) == trajectory_sha256 and model.covariance is not None:
-            nights.append(night_of(catalogue, model, record))
-    return nights
+            found.append((model, record))
+    made = runs.of_numbers(catalogue, [model.run_id for model, _ in found])
+    return [night_of(made[model.run_id], model, record) for model, record in found]
 
 
-def night_of(catalogue: Catalogue, model: Model, record: CheckRecord | None) -> Night:
-    """A model of the catalogue as the comparison takes it."""
-    run = runs.get(catalogue, model.run_id)
-    celsius = None if record is None else record.details.get("celsius")
+def night_of(run: Run, model: Model, record: CheckRecord | None) -> Night:
+    """A model of a run as the comparison takes it."""
+    celsius = None if record is None else record.details.get(CELSIUS)
     if celsius is None and CELSIUS in run.facts:
         celsius = [float(run.facts[CELSIUS])] * len(model.torque_rms)
     assert model.covariance is not None
@@ -83,7 +88,19 @@ def compare_nights(
     """
     accepted = models.get(catalogue, baseline.model_id)
     of_baseline = [r for r in checks.of_run(catalogue, baseline.run_id) if r.model_id == accepted.id]
-    first = night_of(catalogue, accepted, of_baseline[-1] if of_baseline else None)
+    run = runs.get(catalogue, baseline.run_id)
+    first = night_of(run, accepted, of_baseline[-1] if of_baseline else None)
+    if first.celsius is None:
+        first = replace(first, celsius=_reported(run, fitted.base.model.robot))
     first, lost = carried_over(first, nights[-1], accepted, fitted)
     geometry = geometry_of(fitted.base, fitted.rows, fitted.least_squares.sigma, first.values)
     return compare(first, nights, geometry, settings), lost
+
+
+def _reported(run: Run, robot: Robot) -> np.ndarray | None:
+    """(n,) what the drives reported during a run that was no check, such as that of a commissioning, °C."""
+    try:
+        found = None if run.capture is None else reported_celsius(Path(run.capture), robot)
+    except CaptureError:  # no recording of ours, or not there any more
+        return None
+    return None if found is None else np.array(found)

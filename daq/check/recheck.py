@@ -74,7 +74,7 @@ def _compared(catalogue: Catalogue, record: CheckRecord, again: Rerun) -> Compar
     estimate = next(e for e in fitted.result.estimates if e.method == earlier.method)
     celsius = record.details.get("celsius")
     tonight = replace(
-        night_of(catalogue, earlier, None),
+        night_of(runs.get(catalogue, earlier.run_id), earlier, None),
         values=np.array([parameter.value for parameter in estimate.parameters]),
         covariance=np.asarray(estimate.covariance),
         celsius=None if celsius is None else np.array(celsius, dtype=np.float64),

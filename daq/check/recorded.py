@@ -28,7 +28,7 @@ from daq.text.progress import Steps
 from robots import Robot
 from trajectories import Trajectory
 
-TRAJECTORY, TRAJECTORY_SHA256, CELSIUS = TRAJECTORY_FILE, "trajectory_sha256", "celsius"
+TRAJECTORY, TRAJECTORY_SHA256 = TRAJECTORY_FILE, "trajectory_sha256"
 CELL, CELL_SHA256 = "cell_file", "cell_sha256"
 """Facts of a run in the catalogue by which the next check finds its motion, its temperature and its cell."""
 
@@ -215,7 +215,7 @@ def _stream(
     conducting: Conducting,
     steps: Steps,
 ) -> Recorded:
-    recording = Recording(arm, request.arm, request.catalogue, watcher, conducting)
+    recording = Recording(arm, request.arm, request.catalogue, watcher, conducting, celsius=request.celsius)
     way = move_to(arm, np.asarray(motion.trajectory.position[0]), request.cell)
     if way is not None:
         with steps.step("Approach"):
@@ -225,8 +225,6 @@ def _stream(
             require_completed(result, path)
     facts = {TRAJECTORY: str(motion.file.absolute()), TRAJECTORY_SHA256: motion.sha256}
     facts |= _cell_facts(request)
-    if request.celsius is not None:
-        facts[CELSIUS] = f"{request.celsius:g}"
     path = request.folder / "capture.mcap"
     with steps.step("Stream and record"):
         kept, result = recording.record("check", "Check", motion.trajectory, path, facts=facts)
@@ -246,11 +244,22 @@ def _cell_facts(request: CheckRequest) -> dict[str, str]:
 
 def _celsius(request: CheckRequest, path: Path) -> tuple[float, ...] | None:
     """(n,) mean of what each joint's drive reported during the run, else what was given of the hall."""
-    joints = [joint.name for joint in request.arm.robot.joint]
-    readings: dict[str, list[float]] = {name: [] for name in joints}
+    reported = reported_celsius(path, request.arm.robot)
+    if reported is None and request.celsius is not None:
+        return (request.celsius,) * len(request.arm.robot.joint)
+    return reported
+
+
+def reported_celsius(path: Path, robot: Robot) -> tuple[float, ...] | None:
+    """(n,) mean of what each joint's drive reported during a run; None where one did not.
+
+    Raises:
+        CaptureError: the recording cannot be read.
+    """
+    readings: dict[str, list[float]] = {joint.name: [] for joint in robot.joint}
     for reading in read_capture(path).temperatures:
         if reading.joint in readings:
             readings[reading.joint].append(reading.celsius)
-    if all(readings.values()):
-        return tuple(float(np.mean(readings[name])) for name in joints)
-    return None if request.celsius is None else (request.celsius,) * len(joints)
+    if not all(readings.values()):
+        return None
+    return tuple(float(np.mean(found)) for found in readings.values())

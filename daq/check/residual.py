@@ -11,6 +11,7 @@ from daq.catalogue.database import Catalogue
 from daq.catalogue.values import Baseline, CheckRecord, Model
 from daq.check.recorded import TRAJECTORY_SHA256
 from daq.keeping.diagnosed_again import DIAGNOSE
+from daq.session.recorded_runs import CELSIUS
 from robots.arrays import FloatArray
 
 ENOUGH = 5
@@ -27,6 +28,8 @@ the largest before; the seasons of a cold hall make at most 1.38 of it (docs/how
 SPREAD, PRIOR_NIGHTS = 0.1, 5
 """Deviation of the logarithm of a joint's residual from night to night, and nights that this counts as: of
 simulated years 0.05 to 0.15, since what friction's model leaves follows the warmth of the gears."""
+TEACHES = (TRAJECTORY_SHA256, CELSIUS, "state", INCREASED)
+"""What of the details of a night says which motion it drove, how warm it was, and whether it may teach."""
 _FALSE_STEPS = 0.05
 """Steps found by chance on an arm without one, over all joints, places and nights."""
 
@@ -48,11 +51,12 @@ def residual_increases(
     accepted = models.get(catalogue, baseline.model_id)
     # What a diagnosis leaves it tells of the rows where joints move, on recordings that were not fitted.
     before = [] if accepted.settings.get("command") == DIAGNOSE else [accepted.torque_rms]
-    for record in reversed(checks.of_arm(catalogue, baseline.arm_id)):  # oldest first
+    torques = models.torques_of_arm(catalogue, baseline.arm_id)
+    for record in reversed(checks.of_arm(catalogue, baseline.arm_id, keys=TEACHES)):  # oldest first
         same_motion = record.details.get(TRAJECTORY_SHA256) == trajectory_sha256
         clean = record.baseline_id == baseline.id and found_nothing(record)
         if record.model_id not in (None, tonight.id) and clean and same_motion:
-            before.append(models.get(catalogue, int(record.model_id or 0)).torque_rms)
+            before.append(torques[int(record.model_id or 0)])
     joints = len(tonight.torque_rms)
     return residual_increase_of(np.array([rms for rms in before if len(rms) == joints]), tonight.torque_rms)
 

@@ -7,7 +7,7 @@ from rich.markup import escape
 
 from daq.check.check_json import performance_data
 from daq.check.fleet_run import FleetChecked
-from daq.check.request import CheckResult
+from daq.check.request import CheckResult, Verdict
 from daq.identification.answer import per_joint
 from daq.identification.terminal import print_all
 from daq.text.numbers import probability, significant
@@ -49,10 +49,12 @@ def print_check(console: Console, result: CheckResult, parameters: bool = False)
 
 
 def print_fleet(console: Console, done: FleetChecked) -> None:
-    """One line per arm."""
+    """One line per arm; below those of arms that are not fine, where to read on."""
     for name, outcome in zip(done.names, done.outcomes, strict=True):
         if isinstance(outcome, CheckResult):
             console.print(escape(status_line(outcome)), soft_wrap=True, highlight=False)
+            if outcome.verdict is not Verdict.OK:
+                write(console, f"Report: {outcome.report}")
         else:
             text = " ".join(str(outcome).split())
             console.print(escape(f"ARMHIL FAILED - {name}: {text}"), soft_wrap=True, highlight=False)

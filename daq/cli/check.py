@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from daq.cli.app import app
 from daq.cli.common import (
     CellOption,
+    Celsius,
     ChannelName,
     Interface,
     Json,
@@ -28,6 +31,10 @@ from daq.cli.common import (
     steps_of,
     watcher_of,
 )
+
+if TYPE_CHECKING:
+    from daq.catalogue.database import Catalogue
+    from daq.check.request import CheckResult
 
 OF_ONE_ARM = (
     "interface",
@@ -91,9 +98,7 @@ def check(
     cell: CellOption = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="Of a new plan, s.")] = 12.0,
     evaluations: Annotated[int, typer.Option(min=100, help="Trials of a new plan's search.")] = 6000,
-    celsius: Annotated[
-        float | None, typer.Option(min=-40, max=80, help="Of the hall.", show_default="what drives report")
-    ] = None,
+    celsius: Celsius = None,
     tolerance: Annotated[
         float, typer.Option(min=0.001, max=1.0, help="Share of a joint's torque that may change.")
     ] = 0.05,
@@ -168,10 +173,7 @@ def check(
                 evaluations=evaluations,
                 search=search,
             )
-            for result in done.results:
-                for warning in result.warnings:
-                    say(f"WARNING: {result.arm}: {warning}")
-                notify_of(result, catalogue, notify)
+            tell_of(done.results, catalogue, notify)
             if as_json:
                 print_json(done.as_json())
             print_fleet(console, done)
@@ -211,6 +213,19 @@ def check(
         print_json(check_json(result))
     print_check(console, result, parameters)
     return result.verdict.exit_code
+
+
+def tell_of(results: Sequence[CheckResult], catalogue: Catalogue, notify: Path | None) -> None:
+    """Warn of each arm and have somebody told; one that nobody can be told of keeps no other back."""
+    from daq.check.check import tried
+    from daq.notify.notify import notify_of
+
+    for result in results:
+        for warning in result.warnings:
+            say(f"WARNING: {result.arm}: {warning}")
+        told = tried(partial(notify_of, result, catalogue, notify))
+        if isinstance(told, Exception):
+            say(f"WARNING: {result.arm}: nobody was told: {told}")
 
 
 def refuse_given(context: typer.Context, names: tuple[str, ...], everyone: bool) -> None:

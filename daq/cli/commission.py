@@ -11,6 +11,7 @@ from daq.cli.app import app
 from daq.cli.common import (
     OK,
     CellOption,
+    Celsius,
     ChannelName,
     Evaluations,
     Interface,
@@ -71,6 +72,7 @@ def commission(
     seed: Annotated[int, typer.Option(min=0, help="Of the plan, and of a simulated arm.")] = 0,
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
+    celsius: Celsius = None,
     note: Annotated[
         str | None, typer.Option(help="To be remembered of the runs.", show_default="none")
     ] = None,
@@ -131,6 +133,7 @@ def commission(
         cell=cell_of(cell),
         confirm=asking(yes, simulated, as_json),
         looked=looked_by(looked, simulated, as_json),
+        celsius=celsius,
     )
     steps = steps_of(console, quiet)
     planned = plan_commission(request, steps)

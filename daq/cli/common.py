@@ -112,6 +112,9 @@ Yes = Annotated[bool, typer.Option("--yes", help="Do not ask before the arm move
 Parameters = Annotated[
     bool, typer.Option("--parameters", help="Print all that the answer rests on: parameters, tables, tests.")
 ]
+Celsius = Annotated[
+    float | None, typer.Option(min=-40, max=80, help="Of the hall.", show_default="what drives report")
+]
 Note = Annotated[str | None, typer.Option("--note", help="To be remembered of the run.", show_default="none")]
 Periods = Annotated[int, typer.Option("--periods", min=1, max=100, help="How often it is repeated.")]
 Evaluations = Annotated[int, typer.Option("--evaluations", min=100, help="Trials of the trajectory search.")]

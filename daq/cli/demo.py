@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -22,6 +23,7 @@ from daq.cli.common import (
     catalogue_of,
     code_of,
     console_of,
+    file_of,
     print_json,
     steps_of,
     watcher_of,
@@ -34,6 +36,14 @@ def demo(
     interface: Interface = None,
     channel: ChannelName = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the simulated arm, its noise and the trajectory.")] = 0,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(
+            help="A scenario.toml: what the arm hides, for `armhil diagnose` to find.",
+            show_default="nothing",
+            callback=file_of("a scenario.toml"),
+        ),
+    ] = None,
     out: Out = None,
     duration: Annotated[float, typer.Option(min=2.0, max=120.0, help="One period of the motion, s.")] = 12.0,
     periods: Periods = 2,
@@ -74,6 +84,7 @@ def demo(
         watcher=watcher_of(console, arm, quiet) if console.is_terminal else None,
         conducting=by_keyboard,
         any_group=interface is None and channel is None,
+        scenario=scenario,
     )
     result = run_demo(request, steps_of(console, quiet))
     if as_json:

@@ -48,6 +48,7 @@ class DemoRequest:
         watcher: sees the stream; a progress bar where None.
         conducting: gives the conduct of the stream.
         any_group: take the next multicast group where the channel's is occupied.
+        scenario: what the arm hides; nothing where None.
     """
 
     robot: Robot
@@ -62,6 +63,7 @@ class DemoRequest:
     watcher: Watcher | None = None
     conducting: Conducting = unconducted
     any_group: bool = False
+    scenario: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ def run_demo(request: DemoRequest, steps: Steps) -> DemoResult:
         simulated=True,
         seed=request.seed,
         any_group=request.any_group,
+        scenario=request.scenario,
     )
     with opened(order, request.catalogue, steps, "demonstrate") as arm:
         assert arm.drives is not None

@@ -212,8 +212,10 @@ def diagnose(
     for sentence in result.carried:
         write(console, f"- {sentence}.", indent="  ")
     print_more(console, result.more)
-    if result.evidence is not None:
+    if parameters and result.evidence is not None:
         print_evidence(console, result.evidence)
+    if not parameters:
+        write(console, "- Parameters of the findings, rankings and gaps: --parameters.", style="dim")
     if result.folder is not None:
         page = result.folder / "diagnosis.html"
         write(console, f"\nPage: {page}")

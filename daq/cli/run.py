@@ -12,6 +12,7 @@ from daq.cli.common import (
     OK,
     WARNING,
     CellOption,
+    Celsius,
     ChannelName,
     Interface,
     Json,
@@ -55,6 +56,7 @@ def run(
     stands_at: StandsAt = None,
     new_arm: NewArm = False,
     not_commissioned: NotCommissioned = False,
+    celsius: Celsius = None,
     note: Note = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder.", show_default="runs/<time>-run-<robot>")
@@ -98,6 +100,7 @@ def run(
         catalogue,
         cell_of(cell),
         asking(yes, simulated, as_json),
+        celsius,
     )
     watcher = watcher_of(console, order.robot, quiet)
     result = run_trajectory(request, steps_of(console, quiet), watcher, by_keyboard)

@@ -23,6 +23,7 @@ from daq.text.numbers import percent, probability, significant, with_sigma
 from daq.text.wrapped import Column, write, write_table
 from ident.discrepancy import Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
+from ident.effects.entry import joint_words
 
 _RANKED = 6
 _COLOURS = {
@@ -71,8 +72,6 @@ def print_diagnosis(
         write(console, f"  {spot.words()}", indent="    ")
     if details:
         _write_details(console, diagnosis, checks)
-    else:
-        write(console, "- Parameters of the findings, rankings and gaps: --parameters.", style="dim")
 
 
 def _write_joints(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
@@ -97,17 +96,18 @@ def _write_joints(console: Console, diagnosis: Diagnosis, checks: Sequence[Model
 def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
     """What the model does not have, does not explain, or was not tested for."""
     odd = [
-        f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
+        f"Finding {number}: {spaced(finding.effect)} at {joint_words(finding.joints)}"
         f" ({_sure(finding)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
-        f" {confirmed_words(finding)}."
+        f" {_confirmed(diagnosis, finding)}."
         for number, finding in enumerate(diagnosis.findings, start=1)
     ]
     odd += [
         f"Left out of the model: {spaced(finding.words())}; {confirmed_words(finding)}."
         for finding in diagnosis.rejected
     ]
-    odd.append(f"Gate 1 (is the simulated arm the real one?): {gate_words(checks[0], checks[-1])}.")
-    if diagnosis.position is None and diagnosis.loop_reason:
+    gate = gate_words(checks[0], checks[-1])
+    odd.append(f"Gate 1 (is the simulated arm the real one?): {gate}.")
+    if diagnosis.position is None and diagnosis.loop_reason and diagnosis.loop_reason not in gate:
         odd.append(f"Closed loop not simulated: {diagnosis.loop_reason}.")
     odd += [f"Does not repeat: {item.sentence}" for item in diagnosis.unrepeated]
     odd += [remarks] if (remarks := unexplained_remarks(diagnosis)) else []
@@ -115,14 +115,16 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
         write(console, f"- {sentence}", indent="  ")
 
 
+def _confirmed(diagnosis: Diagnosis, finding: Finding) -> str:
+    """A reason that is the recommendation already is not said again."""
+    said = diagnosis.verdict == "not_confirmed" and not finding.confirmation.passed
+    return "not confirmed" if said else confirmed_words(finding)
+
+
 def _sure(finding: Finding) -> str:
     if finding.probability is None:
         return probability(finding.p_value)
     return f"probability {finding.probability:.2f}"
-
-
-def _place(finding: Finding) -> str:
-    return "arm" if not finding.joints else "joint " + ", ".join(map(str, finding.joints))
 
 
 def _write_details(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:
@@ -183,7 +185,7 @@ def _write_finding(console: Console, number: int, finding: Finding) -> None:
         [parameter.name, *with_sigma(parameter.value, parameter.sigma), parameter.unit]
         for parameter in finding.parameters
     ]
-    title = f"Finding {number}: {spaced(finding.effect)} at {_place(finding)}"
+    title = f"Finding {number}: {spaced(finding.effect)} at {joint_words(finding.joints)}"
     write_table(console, title, columns, rows)
 
 

@@ -6,6 +6,7 @@ from daq.diagnosis.scored_families import settled_by
 from daq.text.numbers import NOTHING, percent
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
+from ident.effects.entry import joint_words
 from ident.verdicts import ColumnCheck, Gate
 from robots import Joint
 
@@ -61,7 +62,7 @@ def recommendation(diagnosis: Diagnosis) -> str:
         return f"What is left: {diagnosis.description}. Look there on the arm before trusting the model."
     if diagnosis.verdict == "not_confirmed":
         reasons = "; ".join(
-            f"{spaced(finding.effect)}: {finding.confirmation.reason}"
+            f"{spaced(finding.effect)} at {joint_words(finding.joints)}: {finding.confirmation.reason}"
             for finding in diagnosis.findings
             if not finding.confirmation.passed
         )

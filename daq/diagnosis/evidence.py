@@ -15,21 +15,22 @@ _RANKED = 5
 
 
 def print_evidence(console: Console, answer: EvidenceAnswer) -> None:
-    """Each name with its probability and the set that holds 95 %, and the ranking of the first effect."""
-    for finding in answer.findings:
+    """What is behind the names, for who asks: the evidence of each, and the ranking of the first effect.
+
+    The name, its probability and whether the motion repeats stand in the diagnosis already.
+    """
+    for number, finding in enumerate(answer.findings, start=1):
         seen = finding.confirmation
         write(
             console,
-            f"- {finding.words()}; on recordings that were not fitted {seen.observed:.0f} nats, predicted"
-            f" {seen.predicted:.0f} ± {seen.deviation:.0f}.{_others(finding)}",
+            f"- Evidence of finding {number}: on recordings that were not fitted {seen.observed:.0f} nats,"
+            f" predicted {seen.predicted:.0f} ± {seen.deviation:.0f}.{_others(finding)}",
             indent="  ",
         )
     columns = [Column("effect", right=False, wraps=True), Column("probability")]
     columns += [Column("would be named from", right=False)]
     rows = [[_words(one), f"{one.probability:.3f}", _from(answer, one)] for one in answer.ranking[:_RANKED]]
     write_table(console, "Names for the first effect, by evidence", columns, rows)
-    if not answer.repeats:
-        write(console, "- The motion does not repeat: noise is told from misfit by its course in time alone.")
 
 
 def _others(finding: EvidenceFinding) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 from daq.text.numbers import percent, significant
 from daq.text.verdict_words import VerdictKind, asked_for, headline_of, kind_of
 from ident import Estimate, Identification
+from ident.results import WorstJoint
 from robots import Robot
 
 _POORLY_SEEN = 30.0
@@ -86,12 +87,34 @@ def _against(estimate: Estimate, truth: Mapping[str, float]) -> str:
     )
 
 
+_MAY_BE = {
+    "position": "a spring, a counterbalance or ripple",
+    "speed": "friction of another law",
+    "acceleration": "inertia or delay",
+    "torque": "friction under load, or a gain that falls with torque",
+    "time": "drift, as with temperature",
+}
+"""What a residual that goes with a quantity may come from."""
+
+
+def worst_words(worst: WorstJoint, joints: Sequence[str]) -> str:
+    """A sentence on the joint of which most is left."""
+    words = f"Worst joint: {joints[worst.joint]}, of whose torque {percent(worst.error_percent)} is left; "
+    if not worst.quantity:
+        return words + "that goes with no single quantity; armhil diagnose searches further."
+    share = f"{100 * worst.share:.0f} % of that goes with"
+    if worst.of is not None:
+        return f"{words}{share} the speed of {joints[worst.of]}: drives that are coupled?"
+    of = "" if worst.quantity == "time" else "its "
+    return f"{words}{share} {of}{worst.quantity}: {_MAY_BE[worst.quantity]}?"
+
+
 def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
 def _ended(words: str) -> str:
-    return words if words.endswith(".") else f"{words}."
+    return words if words.endswith((".", "?", "!")) else f"{words}."
 
 
 def per_joint(result: Identification, robot: Robot) -> tuple[list[str], list[list[str]]]:

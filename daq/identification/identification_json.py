@@ -18,6 +18,7 @@ from ident.results import (
     Parameter,
     Rank,
     Signals,
+    WorstJoint,
 )
 from ident.verdicts import Gate, RevisedTest
 
@@ -58,6 +59,7 @@ def identification_json(
         "essential": None if result.essential is None else _essential(result.essential),
         "truth": None if truth is None else {name: json_number(value) for name, value in truth.items()},
         "trusted": result.trusted,
+        "worst_joint": None if result.worst is None else _worst(result.worst),
         "impossible": list(result.impossible),
         "warnings": list(result.warnings),
     }
@@ -136,6 +138,16 @@ def _signals(signals: Signals) -> dict[str, Any]:
         "lag": json_number(signals.lag),
         "estimated_lag": json_number(signals.estimated_lag),
         "lag_sigma": json_number(signals.lag_sigma),
+    }
+
+
+def _worst(worst: WorstJoint) -> dict[str, Any]:
+    return {
+        "joint": worst.joint + 1,
+        "relative_error_percent": json_number(worst.error_percent),
+        "goes_with": worst.quantity or None,
+        "of_joint": worst.joint + 1 if worst.of is None else worst.of + 1,
+        "share": json_number(worst.share),
     }
 
 

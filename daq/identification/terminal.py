@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from daq.identification.answer import answer_of, per_joint
+from daq.identification.answer import answer_of, per_joint, worst_words
 from daq.text.numbers import NOTHING, percent, probability, setting, significant, with_sigma
 from daq.text.verdict_words import VerdictKind, words_of
 from daq.text.wrapped import Column, write, write_table
@@ -45,6 +45,9 @@ def print_identification(
         Column(name, right=number > 0, spare=max(0, number - 2)) for number, name in enumerate(headings)
     ]
     write_table(console, "", columns, rows)
+    if result.worst is not None:
+        names = [joint.name for joint in fitted.base.model.robot.joint]
+        write(console, f"- {worst_words(result.worst, names)}", indent="  ")
     for sentence in answer.odd:
         write(console, f"- {sentence}", indent="  ")
     if result.found:
@@ -176,4 +179,4 @@ def print_guessed(console: Console, words: Sequence[str]) -> None:
     if words:
         console.print("Guessed from the log and its URDF:", highlight=False)
     for sentence in words:
-        console.print(f"  {sentence}", markup=False, highlight=False, soft_wrap=True)
+        write(console, f"  {sentence}", indent="    ")

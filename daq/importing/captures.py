@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import json
 import logging
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from daq.importing.import_map import merged_settings
 from daq.importing.loaded import LoadedRecordings
 from daq.importing.pieces import long_pieces
-from daq.recording.capture import IMPORT, Capture
+from daq.recording.capture import IMPORT, Capture, select
 from daq.recording.errors import CaptureError
 from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
+from ident.identification.second_encoder import words_of_second
 from robots import Identification, Robot
 
 log = logging.getLogger(__name__)
@@ -47,7 +50,9 @@ def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
     sentences = (*capture.damage.sentences(capture.period), *_limited(capture))
     warnings = [f"{path}: {sentence}" for sentence in sentences]
     settings = imported_settings(capture, robot)
-    return LoadedRecordings(path, recordings, settings, capture, tuple(warnings + [dropped] * bool(dropped)))
+    seen = (words_of_second(robot, one, settings.cutoff_hz) for one in recordings[:1])
+    said = (*warnings, *filter(None, [dropped]), *(words for each in seen for words in each))
+    return LoadedRecordings(path, recordings, settings, capture, said)
 
 
 def _limited(capture: Capture) -> list[str]:
@@ -94,11 +99,13 @@ def capture_recordings(capture: Capture) -> tuple[Recording, ...]:
 
 def _pieces(capture: Capture) -> tuple[tuple[Recording, ...], str]:
     """The pieces that are long enough, and a sentence on those that are not (empty where all are)."""
-    segments = capture.segments()
+    segments = capture.segment_rows()
 
     def make(number: int, name: str) -> Recording:
-        found = segments[number]
+        found = select(capture.samples, segments[number])
         reference = found.reference if capture.has_reference else None
-        return Recording(name, found.time, reference, found.position, found.control_signal)
+        recording = Recording(name, found.time, reference, found.position, found.control_signal)
+        beside: dict[str, Any] = {kind: part[segments[number]] for kind, part in capture.beside.items()}
+        return replace(recording, **beside)
 
     return long_pieces(capture.path, [len(segment) for segment in segments], capture.period, make)

@@ -58,6 +58,10 @@ _SHORT_REFERENCE = {"d", "r", "s"}
 """Marks of a reference where the quantity stands before: ``q_d``, ``tau_J_d``."""
 
 
+_LONG = 16
+"""Characters that the names of a group have in common, and that its last one need not repeat."""
+
+
 @dataclass(frozen=True, eq=False)
 class Channels:
     """Columns that belong together.
@@ -84,7 +88,12 @@ class Channels:
     def label(self) -> str:
         """For messages."""
         first = self.columns[0] if self.file is None else f"{self.file}: {self.columns[0]}"
-        return first if len(self.columns) == 1 else f"{first} … {self.columns[-1]}"
+        if len(self.columns) == 1:
+            return first
+        last = self.columns[-1]
+        pairs = enumerate(zip(self.columns[0], last, strict=False))
+        same = next((k for k, (a, b) in pairs if a != b), 0)
+        return f"{first} … {last if same < _LONG else last[same:]}"
 
 
 def words_of(name: str) -> tuple[str, ...]:

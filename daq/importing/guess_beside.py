@@ -11,11 +11,13 @@ from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
 from daq.importing.log_quantities import POSITION_UNITS
 from daq.importing.proof import is_same, slope_between
+from ident.listing import listed
 from robots import Robot
 from robots.arrays import FloatArray
 
 _SAME_SIZE = 0.1
 """Share by which a second encoder's motion may differ from the first one's: far more than a gear winds."""
+_NOT_FOLLOWED = "named a reference; the measured one does not follow it (unit? other times?), not used"
 _NOT_MEASURED = {"reference", "error", "computed", "external"}
 
 
@@ -39,6 +41,26 @@ def beside_of(
             words.append(f"{kind.replace('_', ' ')}: {channel.label}")
             used.append(channel)
     return tables, words, used
+
+
+def words_of_channels(
+    velocity: Sequence[Channels], others: Sequence[Channels], reference: Channels | None
+) -> list[str]:
+    """A sentence for each kind of channel, used or not."""
+    groups: dict[str, list[str]] = {}
+    if velocity:
+        labels = [c.label for c in velocity]
+        groups["velocity, proven as the derivative of the position; not needed"] = labels
+    if reference is not None:
+        groups["reference, which the position follows"] = [reference.label]
+    for c in others:
+        if c is reference or c.kind in ("", "time"):
+            continue
+        second = c.kind == "position" and "second" in c.marks
+        what = "second encoder" if second else " ".join([*sorted(c.marks & {"computed", "external"}), c.kind])
+        odd = c.kind == "position" and "reference" in c.marks and reference is None
+        groups.setdefault(f"{what}, {_NOT_FOLLOWED if odd else 'read and not used'}", []).append(c.label)
+    return [f"{what}: {listed(labels)}" for what, labels in groups.items()]
 
 
 def _meaning(

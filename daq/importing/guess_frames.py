@@ -24,6 +24,8 @@ _BEYOND = 0.05
 """Share of its range by which a joint may be beyond its limits by calibration."""
 COUPLED = 0.95
 """The same for a coupled wrist."""
+_ALONE = 0.5
+"""Share of the best turn's gain from which on another turn gains as much: 0.3 to 0.4 where a zero is off."""
 _ROUNDS = 3
 
 
@@ -54,19 +56,60 @@ def quarter_turns(robot: Robot, proof: TorqueProof) -> tuple[FloatArray, list[st
         offset[j] = allowed[j][0]
     best = proof.error(offset)
     for _ in range(_ROUNDS):
-        # The first axis turns the arm about the vertical, the last only itself: their zeros are not seen.
-        for j in range(1, robot.n - 1):
-            for turn in allowed[j]:
-                tried = offset.copy()
-                tried[j] = turn
-                error = proof.error(tried) if turn != offset[j] else best
-                if error < _BETTER * best:
-                    offset, best = tried, error
+        moves = _moves(proof, offset, allowed)
+        if not moves or moves[0][0] >= _BETTER * best:
+            break
+        error, j, turn = moves[0]
+        rival = _rival(proof, offset, moves, best)
+        if rival is not None:
+            _, other, also = rival
+            first = f"{robot.joint[j].name}: its zero may be off by {np.rad2deg(turn - offset[j]):g}°"
+            or_by = f"{np.rad2deg(also - offset[other]):g}°"
+            second = f"by {or_by}" if other == j else f"that of {robot.joint[other].name} by {or_by}"
+            words.append(f"{first}, or {second}: the torque tells neither; not moved, --offset moves it")
+            break
+        offset[j], best = turn, error
     for j, joint in enumerate(robot.joint):
         if offset[j]:
             why = "its limits" if offset[j] == allowed[j][0] else "its torque"
             words.append(f"{joint.name}: zero moved by {np.rad2deg(offset[j]):g}°, by {why}; look it over")
     return offset, words
+
+
+def _moves(
+    proof: TorqueProof, offset: FloatArray, allowed: list[list[float]]
+) -> list[tuple[float, int, float]]:
+    """Error, joint and its zero of each turn of one joint, best first.
+
+    The first axis turns the arm about the vertical, the last only itself: their zeros are not seen.
+    """
+    seen = range(1, len(offset) - 1)
+    turns = [(j, turn) for j in seen for turn in allowed[j] if turn != offset[j]]
+    return sorted((proof.error(_turned(offset, j, turn)), j, turn) for j, turn in turns)
+
+
+def _turned(offset: FloatArray, joint: int, turn: float) -> FloatArray:
+    tried = offset.copy()
+    tried[joint] = turn
+    return tried
+
+
+def _rival(
+    proof: TorqueProof, offset: FloatArray, moves: list[tuple[float, int, float]], now: float
+) -> tuple[float, int, float] | None:
+    """Another turn in the place of the best one that gains nearly as much; None where there is none.
+
+    Where a zero is off, its turn alone mends it. Where a model lacks something else, any turn helps that
+    gives it other columns. A turn that still gains after the best one is no rival: both zeros are off.
+    """
+    least, joint, turn = moves[0]
+    mended = _turned(offset, joint, turn)
+    for error, j, other in moves[1:]:
+        if now - error < _ALONE * (now - least):
+            return None
+        if j == joint or proof.error(_turned(mended, j, other)) >= _BETTER * least:
+            return error, j, other
+    return None
 
 
 def coupled_wrist(robot: Robot, position: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

@@ -18,13 +18,16 @@ from daq.files.toml_text import toml_text
 from daq.importing.bags import is_bag_folder
 from daq.importing.channels import Channels, channels_of
 from daq.importing.columns import TEXTS, read_table, vector_by_vector
-from daq.importing.guess_beside import beside_of
+from daq.importing.guess_beside import beside_of, words_of_channels
+from daq.importing.guess_cutoff import raised_cutoff
 from daq.importing.guess_frames import axes_and_offsets
+from daq.importing.guess_loop import loop_words
 from daq.importing.guess_position import counts_of_joints, in_si, joints_of
 from daq.importing.guess_torque import LogHints, torque_table
 from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
+from daq.importing.log_quantities import POSITION_UNITS
 from daq.importing.unnamed import told_apart
 from daq.recording.errors import CaptureError
 from ident.preparation.outliers import without_outliers
@@ -38,7 +41,6 @@ _MOST = 600_000
 """Samples that guesses are proven on: ten minutes at 1 kHz."""
 _SAYING = {"position", "velocity", "torque", "current"}
 """Kinds of which a log with names has one."""
-_NOT_FOLLOWED = "named a reference; the measured one does not follow it (unit? other times?), not used"
 _FASTEST = 10.0
 """rad/s or m/s; of a joint whose limit the URDF does not give."""
 
@@ -123,13 +125,19 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     torque = replace(torque, values=_mended(path, "control signal", stamps, torque.values, usual))
     chosen = tuple(names[k] for k in moving)
     robot = _description(folder, arm, chosen, held, log, torque, hints)
+    drives = log
     coupled, log, offset, framed = axes_and_offsets(robot, log, torque, table, hints)
     if coupled is not robot:
         robot = _description(folder, arm, chosen, held, log, torque, hints, coupled.transmission)
     words += framed
     tables, said_beside, used = beside_of([c for c in same if c is not position], log, robot, offset)
-    words += [*said_beside, *_named(velocity, [c for c in rest if c not in used], reference)]
+    words += [*said_beside, *words_of_channels(velocity, [c for c in rest if c not in used], reference)]
     means, more = torque_table(torque, log, robot, offset, _constants(channels, position, moving), hints, arm)
+    times, tried = raised_cutoff(robot, log, torque, means, offset)
+    if times > 1.0:
+        log = replace(log, raised=times)
+        robot = _description(folder, arm, chosen, held, log, torque, hints, robot.transmission)
+    words += tried
     columns: dict[str, Any] = {"format": 1, "time": time}
     columns["position"] = {
         **_taken(position, moving),
@@ -141,6 +149,8 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
         unit = log.unit_of_reference(reference, table["unit"], scale, turning)
         scaled = {**columns["position"], "unit": unit}
         columns["reference"] = scaled | _taken(reference, moving)
+        small = np.where(turning, *POSITION_UNITS[unit]) / np.where(turning, *POSITION_UNITS[table["unit"]])
+        more += loop_words(drives, reference.values[:, moving] * scale * small, torque, rest)
     columns["torque"] = {**_taken(torque, moving), **means}
     columns |= tables
     (folder / MAP_NAME).write_text(toml_text(columns), encoding="utf-8")
@@ -240,21 +250,6 @@ def _taken(channel: Channels, moving: Sequence[int]) -> dict[str, Any]:
     """Where a quantity of the map stands."""
     file = {} if channel.file is None else {"file": channel.file}
     return {"columns": [channel.columns[k] for k in moving], **file}
-
-
-def _named(velocity: list[Channels], others: list[Channels], reference: Channels | None) -> list[str]:
-    """A sentence for each channel, used or not."""
-    words = [f"velocity, proven as the derivative of the position; not needed: {c.label}" for c in velocity]
-    if reference is not None:
-        words.append(f"reference, which the position follows: {reference.label}")
-    for c in others:
-        if c is reference or c.kind in ("", "time"):
-            continue
-        second = c.kind == "position" and "second" in c.marks
-        what = "second encoder" if second else " ".join([*sorted(c.marks & {"computed", "external"}), c.kind])
-        odd = c.kind == "position" and "reference" in c.marks and reference is None
-        words.append(f"{what}, {_NOT_FOLLOWED if odd else 'read and not used'}: {c.label}")
-    return words
 
 
 def _description(

@@ -19,6 +19,7 @@ _FAR = 1.5
 """Times a joint's largest limit."""
 
 
+_BY_LIMITS = "the limits of the URDF; if these are angles of the motors, give --ratio"
 _DEGREES = frozenset({"deg", "degree", "degrees", "grad"})
 _MILLIMETRES = frozenset({"mm"})
 
@@ -86,7 +87,7 @@ def in_si(
             f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio"
         )
     if any(kinds):
-        words.append(f"unit of the position: {unit}, by {'its name' if marked else 'the limits of the URDF'}")
+        words.append(f"unit of the position: {unit}, by {'its name' if marked else _BY_LIMITS}")
     else:
         said = "rad and m" if turning.any() and not turning.all() else unit
         words.append(f"unit of the position: {said}, within the limits of the URDF")

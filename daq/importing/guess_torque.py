@@ -92,7 +92,7 @@ def torque_table(
     unit, mixed = "N" if all(slides) else "N*m", any(slides) and not all(slides)
     if key == "gain" or (key == "ratio" and _nearer(share, given, seen)):
         odd = "" if _agree(1.0, share, seen) else "; look it over"
-        words.append(f"torque: times the {key} that was given{_beside(share, seen)}{odd}")
+        words.append(f"torque: times the {key} that was given{_beside(robot, share, seen)}{odd}")
         words += _doubts(robot, arm, share, sigma, f"the {key} that was given")
         return _table(key, given * signs, unit), words
     share, sigma = share / np.abs(given), sigma / np.abs(given)
@@ -104,7 +104,7 @@ def torque_table(
     scaled = np.where(np.array(slides) | (not milli), 1.0, 1e-3)
     if torque.kind == "torque" and _agree(scaled, share, seen):
         said = "N*m and N" if mixed else unit
-        words.append(f"torque: in {said} at the joints{_beside(scaled * share, seen)}")
+        words.append(f"torque: in {said} at the joints{_beside(robot, scaled * share, seen)}")
         words += _doubts(robot, arm, scaled * share, scaled * sigma, "its column's name")
         if not turned:
             return {"unit": "mN*m" if (scaled != 1.0).any() else unit}, words
@@ -112,7 +112,9 @@ def torque_table(
     found = _constant(constants, share, seen)
     if found:
         values = constants[found]
-        words.append(f"torque: times {found}, which makes it that of the URDF{_beside(values * share, seen)}")
+        words.append(
+            f"torque: times {found}, which makes it that of the URDF{_beside(robot, values * share, seen)}"
+        )
         words += _doubts(robot, arm, values * share, values * sigma, found)
         return _table("gain" if torque.kind != "torque" else "ratio", constants[found] * signs, unit), words
     if not seen.any():
@@ -187,12 +189,13 @@ def _constant(constants: dict[str, FloatArray], share: FloatArray, seen: BoolArr
     return best if best and off[best] < np.log(_NEAR) else ""
 
 
-def _beside(share: FloatArray, seen: BoolArray) -> str:
-    """How it compares with the URDF's masses, in words."""
+def _beside(robot: Robot, share: FloatArray, seen: BoolArray) -> str:
+    """How it compares with the URDF's masses, in words; joints that no mass shows are not listed."""
     if not seen.any():
         return "; the URDF's masses do not show in it"
-    each = " ".join(f"{100 * value:.0f}" if good else "?" for value, good in zip(share, seen, strict=True))
-    return f"; {each} % of what the URDF's bodies ask for"
+    names = ["" if robot.n == 1 else f"{joint.name} " for joint in robot.joint]
+    each = ", ".join(f"{names[k]}{100 * share[k]:.0f} %" for k in np.flatnonzero(seen))
+    return f"; {each} of what the URDF's bodies ask for"
 
 
 def _doubts(robot: Robot, arm: LooseUrdf, share: FloatArray, sigma: FloatArray, by: str) -> list[str]:

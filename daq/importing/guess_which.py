@@ -34,6 +34,8 @@ _GAPS_AT = 10.0
 """Hz; a cut-off as arms have it, by which gaps are judged before there is one."""
 _WIDTHS = (1e-6, 0.02)
 """rad/s or m/s."""
+_ROUNDED = 1.05
+"""So that two digits are never below."""
 _VELOCITY = 0.99
 """Correlation with the velocity from which on a channel is one, whatever its name: friction comes near."""
 _FOLLOWS = 0.3
@@ -128,6 +130,7 @@ class Sampled:
         grid: (M,) s; evenly over the longest stretch without a long gap.
         position: samples × n, rad or m.
         moving: which columns of the log's channels the joints are.
+        raised: times the proposed cut-off that is used.
     """
 
     name: str
@@ -135,6 +138,7 @@ class Sampled:
     grid: FloatArray
     position: FloatArray
     moving: list[int]
+    raised: float = 1.0
 
     @classmethod
     def of(cls, name: str, stamps: FloatArray, position: FloatArray, moving: list[int]) -> Sampled:
@@ -164,12 +168,12 @@ class Sampled:
     def friction_width(self) -> float:
         """Speed at which dry friction is fully there: as narrow as the noise of the positions lets it."""
         narrowest = narrowest_friction_width(self._spectrum, Identification(cutoff_hz=self.cutoff))
-        return float(f"{np.clip(narrowest, *_WIDTHS):.2g}")
+        return float(f"{np.clip(_ROUNDED * narrowest, *_WIDTHS):.2g}")
 
     @cached_property
     def cutoff(self) -> float:
         """Low-pass of the positions that their spectrum proposes, Hz."""
-        proposed = propose_cutoff(self._spectrum).hz
+        proposed = self.raised * propose_cutoff(self._spectrum).hz
         return float(f"{np.clip(proposed, _CUTOFFS[0], _CUTOFFS[1] / self.period):.3g}")
 
     @cached_property

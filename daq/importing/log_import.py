@@ -14,12 +14,13 @@ from daq.files.checksum import file_sha256
 from daq.importing.import_map import ImportMap, load_import_map, settings_of
 from daq.importing.load import log_recording
 from daq.recording.capture import DESCRIPTION, IMPORT, RUN, TRAJECTORY, Capture, CaptureError
+from daq.recording.joint_channels import KINDS
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from drivers.frames.samples import Samples
 from ident import Recording
 from robots import Robot
-from robots.arrays import BoolArray
+from robots.arrays import BoolArray, FloatArray
 
 SUFFIX = ".capture.mcap"
 _ROWS = 5000
@@ -60,21 +61,14 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
     columns = load_import_map(map_path)
     settings = settings_of(columns, robot, map_path)
     recording, complete, warnings = log_recording(source, robot, columns, settings.cutoff_hz)
-    lost = [
-        name
-        for name in ("force", "added", "second_encoder", "temperature")
-        if getattr(columns, name) is not None
-    ]
-    if lost:
-        warnings += (
-            f"{source.name}: a capture has no place for {' and '.join(lost)}; identify from the log itself",
-        )
     facts = _facts(source, robot, map_path, columns, recording, warnings, note)
     has_reference = recording.reference is not None
     samples = _samples(recording, complete, float(facts[RUN]["period"]))
+    beside = _beside(recording)
     with Recorder(out, robot, facts, start_ns=0, reference=has_reference) as recorder:
         for begin in range(0, len(samples), _ROWS):
-            recorder.write(_part(samples, slice(begin, begin + _ROWS)))
+            rows = slice(begin, begin + _ROWS)
+            recorder.write(_part(samples, rows), {kind: values[rows] for kind, values in beside.items()})
         cycles = str(len(samples))
         recorder.finish({"outcome": "completed", "reason": f"imported from {source.name}", "cycles": cycles})
     return Imported(source, read_capture(out), warnings)
@@ -96,6 +90,12 @@ def _samples(recording: Recording, complete: BoolArray, period: float) -> Sample
     )
 
 
+def _beside(recording: Recording) -> dict[str, FloatArray]:
+    """Its further channels, samples × joints each."""
+    found = {kind: getattr(recording, kind) for kind in KINDS}
+    return {kind: values for kind, values in found.items() if values is not None}
+
+
 def _part(samples: Samples, rows: slice) -> Samples:
     return Samples(**{name: getattr(samples, name)[rows] for name in Samples.__dataclass_fields__})
 
@@ -115,6 +115,7 @@ def _facts(
         "period": repr(period),
         "kind": "imported",
         "reference": "absent" if recording.reference is None else "recorded",
+        "beside": ", ".join(_beside(recording)),
         "versions": json.dumps({"armhil": version("armhil")}),
     }
     return {

@@ -131,6 +131,7 @@ def _foretold(log: UnnamedColumns, robot: Robot, motion: Sampled, torque: Block)
 
 
 def _chosen(log: UnnamedColumns, readings: list[_Reading]) -> tuple[list[Channels], list[str]]:
+    readings = _of_the_motion(log, readings)
     best = readings[0]
     rivals = [r for r in readings if r.brakes == best.brakes and r.share > best.share - _NEAR]
     position = _measured(log, [r.position for r in rivals], "position")
@@ -156,6 +157,19 @@ def _chosen(log: UnnamedColumns, readings: list[_Reading]) -> tuple[list[Channel
         why = "smoother" if other.brakes == taken.brakes else "without friction"
         words.append(f"- computed, not measured: {log.channel(other.torque, '').label}, {why}")
     return found, words
+
+
+def _of_the_motion(log: UnnamedColumns, readings: list[_Reading]) -> list[_Reading]:
+    """Without those whose motion is another one than that which foretells most, and foretells clearly less.
+
+    Positions beside torques in one block foretell something too, and something in it brakes.
+    """
+    most = max(readings, key=lambda reading: reading.share)
+    return [
+        r
+        for r in readings
+        if r.share > most.share - _NEAR or r.position == most.position or log.same(r.position, most.position)
+    ]
 
 
 def _measured(log: UnnamedColumns, blocks: Sequence[Block], what: str) -> Block:

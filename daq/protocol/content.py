@@ -185,7 +185,7 @@ def _protocol(
         ("Arm", f"{arm.label}: {what}"),
         ("Drives", "simulated" if arm.simulated else "real"),
         ("Bus", ", ".join(dict.fromkeys(str(run.facts.get("channel", NOTHING)) for run in done))),
-        ("From – to", f"{_moment(min(r.started for r in done))} – {_moment(max(map(_end, done)))}"),
+        ("From – to", _span(min(run.started for run in done), max(map(_end, done)))),
         ("By", ", ".join(dict.fromkeys(run.who for run in done))),
         ("Description", f"SHA-256 {known['description'][:16]}…"),
         ("Trajectory", f"{_driven_words(states)}, SHA-256 {known['trajectory_sha256'][:16]}…"),
@@ -247,6 +247,13 @@ def _end(run: Run) -> datetime:
 
 def _moment(at: datetime) -> str:
     return at.strftime("%Y-%m-%d %H:%M UTC")
+
+
+def _span(begin: datetime, end: datetime) -> str:
+    """From when to when; a day that is the same is said once, so that no line breaks within it."""
+    if begin.date() == end.date():
+        return f"{begin:%Y-%m-%d %H:%M} – {_moment(end)[11:]}"
+    return f"{_moment(begin)} – {_moment(end)}"
 
 
 def _short(text: str) -> str:

@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daq.recording.errors import CAPTURE_SUFFIX as CAPTURE_SUFFIX
 from daq.recording.errors import CaptureError as CaptureError
 from daq.recording.events import DriveEvent
 from daq.recording.temperatures import Temperature
 from drivers.frames.samples import Samples
+from robots.arrays import FloatArray
 
 PROFILE = "armhil"
 
@@ -122,6 +124,8 @@ class Capture:
     """Raw frames in the file; ``daq.recording.reader.iterate_frames`` reads them."""
     records: Mapping[str, Facts] = field(default_factory=dict)
     """All intact metadata records by name."""
+    beside: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Further channels of an imported log, samples × joints each: ``daq.recording.joint_channels``."""
 
     @property
     def has_reference(self) -> bool:
@@ -135,6 +139,10 @@ class Capture:
         return tuple(int(cycle) for cycle in told.split(", ") if cycle.isdecimal() and cycle.isascii())
 
     def segments(self) -> tuple[Samples, ...]:
+        """The samples of :meth:`segment_rows`."""
+        return tuple(select(self.samples, rows) for rows in self.segment_rows())
+
+    def segment_rows(self) -> tuple[NDArray[np.intp], ...]:
         """Pieces without a gap, in which every drive answered every cycle: a gap is never data.
 
         Where the arm rested in a pause one piece ends and the next begins. The ramps on both sides are part
@@ -144,7 +152,7 @@ class Capture:
         cycles = np.asarray(self.samples.cycle)[good]
         cuts = np.flatnonzero((np.diff(cycles) != 1) | np.isin(cycles[1:], self.pauses)) + 1
         rows = np.split(np.flatnonzero(good), cuts)
-        return tuple(select(self.samples, piece) for piece in rows if piece.size)
+        return tuple(piece for piece in rows if piece.size)
 
 
 def select(samples: Samples, rows: np.ndarray[tuple[int], np.dtype[np.intp]] | slice) -> Samples:

@@ -128,6 +128,15 @@ def cycle_status_layout(names: Sequence[str], *, following_error: bool = True) -
     return builder.finish()
 
 
+def joint_channels_layout(names: Sequence[str], channels: Sequence[str], present: Sequence[str]) -> Layout:
+    """Layout of further channels of the joints; those that are not present are empty."""
+    builder = _LayoutBuilder()
+    builder.encoder.strings(names)
+    for channel in channels:
+        builder.numbers(channel, "float64", len(names) if channel in present else 0)
+    return builder.finish()
+
+
 def frame_layout() -> Layout:
     """Layout of a ``can_msgs/Frame``."""
     builder = _LayoutBuilder()

@@ -34,6 +34,7 @@ from daq.recording.capture import (
 from daq.recording.cdr import CdrError
 from daq.recording.events import DriveEvent
 from daq.recording.frames import Frames
+from daq.recording.joint_channels import channels_of
 from daq.recording.mcap_file import MAGIC
 from daq.recording.mcap_scan import Scan, chunks, scan
 from daq.recording.sample_messages import samples_of
@@ -101,6 +102,10 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
     period = _number(path, RUN, "period", run["period"])
     reference = run.get("reference", "recorded") != "absent"
     samples, undecodable = samples_of(found, joints, period, reference=reference)
+    kinds = run.get("beside", "").split(", ")
+    beside, bad_beside = channels_of(found, joints, kinds, samples.cycle)
+    for values in beside.values():
+        samples = replace(samples, complete=samples.complete & np.isfinite(values).all(axis=1, keepdims=True))
     outcome = facts.get(OUTCOME)
     told = UNKNOWN if outcome is None else outcome["cycles"]
     cycles = None if told == UNKNOWN else int(_number(path, OUTCOME, "cycles", told))
@@ -111,7 +116,7 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
     temperatures, bad_temperatures = _decoded(found, TEMPERATURE_TOPIC, Temperature.decode)
     damage = Damage(
         gaps=_gaps(samples.cycle, cycles, from_start=FAULT not in facts),
-        unreadable_bytes=found.unreadable_bytes + undecodable + bad_events + bad_temperatures,
+        unreadable_bytes=found.unreadable_bytes + undecodable + bad_beside + bad_events + bad_temperatures,
         closed=found.ended or outcome is not None,
         lost_records=tuple(dict.fromkeys(lost_records)),
         lost_frames=_lost_frames(path, found, outcome),
@@ -135,6 +140,7 @@ def _capture(path: Path, sha256: str, found: Scan, facts: Mapping[str, Facts], d
         temperatures=temperatures,
         frames=found.counts.get(NUMBERS[FRAMES_TOPIC], 0),
         records=facts,
+        beside=beside,
     )
 
 

@@ -23,12 +23,14 @@ from numpy.typing import NDArray
 from daq.recording.capture import CHECKSUM_KEY, OUTCOME, PROFILE, CaptureError, Facts, facts_checksum
 from daq.recording.events import DriveEvent, EventFinder
 from daq.recording.frames import Frames
+from daq.recording.joint_channels import channel_rows
 from daq.recording.listener import FrameListener
 from daq.recording.mcap_file import McapFile, Rows
 from daq.recording.sample_messages import SampleMessages
 from daq.recording.steady_clock import SteadyClock
 from daq.recording.temperatures import Temperature
 from daq.recording.topics import (
+    BESIDE_TOPIC,
     CHANNELS,
     EVENTS_TOPIC,
     FRAMES_TOPIC,
@@ -41,6 +43,7 @@ from daq.recording.topics import (
 )
 from drivers.frames.samples import Samples
 from robots import Robot
+from robots.arrays import FloatArray
 
 __all__ = ["CHANNELS", "MEASURED_TOPIC", "REFERENCE_TOPIC", "STATUS_TOPIC", "Recorder"]
 
@@ -80,6 +83,7 @@ class Recorder:
         """
         self.path = path
         self._messages = SampleMessages(robot, reference=reference)
+        self._joints = [joint.name for joint in robot.joint]
         self._events = EventFinder(robot)
         self._start_ns = start_ns
         self._listener = listener
@@ -119,8 +123,12 @@ class Recorder:
         for _ in range(2):
             self._writer.add_metadata(name, {**record, CHECKSUM_KEY: facts_checksum(record)})
 
-    def write(self, samples: Samples) -> None:
+    def write(self, samples: Samples, beside: Mapping[str, FloatArray] | None = None) -> None:
         """Append samples; joint torques and following errors are derived from them (eq. 5).
+
+        Args:
+            samples: N cycles.
+            beside: further channels of the joints (``daq.recording.joint_channels``).
 
         Raises:
             CaptureError: the disk is full or gone; what was written before stays readable.
@@ -131,6 +139,8 @@ class Recorder:
             self._start_ns = self.clock.now() - round(samples.time[-1] * 1e9)
         stamps = self._start_ns + np.round(samples.time * 1e9).astype(np.int64)
         streams = self._messages.rows(samples, stamps)
+        if beside:
+            streams[BESIDE_TOPIC] = channel_rows(self._joints, stamps, beside)
         sequences = (samples.cycle & 0xFFFFFFFF).astype(np.uint32)
         with self._lock:
             self._raise_failure()

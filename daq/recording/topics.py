@@ -9,6 +9,7 @@ CYCLE_STATUS = "armhil/msg/CycleStatus"
 CAN_FRAME = "can_msgs/msg/Frame"
 LOG = "rcl_interfaces/msg/Log"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
+JOINT_CHANNELS = "armhil/msg/JointChannels"
 
 REFERENCE_TOPIC = "/joint_reference"
 MEASURED_TOPIC = "/joint_states"
@@ -16,6 +17,7 @@ STATUS_TOPIC = "/cycle_status"
 FRAMES_TOPIC = "/can_frames"
 EVENTS_TOPIC = "/drive_events"
 TEMPERATURE_TOPIC = "/temperatures"
+BESIDE_TOPIC = "/joint_channels"
 
 _SEPARATOR = "=" * 80
 _TIME_DEFINITION = f"""\
@@ -91,6 +93,20 @@ float64 temperature
 # 0 is unknown.
 float64 variance
 {_HEADER_DEFINITION}"""
+JOINT_CHANNELS_DEFINITION = f"""\
+# What an imported log has beside positions and control signals. Arrays have one entry per joint, in the
+# order of name; those that the log does not have are empty.
+std_msgs/Header header
+string[] name
+# Position by second encoders at the links, rad or m.
+float64[] second_position
+# Torque on the joints by measured forces from outside, N*m or N.
+float64[] torque_from_outside
+# Part of the control signal that no controller asked for, in its units.
+float64[] added_signal
+# Degrees Celsius.
+float64[] temperature
+{_HEADER_DEFINITION}"""
 
 TOPICS = (
     Topic(REFERENCE_TOPIC, JOINT_STATE, JOINT_STATE_DEFINITION),
@@ -99,6 +115,7 @@ TOPICS = (
     Topic(FRAMES_TOPIC, CAN_FRAME, CAN_FRAME_DEFINITION),
     Topic(EVENTS_TOPIC, LOG, LOG_DEFINITION),
     Topic(TEMPERATURE_TOPIC, TEMPERATURE, TEMPERATURE_DEFINITION),
+    Topic(BESIDE_TOPIC, JOINT_CHANNELS, JOINT_CHANNELS_DEFINITION),
 )
 # Channels are numbered in this order, so a reader knows them even where the chunk that introduces them is
 # damaged.

@@ -45,7 +45,8 @@ def facts_of(
         clean, known = sum(course["clean"][:-1]), len(course["clean"]) - 1
         stage = "still being learned" if compared["stage"] == "learning" else "learned"
         facts.append(Fact("Nights known", str(known), f"{clean} of them teach what is usual; {stage}"))
-    facts.append(_temperature(details.get("celsius"), compared.get("colder")))
+    warmth = (details.get("celsius"), compared.get("colder"), compared.get("unmeasured"))
+    facts.append(_temperature(*warmth))
     return tuple(facts)
 
 
@@ -60,9 +61,11 @@ def limit_words(tolerance: float) -> str:
     return f"{setting(100 * tolerance)}\u00a0%"
 
 
-def _temperature(celsius: Sequence[float] | None, colder: float | None) -> Fact:
+def _temperature(celsius: Sequence[float] | None, colder: float | None, unmeasured: str | None) -> Fact:
     if not celsius:
         return Fact("Temperature", NOTHING, "no thermometer: the hall's warmth is allowed for")
     mean = sum(celsius) / len(celsius)
     note = "" if colder is None else f"{abs(colder):.1f} K {'colder' if colder > 0 else 'warmer'} than usual"
+    if unmeasured:
+        note = f"that of {unmeasured} is not known, so the hall's warmth is allowed for"
     return Fact("Temperature", f"{mean:.1f}\u00a0°C", note)

@@ -207,19 +207,22 @@ def _moved(change: Mapping[str, Any], compared: Mapping[str, Any]) -> MovedRow:
         f"{significant(change['size'], signed=True)} ± {significant(change['sigma'], 2)} {change['unit']}",
         _share(change) if change["relative"] is not None else NOTHING,
         f"{significant(torques[worst])} {units_of(compared)[worst]} on joint {worst + 1}",
-        _warmth(change.get("kelvin"), compared.get("colder")),
+        _warmth(change.get("kelvin"), compared.get("colder"), compared.get("unmeasured")),
         " or ".join(change["alternatives"]) or NOTHING,
     )
 
 
-def _warmth(kelvin: float | None, colder: float | None) -> str:
+def _warmth(kelvin: float | None, colder: float | None, unmeasured: str | None) -> str:
     if kelvin is None:
         return NOTHING
     way = "colder" if kelvin > 0 else "warmer"
     if colder is None:
-        return f"{abs(kelvin):.2g} K {way} at least; no thermometer"
-    said = "colder" if colder > 0 else "warmer"
-    return f"{abs(kelvin):.2g} K {way} at least; thermometer {abs(colder):.2g} K {said}"
+        lacks = f"the temperature of {unmeasured} is not known" if unmeasured else "no thermometer"
+        return f"{abs(kelvin):.2g} K {way} at least; {lacks}"
+    said = f"{abs(colder):.2g} K {'colder' if colder > 0 else 'warmer'}"
+    if round(abs(colder)) and colder * kelvin > 0.0:  # what measured warmth explains is no change
+        return f"{abs(kelvin):.2g} K {way} at least, beyond the thermometer's {said}"
+    return f"{abs(kelvin):.2g} K {way} at least; thermometer {said}"
 
 
 def _parameter(one: Mapping[str, Any]) -> tuple[str, str, str, str, str, str]:

@@ -219,9 +219,7 @@ def _label(estimate: Estimate) -> str:
 def _settings(robot: Robot) -> list[tuple[str, str]]:
     rows = robot.identification
     sign = f"tanh(q̇ / {setting(rows.friction_width)})" if rows.friction_sign == "tanh" else "sign(q̇)"
-    controller = robot.controller
-    loop = {"cascade_p_pi": "cascade P–PI", "pd": "PD", "pid": "PID"}[controller.type]
-    return [
+    shown = [
         ("Robot", f"{robot.name}: {robot.description}"),
         ("Position filter", f"zero-phase Butterworth {rows.filter_order}, {setting(rows.cutoff_hz)} Hz"),
         ("Derivatives", f"central differences of order {rows.derivative_accuracy}"),
@@ -233,9 +231,14 @@ def _settings(robot: Robot) -> list[tuple[str, str]]:
         ("Margin of gate 1, regressors", f"{setting(100.0 * rows.instrument_margin)} %"),
         ("Margin of gate 1, torque", f"{setting(100.0 * rows.torque_margin)} %"),
         ("Margin of gate 1, following error", f"{setting(100.0 * rows.following_error_margin)} %"),
-        ("Position loop", f"{loop}, sampled every {setting(1e3 * controller.sample_time)} ms"),
-        (
-            "Drive gain uncertainty",
-            f"{setting(100.0 * max(d.gain_relative_uncertainty for d in robot.drive))} %",
-        ),
     ]
+    controller = robot.controller
+    if controller.is_given:
+        loop = {"cascade_p_pi": "cascade P–PI", "pd": "PD", "pid": "PID"}[controller.type]
+        shown.append(("Position loop", f"{loop}, sampled every {setting(1e3 * controller.sample_time)} ms"))
+    else:
+        shown.append(("Position loop", "not described: the loop is not simulated"))
+    if robot.drive:
+        uncertainty = max(drive.gain_relative_uncertainty for drive in robot.drive)
+        shown.append(("Drive gain uncertainty", f"{setting(100.0 * uncertainty)} %"))
+    return shown

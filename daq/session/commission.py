@@ -116,12 +116,9 @@ class Walk:
         legs = first_legs(robot, np.asarray(self.arm.session.actual_position()), request.cell)
         if not request.confirm(motion_question(robot, legs, "Stage first move: ")):
             raise NotMoved("stage first move was not confirmed; what passed before it is kept")
-        recording = Recording(
-            self.arm, request.arm, request.catalogue, self.watcher, self.conducting, request.note
-        )
         return first_move(
             self.arm,
-            recording,
+            self._recording(),
             lambda name: _free(request.folder, f"first-move-{name.replace(' ', '-')}"),
             self._fingerprint,
             request.looked,
@@ -139,14 +136,11 @@ class Walk:
         if not self.request.confirm(motion_question(robot, legs, f"Stage {name}: ")):
             raise NotMoved(f"stage {name} was not confirmed; what passed before it is kept")
         request = self.request
-        recording = Recording(
-            self.arm, request.arm, request.catalogue, self.watcher, self.conducting, request.note
-        )
         path = _free(request.folder, name.replace(" ", "-"))
         facts = self._fingerprint | {SPEED: f"{speed_share(robot, motion):.6f}"}
         if name == LAST_BEFORE_USE:
             facts[TRAJECTORY_FILE] = str(self.planned.file.absolute())
-        kept, result = recording.record(
+        kept, result = self._recording().record(
             "commission",
             f"{request.arm.robot.name}: {name}",
             motion,
@@ -156,6 +150,10 @@ class Walk:
         )
         require_completed(result, path)
         return StageDone(name, f"{trajectory_words(motion)}", kept.number, path)
+
+    def _recording(self) -> Recording:
+        of = self.request
+        return Recording(self.arm, of.arm, of.catalogue, self.watcher, self.conducting, of.note, of.celsius)
 
     def _check(self) -> str:
         """Machine, bus and drives; the drives have answered and agree with the description already.

@@ -41,6 +41,7 @@ class CommissionRequest:
         cell: what every motion has to keep clear of.
         confirm: asked before each stage that moves; False ends it there.
         looked: asked what only somebody in front of the arm knows; False ends the stage.
+        celsius: of the hall, to be kept with the runs.
     """
 
     arm: ArmOrder
@@ -59,6 +60,7 @@ class CommissionRequest:
     cell: Cell = field(default_factory=Cell)
     confirm: Callable[[str], bool] = lambda question: True
     looked: Callable[[str], bool] = lambda question: True
+    celsius: float | None = None
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,10 @@ def unconducted() -> Iterator[Conduct]:
     yield Conduct()
 
 
+CELSIUS = "celsius"
+"""Among the facts of a run: the temperature of its hall, °C."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """Streams motions of one open arm and keeps each in the catalogue."""
@@ -39,6 +43,8 @@ class Recording:
     watcher: Watcher
     conducting: Conducting
     note: str = ""
+    celsius: float | None = None
+    """Of the hall, where somebody said it."""
 
     def record(
         self,
@@ -63,7 +69,8 @@ class Recording:
             SessionError: the motion is faster than this arm may be driven; nothing has moved.
         """
         self.arm.admission.admit(self.order.robot, trajectory)
-        run = {"kind": SIMULATED if self.order.simulated else "real", "note": self.note, **(facts or {})}
+        facts = {**(facts or {}), **({} if self.celsius is None else {CELSIUS: f"{self.celsius:g}"})}
+        run = {"kind": SIMULATED if self.order.simulated else "real", "note": self.note, **facts}
         simulated = _simulated_facts(self.order)
         run |= {name: str(value) for name, value in simulated.items()}
         with (
@@ -74,7 +81,7 @@ class Recording:
                 stage=stage,
                 capture=path,
                 trajectory=trajectory_words(trajectory),
-                facts={"channel": str(self.arm.channel), **simulated, **(facts or {})},
+                facts={"channel": str(self.arm.channel), **simulated, **facts},
                 note=self.note,
             ) as kept,
             self.conducting() as conduct,

@@ -38,6 +38,7 @@ class RunRequest:
         catalogue: where it is kept; nowhere where None.
         cell: what approach and trajectory have to keep clear of.
         confirm: asked just before the arm moves, with what it is going to do; False means it stays.
+        celsius: of the hall, to be kept with the runs.
     """
 
     arm: ArmOrder
@@ -49,6 +50,7 @@ class RunRequest:
     catalogue: Catalogue | None = None
     cell: Cell = field(default_factory=Cell)
     confirm: Callable[[str], bool] = lambda question: True
+    celsius: float | None = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,9 @@ def run_trajectory(request: RunRequest, steps: Steps, watcher: Watcher, conducti
         legs = legs_of(f"the motion ({trajectory_words(trajectory)})", trajectory, move)
         if not request.confirm(motion_question(robot, legs)):
             raise NotMoved("not confirmed, nothing moved")
-        recording = Recording(arm, request.arm, request.catalogue, watcher, conducting, request.note)
+        recording = Recording(
+            arm, request.arm, request.catalogue, watcher, conducting, request.note, request.celsius
+        )
         facts = {"cell_sha256": request.cell.sha256} if request.cell.sha256 else None
         if move is not None:
             path = request.folder / "approach.mcap"

@@ -83,7 +83,7 @@ def extras_of(
     terms = np.concatenate([lifted_terms(rows, coordinates), *contact])
     strength = np.concatenate([rows.strength, np.ones(len(contact))])
     changing = [
-        _changing(k, rows.strength[k], extra.friction[source], coordinates, tables)
+        _changing(k, rows.strength[k], extra.friction[source], coordinates, tables, h)
         for k, source in enumerate(rows.sources)
         if source in changes
     ]
@@ -98,7 +98,7 @@ def extras_of(
         touching = tables.add(_gap_table(gear, lambda x, gap=gear.gap: 1.0 * (np.abs(x) > 0.5 * gap)))
         row = coordinates.across(index)
         changing.append(
-            np.concatenate([[k, 1.0, touching, -1, -1, 0, -1, 0], np.zeros(robot.n), row, 0.0 * row])
+            np.concatenate([[k, 1.0, touching, -1, -1, 0, -1, 0, 1, 0], np.zeros(robot.n), row, 0.0 * row])
         )
     controller_step = h * substeps
     extras = Extras(
@@ -145,7 +145,7 @@ def _changes(torque: FrictionTorque) -> bool:
 
 
 def _changing(
-    term: int, strength: float, torque: FrictionTorque, coordinates: Coordinates, tables: _Tables
+    term: int, strength: float, torque: FrictionTorque, coordinates: Coordinates, tables: _Tables, h: float
 ) -> FloatArray:
     n = coordinates.robot.n
     load = np.zeros(n) if torque.load_row is None else np.asarray(torque.load_row)
@@ -165,6 +165,8 @@ def _changing(
         0 if torque.load_row is None else LOAD_SIDES[torque.load_side],
         tables.add(torque.other_factor),
         torque.load_offset,
+        1.0 if torque.load_memory <= 0.0 else -math.expm1(-h / torque.load_memory),
+        torque.load_share,
     ]
     return np.concatenate([head, load, position, other])
 

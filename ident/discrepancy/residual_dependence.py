@@ -9,9 +9,8 @@ import numpy as np
 
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.parameters.base import BaseParameters
+from ident.statistics.correlation_ratio import correlation_ratio
 from robots.arrays import BoolArray, FloatArray
-
-_BINS = 24
 
 
 @dataclass(frozen=True)
@@ -94,22 +93,3 @@ def _series(
         "direction": np.sign(velocity),
     }
     return pick([residual[:, joint] for residual in residuals]), quantities
-
-
-def correlation_ratio(quantity: FloatArray, values: FloatArray) -> float:
-    """Share of the variance of values (samples,) between bins of a quantity, adjusted for chance."""
-    if not values.size:
-        return 0.0
-    edges = np.unique(np.quantile(quantity, np.linspace(0, 1, _BINS + 1)))
-    bins = np.clip(np.searchsorted(edges, quantity, side="right") - 1, 0, max(edges.size - 2, 0))
-    count = np.bincount(bins)
-    total = np.bincount(bins, values)
-    used = count > 0
-    mean = values.mean()
-    between = float(np.sum(count[used] * (total[used] / count[used] - mean) ** 2))
-    whole = float(np.sum((values - mean) ** 2))
-    groups = int(used.sum())
-    if whole == 0.0 or values.size <= groups:
-        return 0.0
-    ratio = between / whole
-    return max(0.0, 1.0 - (1.0 - ratio) * (values.size - 1) / (values.size - groups))

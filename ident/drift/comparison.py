@@ -131,6 +131,7 @@ def _unchanged(
         torque_units=tuple(joint.torque_unit for joint in geometry.base.model.robot.joint),
         large=False,
         colder=colder,
+        unmeasured=series.unmeasured,
         usual=usual_of(watched, usual),
         course=course_of(watched, series, ()),
     )

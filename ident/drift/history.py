@@ -49,6 +49,12 @@ class Series:
         )
 
     @property
+    def unmeasured(self) -> str | None:
+        """The first night without a temperature, where others have one."""
+        without = [night for night in self.nights if night.celsius is None]
+        return label_of(without[0]) if 0 < len(without) < len(self.nights) else None
+
+    @property
     def clean(self) -> BoolArray:
         """(N,) nights that teach; tonight does not."""
         return np.array([night.clean for night in self.nights[:-1]] + [False])

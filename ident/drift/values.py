@@ -243,6 +243,7 @@ class Comparison:
         unexplained: test of what the named changes leave; None where nothing was named.
         doubtful: whether warmth that nobody measured may be all of it.
         colder: by how much the thermometers were below the clean nights' mean, K (largest joint).
+        unmeasured: the night whose temperature is not known, where others have one: none counts then.
         usual: of each chart.
         course: of the chart that says most: named first, or nearest its limit.
     """
@@ -263,5 +264,6 @@ class Comparison:
     unexplained: DriftTest | None = None
     doubtful: bool = False
     colder: float | None = None
+    unmeasured: str | None = None
     usual: tuple[Usual, ...] = ()
     course: Course | None = None

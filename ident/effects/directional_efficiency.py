@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.gear_load import GearLoad
+from ident.effects.family import Place, PresentModel, State
+from ident.effects.gear_load import GearLoad, at_once, late_form
 from ident.effects.placed import (
     ANY,
-    OFFSET_AT_LINK,
     POSITIVE,
     Family,
     Law,
@@ -20,7 +19,7 @@ from ident.effects.placed import (
     drive_row,
     each_drive,
 )
-from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.simulated import SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -43,29 +42,20 @@ def _make(
 
     def parts(values: FloatArray) -> SimulatedParts:
         mean, half = float(values[0]), float(values[1])
-        both = FrictionTorque(row, mean * row, sign, load_row=through.row, load_offset=through.offset)
-        return SimulatedParts(
-            friction=(
-                replace(both, torque_row=(mean + half) * row, load_side="driving"),
-                replace(both, torque_row=(mean - half) * row, load_side="driven"),
-            )
-        )
+        both = (through.friction(mean + half, "driving"), through.friction(mean - half, "driven"))
+        return SimulatedParts(friction=both)
 
     symbols = ("mu_mean", "dmu")
     return Parameters(symbols, ("1", "1"), (POSITIVE, ANY), (0.15, 0.1)), law, parts
 
 
-def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (OFFSET_AT_LINK,)
-
-
-DIRECTIONAL_EFFICIENCY = Family(
+_AT_ONCE = Family(
     "directional_efficiency",
     "friction of the load that differs between driving it and being driven by it",
     "drive",
     each_drive,
     _make,
-    _shapes,
+    at_once,
     essential=(1,),
     contains=("load_dependent_friction", "drive_gain_error"),
     confused_with=("load_dependent_friction", "drive_gain_error"),
@@ -80,5 +70,5 @@ DIRECTIONAL_EFFICIENCY = Family(
         "with the torque L through the gear: mu_mean·|L|·sign(q̇) + dmu·L·sign(q̇)²; the gear "
         "takes mu_mean + dmu of its load while it drives it and mu_mean − dmu while driven by it"
     ),
-    row=80,
 )
+DIRECTIONAL_EFFICIENCY = replace(_AT_ONCE, row=80, further=(late_form(_AT_ONCE),))

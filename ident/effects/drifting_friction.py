@@ -27,8 +27,9 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.scales import dry_friction, friction_power, viscous_friction
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Warming
+from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
+from ident.effects.warming import Warming
 from robots.arrays import FloatArray
 from robots.description import Robot
 

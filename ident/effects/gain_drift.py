@@ -21,7 +21,8 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.scales import rated_torque
-from ident.effects.simulated import DriveChange, SimulatedParts, warmed
+from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.warming import warmed
 from robots.arrays import FloatArray
 from robots.description import Robot
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.gear_load import GearLoad
+from ident.effects.family import Place, PresentModel, State
+from ident.effects.gear_load import GearLoad, at_once, late_form
 from ident.effects.placed import (
-    OFFSET_AT_LINK,
     POSITIVE,
     Family,
     Law,
@@ -23,7 +22,7 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.scales import rated_torque
-from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.simulated import SimulatedParts
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -42,24 +41,19 @@ def _make(
         return along(row, load.torque(state) ** 2 * sign(state.velocity @ row))
 
     def parts(values: FloatArray) -> SimulatedParts:
-        proportional = FrictionTorque(row, values[0] * row, sign, load_row=load.row, load_offset=load.offset)
-        return SimulatedParts(friction=(replace(proportional, load_side="square"),))
+        return SimulatedParts(friction=(load.friction(float(values[0]), "square"),))
 
     unit, scale = f"1/({torque_unit(robot, place)})", _SHARE / (_LOAD * rated_torque(robot, place))
     return Parameters(("mu_square",), (unit,), (POSITIVE,), (scale,)), law, parts
 
 
-def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (OFFSET_AT_LINK,)
-
-
-LOAD_QUADRATIC_FRICTION = Family(
+_AT_ONCE = Family(
     "load_quadratic_friction",
     "dry friction that grows with the square of the torque through the gear",
     "drive",
     each_drive,
     _make,
-    _shapes,
+    at_once,
     confused_with=("load_dependent_friction", "coulomb_friction"),
     settled_by=(
         "lift three known weights at one slow speed and lower them: half the difference bends upwards over"
@@ -72,5 +66,5 @@ LOAD_QUADRATIC_FRICTION = Family(
         ),
     },
     equation="mu_square·(torque through the gear)²·sign(q̇)",
-    row=75,
 )
+LOAD_QUADRATIC_FRICTION = replace(_AT_ONCE, row=75, further=(late_form(_AT_ONCE),))

@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.effects.foot import FootSpring
 from ident.effects.speed_term import FrictionSign
-from ident.filters import recursion
+from ident.effects.warming import Warming
 from robots.arrays import FloatArray
 
 _FEWEST, _MOST = 64, 65536
@@ -72,59 +72,6 @@ SpeedLaw = FrictionSign | Bristle | Callable[[FloatArray], FloatArray] | None
 """Course over a speed: a friction sign, a bristle, a function of an array of speeds, or the speed itself."""
 
 
-@dataclass(frozen=True)
-class Warming:
-    """Heat that friction leaves in its gear: a first-order store, which takes it in and gives it off.
-
-    Warmth w in W: T dw/dt = P − w with P = (dry + viscous·|speed|)·|speed|, so w is the power that would hold
-    the gear as warm as it is. It is zero where the recording's time is zero; a recording that begins later
-    follows motions like its own.
-
-    Attributes:
-        time_constant: T, s.
-        dry, viscous: of the friction that heats, N·m and N·m·s/rad (or N and N·s/m).
-    """
-
-    time_constant: float
-    dry: float
-    viscous: float
-
-    def warmth(self, speed: FloatArray, time: FloatArray | None) -> FloatArray:
-        """(samples,) W of speeds (samples,) at evenly spaced times; zero where no time is known."""
-        return warmed(self._heat(speed), time, self.time_constant)
-
-    def at_start(self, speed: FloatArray, elapsed: float) -> float:
-        """W after so many seconds of motions like one with these speeds (samples,)."""
-        return _warm_before(self._heat(speed), elapsed, self.time_constant)
-
-    def kept(self, seconds: float) -> float:
-        """Share of a warmth that is left after some time."""
-        return float(np.exp(-seconds / self.time_constant))
-
-    def _heat(self, speed: FloatArray) -> FloatArray:
-        size = np.abs(speed)
-        return np.asarray((self.dry + self.viscous * size) * size)
-
-
-def warmed(heat: FloatArray, time: FloatArray | None, time_constant: float) -> FloatArray:
-    """What a first-order store holds of heat (samples,) that comes in at evenly spaced times: (samples,).
-
-    Nothing at time zero, and nothing where no time is known. The unit is that of the heat.
-    """
-    if time is None:
-        return np.zeros_like(heat)
-    start = _warm_before(heat, float(time[0]), time_constant)
-    if time.shape[0] < 2:
-        return np.full_like(heat, start)
-    kept = float(np.exp(-(time[1] - time[0]) / time_constant))
-    driven = np.concatenate([[start], (1.0 - kept) * heat[:-1]])
-    return recursion(np.array([1.0, -kept]), driven)
-
-
-def _warm_before(heat: FloatArray, elapsed: float, time_constant: float) -> float:
-    return float(np.mean(heat) * -np.expm1(-max(elapsed, 0.0) / time_constant))
-
-
 @dataclass(frozen=True, eq=False)
 class PositionTorque:
     """Torque against the motion, on the model's side of eq. 2: torque_row · curve(position_row · q).
@@ -161,6 +108,9 @@ class FrictionTorque:
         load_side: where it follows the load: while the speed drives it (load · speed ≥ 0), while it is driven
             by the load, or both; or both, and by the square of the load; or with the load's sign, by the load
             or its square.
+        load_memory: time constant with which it follows the load, s.
+        load_share: r where the load that it follows holds a share of friction: |load| / (1 − r) while the
+            speed drives it, |load| / (1 + r) while it is driven.
         other_row, other_factor: a factor over another speed (that before the step), if any; both or none.
         warming: if its size follows the warmth of the gear, W, which its speed heats.
     """
@@ -175,6 +125,8 @@ class FrictionTorque:
     course: Table | None = None
     load_row: FloatArray | None = None
     load_offset: float = 0.0
+    load_memory: float = 0.0
+    load_share: float = 0.0
     load_side: Literal["both", "driving", "driven", "square", "signed", "signed square"] = "both"
     warming: Warming | None = None
     other_row: FloatArray | None = None

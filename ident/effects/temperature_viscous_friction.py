@@ -26,7 +26,8 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.scales import friction_power, viscous_friction
-from ident.effects.simulated import FrictionTorque, SimulatedParts, Warming
+from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.warming import Warming
 from robots.arrays import FloatArray
 from robots.description import Robot
 

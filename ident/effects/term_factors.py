@@ -72,7 +72,7 @@ class Factor:
             assert state.time is not None
             return state.time
         if self.quantity == "load":
-            return present.link_torque(state)[:, self.joint]
+            return (present.link_torque(state) + present.offset_torque())[:, self.joint]
         motion = {"position": state.position, "speed": state.velocity, "acceleration": state.acceleration}
         return motion[self.quantity][:, self.joint]
 
@@ -99,7 +99,7 @@ def position(robot: Robot, k: int) -> Factor:
 
 
 def load(robot: Robot, k: int) -> Factor:
-    """Torque of the links on joint k."""
+    """Torque of the links on joint k, with the model's offset there."""
     return Factor(_name("load", k), (1, 0, 0), _LOAD * robot.joint[k].torque, "load", k)
 
 

@@ -88,15 +88,15 @@ def _make(
             return along(row, term.value(state, present))
 
         def parts(values: FloatArray) -> SimulatedParts:
-            return simulated_term(robot, term, float(values[0]))
+            return simulated_term(robot, term, float(values[0]), present.offset_torque())
 
         return Parameters((f"{term.formula}@",), (term.unit,), (ANY,), (term.scale,)), law, parts
 
     return make
 
 
-def simulated_term(robot: Robot, term: Term, value: float) -> SimulatedParts:
-    """What a term is in the closed loop with a value of its factor."""
+def simulated_term(robot: Robot, term: Term, value: float, offset: FloatArray) -> SimulatedParts:
+    """What a term is in the closed loop with a value of its factor, in a model with an offset (n,)."""
     row = np.eye(robot.n)[term.joint]
     own = _of(term.factors, "speed", term.joint)
     others = [one for one in term.factors if one.quantity == "speed" and one.joint != term.joint]
@@ -119,6 +119,7 @@ def simulated_term(robot: Robot, term: Term, value: float) -> SimulatedParts:
         curve=curve,
         course=course,
         load_row=np.eye(robot.n)[loads[0].joint] if loads else None,
+        load_offset=float(offset[loads[0].joint]) if loads else 0.0,
         load_side=_LOAD[tuple(one.function is np.abs for one in loads)] if loads else "both",
         other_row=np.eye(robot.n)[others[0].joint] if others else None,
         other_factor=_other(robot, others),

@@ -42,6 +42,7 @@ from ident.identification.summary import (
 )
 from ident.identification.taken_up import TakenUp, without_taken_up
 from ident.identification.tried_cutoff import ProposedCutoff, proposed_for
+from ident.identification.worst_joint import worst_joint_of
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.checks import check_recordings
@@ -170,7 +171,8 @@ def identify(
         progress("physically consistent fit", 0.95)
         consistent = _nearest_arm(prepared, fits, result)
         result = with_consistent(result, base, stacked, consistent)
-    result = replace(result, held_out=held_out(base, result.estimates, options.validation))
+    worst = worst_joint_of(result.recommended, rows, recordings)
+    result = replace(result, worst=worst, held_out=held_out(base, result.estimates, options.validation))
     progress("done", 1.0)
     return Fitted(
         base,

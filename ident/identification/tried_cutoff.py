@@ -44,11 +44,11 @@ def tried_cutoff(base: BaseParameters, recordings: tuple[Recording, ...], propos
         IdentificationError: the given cut-off cannot be used with these recordings.
     """
     given = base.model.robot.identification.cutoff_hz
-    before = _left(base, recordings, given)
+    before = left_of_halves(base, recordings, given)
     best = TriedCutoff(given, before, before)
     for hz in (float(f"{np.sqrt(given * proposed_hz):.2g}"), proposed_hz):
         try:
-            left = _left(base, recordings, hz)
+            left = left_of_halves(base, recordings, hz)
         except IdentificationError:  # beyond half the sampling rate, or too short for the filter
             continue
         if left < best.left:
@@ -56,7 +56,7 @@ def tried_cutoff(base: BaseParameters, recordings: tuple[Recording, ...], propos
     return best
 
 
-def _left(base: BaseParameters, recordings: tuple[Recording, ...], cutoff_hz: float) -> float:
+def left_of_halves(base: BaseParameters, recordings: tuple[Recording, ...], cutoff_hz: float) -> float:
     """Share of the torque that the parameters of one half of the rows leave of the other, both ways."""
     robot = base.model.robot
     settings = robot.identification.model_copy(update={"cutoff_hz": cutoff_hz})

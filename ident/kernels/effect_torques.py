@@ -203,8 +203,12 @@ def position_torques(
 
 
 @compiled
-def of_load(load: float, speed: float, side: float) -> float:
-    """The size of a load where a term with this speed follows it: see ``LOAD_SIDES``."""
+def of_load(load: float, speed: float, side: float, share: float) -> float:
+    """The size of a load where a term with this speed follows it: see ``LOAD_SIDES``.
+
+    With a share r of friction in the load that is |load| / (1 − r) while the speed drives the load, and
+    |load| / (1 + r) while it is driven by it.
+    """
     if side == LOAD_SQUARE:
         return load * load
     if side == LOAD_SIGNED:
@@ -213,7 +217,7 @@ def of_load(load: float, speed: float, side: float) -> float:
         return load * abs(load)
     if side != LOAD_BOTH and (load * speed >= 0.0) != (side == LOAD_DRIVING):
         return 0.0
-    return abs(load)
+    return abs(load) / (1.0 - share if load * speed >= 0.0 else 1.0 + share)
 
 
 @compiled
@@ -238,7 +242,7 @@ def change_strengths(
 ) -> None:
     """The strength of friction that depends on position, time, speed (that before the step) or load."""
     changing, values, tables = extras.changing, extras.values, extras.tables
-    loads, strength = memory.load, memory.strength
+    loads, followed, strength = memory.load, memory.followed, memory.strength
     n = len(axes)
     for k in range(changing.shape[0]):
         factor = changing[k, 1]
@@ -262,7 +266,10 @@ def change_strengths(
             load = changing[k, 7]
             for i in range(n):
                 load += changing[k, CHANGING_HEAD + i] * loads[i]
-            factor *= of_load(load, speed, changing[k, 5])
+            if not math.isnan(followed[k]):
+                load = followed[k] + changing[k, 8] * (load - followed[k])
+            followed[k] = load
+            factor *= of_load(load, speed, changing[k, 5], changing[k, 9])
         strength[int(changing[k, 0])] = factor
 
 

@@ -74,6 +74,7 @@ def start_extras(
         jacobian=np.zeros((n, n)),
         product=np.zeros((n, n)),
         load=np.zeros(n),
+        followed=np.full(extras.changing.shape[0], np.nan),
         warmth=extras.warming[:, 4].copy(),
     )
 

@@ -22,7 +22,7 @@ TERM_HEAD = 4
 LAW_CELLS = 2048
 """Cells of a tabulated law on either side of zero speed."""
 
-CHANGING_HEAD = 8
+CHANGING_HEAD = 10
 """Columns of ``Extras.changing`` before its rows."""
 
 LOAD_BOTH, LOAD_DRIVING, LOAD_DRIVEN, LOAD_SQUARE, LOAD_SIGNED, LOAD_SIGNED_SQUARE = 1, 2, 3, 4, 5, 6
@@ -162,9 +162,10 @@ class Extras(NamedTuple):
     curves: FloatArray
     """(C, 2 + 2m) torque over a position: table, table over time, position row, torque row."""
     changing: FloatArray
-    """(G, 7 + n + 2m) terms whose strength changes: term, its constant strength, tables over a position, over
-    time and over the term's speed, one of ``LOAD_SIDES`` where the strength follows the load, table over
-    another speed; load row (of link torques), position row and row of that speed."""
+    """(G, 10 + n + 2m) terms whose strength changes: term, its constant strength, tables over a position,
+    over time and over the term's speed, one of ``LOAD_SIDES`` where the strength follows the load, table over
+    another speed, constant load, share of a change of load that is followed in a step, share of friction in
+    the load; load row (of link torques), position row and row of that speed."""
     warming: FloatArray
     """(W, 5) those that follow the warmth of a gear: term, share of the warmth that a step leaves, dry
     and viscous friction that heat, warmth at the start, W."""
@@ -216,5 +217,7 @@ class Memory(NamedTuple):
     """(n, n)."""
     load: FloatArray
     """(n,) link torque."""
+    followed: FloatArray
+    """(G,) load that each changing term follows; no number before the first step."""
     warmth: FloatArray
     """(W,) of the gears, W."""

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from daq.recording import recorder
-from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY, Facts
+from daq.recording.capture import DESCRIPTION, RUN, TRAJECTORY, CaptureError, Facts
 from daq.recording.frames import Frames
+from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from drivers import Samples
 from robots import Robot
@@ -114,3 +115,11 @@ class FailingFile:
 
     def fileno(self) -> int:
         return self._file.fileno()
+
+
+def samples_in(path: Path) -> int:
+    """How many samples a capture holds by now, while it is being written; 0 where there is none yet."""
+    try:
+        return len(read_capture(path, allow_empty=True).samples)
+    except (CaptureError, OSError):  # its records are not all there yet
+        return 0

@@ -22,13 +22,14 @@ from daq.cli import entry as cli
 from daq.cli.demonstration import DemoRequest, DemoResult, run_demo
 from daq.files.model_file import read_model
 from daq.keeping.again import rerun
-from daq.recording.capture import Capture, CaptureError
+from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from daq.text.progress import Silent
 from drivers import BusOccupied, Channel, open_bus
 from drivers.cia402.states import State, has_torque, state_of
 from drivers.simulated import SimulatedArm
 from robots import Robot
+from tests.daq.captures import samples_in
 
 SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "600"]
 VERDICTS = {"exogenous", "endogenous", "instruments_invalid", "not_testable"}
@@ -171,14 +172,6 @@ def wait_for_motion(process: subprocess.Popen[str], path: Path) -> None:
         time.sleep(0.05)
 
 
-def samples_in(path: Path) -> int:
-    """How many samples a capture holds by now, while it is being written."""
-    try:
-        return len(read_capture(path, allow_empty=True).samples)
-    except CaptureError:  # its records are not all there yet
-        return 0
-
-
 @pytest.mark.slow
 def test_ctrl_c_while_the_arm_moves(
     tx40: Robot, channel: Channel, tmp_path: Path, no_leftovers: None
@@ -258,12 +251,19 @@ def test_the_same_seed_gives_the_same_samples_and_the_same_truth(
 
 @pytest.mark.slow
 def test_a_second_demo_takes_the_next_free_group(emps: Robot, channel: Channel, tmp_path: Path) -> None:
-    """The first one's drives hold the group; with a channel that was named it is refused instead."""
-    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True)
+    """The first one's drives hold the group; with a channel that was named it is refused instead.
+
+    And the arm hides what it was told to.
+    """
+    hidden = tmp_path / "hidden.toml"
+    hidden.write_text("format = 1\n[[viscous_friction]]\ndrive = 1\nchange = 0.5\n", encoding="utf-8")
+    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True, scenario=hidden)
     with SimulatedArm("emps", channel, 1):
         with pytest.raises(BusOccupied, match="is occupied"):
             run_demo(replace(request, any_group=False), Silent())
         with Catalogue() as catalogue:
             result = run_demo(replace(request, catalogue=catalogue), Silent())
     assert result.capture.run["channel"] == str(channel.beside(1))
+    estimate = {p.name: p.value for p in result.fitted.result.estimates[0].parameters}
+    assert estimate["Fv1"] == pytest.approx(1.5 * result.truth["Fv1"], rel=0.1)
     assert result.run is not None

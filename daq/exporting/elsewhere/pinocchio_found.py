@@ -23,7 +23,13 @@ LAWS = {
     "nonlinear_viscous_friction": (
         '    return p["Fn"] * sign(v) * abs(v / p["speed_limit"]) ** p["power"] + p["Fn_linear"] * v'
     ),
-    "load_dependent_friction": '    return p["mu"] * abs(load) * sign(v)',
+    "load_dependent_friction": (
+        '    if "mu" in p:\n'
+        '        return p["mu"] * abs(load) * sign(v)\n'
+        '    share = p["motor_share"]\n'
+        "    whole = abs(load) / (1.0 - share * sign(v) * np.sign(load))\n"
+        '    return p["load_friction"] * share * whole * sign(v)'
+    ),
     "load_quadratic_friction": '    return p["mu_square"] * load**2 * sign(v)',
     "directional_efficiency": (
         '    return p["mu_mean"] * abs(load) * sign(v) + p["dmu"] * load * sign(v) ** 2'
@@ -55,8 +61,13 @@ _OF_ALL = "drive_gain_error"
 
 
 def not_in_pinocchio(arm: IdentifiedArm) -> tuple[str, ...]:
-    """A sentence for each found effect that the module does not hold."""
-    return arm.lost(BODIES | {TILT, _OF_ALL} | LAWS.keys())
+    """A sentence for each found effect, or part of one, that the module does not hold."""
+    late = [one for one in arm.found if one.name in LAWS and "load_memory" in one.shape]
+    return arm.lost(BODIES | {TILT, _OF_ALL} | LAWS.keys()) + tuple(
+        f"{one.sentence[:-1]} is there without its memory: it follows its load"
+        f" {1e3 * one.shape['load_memory']:.3g} ms late."
+        for one in late
+    )
 
 
 def source_of_laws(arm: IdentifiedArm) -> str:

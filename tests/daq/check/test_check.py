@@ -24,6 +24,7 @@ from daq.check.request import Verdict
 from daq.recording.capture import Capture
 from daq.recording.reader import read_capture
 from drivers import Channel
+from tests.daq.captures import samples_in
 from tests.daq.service.filled import fill
 
 SHORT = ["--duration", "4", "--evaluations", "300"]
@@ -145,6 +146,52 @@ def test_killed_at_any_stage(
         if stage == "Stream and record":
             assert "abandoned" in states
         assert not checks.of_arm(catalogue, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "stage", "said", "state"),
+    [
+        (signal.SIGTERM, "Stream and record", "stopped (SIGTERM): the arm is at rest", "stopped"),
+        (signal.SIGINT, "Identify and test", "interrupted", "completed"),
+    ],
+)
+def test_asked_to_end(
+    number: int,
+    stage: str,
+    said: str,
+    state: str,
+    channel: Channel,
+    tmp_path: Path,
+    no_leftovers: None,
+    own_catalogue: Path,
+) -> None:
+    """As a service manager or somebody at the terminal does: one line, 130, no verdict, the arm is free."""
+    out = tmp_path / "ended"
+    with (tmp_path / "steps").open("w") as told:
+        process = subprocess.Popen(
+            command(channel, "--out", str(out)), stdin=subprocess.DEVNULL, stdout=told, stderr=told
+        )
+    deadline = time.monotonic() + 150
+    while time.monotonic() < deadline and not _has_come_to(stage, tmp_path / "steps", out):
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(number)
+    assert process.wait(60) == 130
+    last = [line for line in _steps(tmp_path / "steps").splitlines() if line.strip()]
+    assert said in " ".join(last) and "Traceback" not in " ".join(last)
+    with Catalogue() as catalogue:
+        (arm,) = arms.every(catalogue)
+        assert leases.holder_of(catalogue, arm.id) is None, "given back, not only found to be dead"
+        run = runs.every(catalogue)[0]
+        assert (run.state, run.outcome) == ("finished", state)
+        assert not checks.of_arm(catalogue, arm.id)
+
+
+def _has_come_to(stage: str, steps: Path, out: Path) -> bool:
+    if stage not in _steps(steps):
+        return False
+    return stage != "Stream and record" or samples_in(out / "capture.mcap") > 0
 
 
 def _steps(path: Path) -> str:

@@ -7,15 +7,19 @@ the same models, comparisons and verdicts bit for bit. ``benchmarks/fleet.py`` s
 from __future__ import annotations
 
 import os
+import pickle
 import re
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from daq.catalogue import arms, baselines, runs
 from daq.catalogue.database import Catalogue
@@ -27,12 +31,17 @@ from daq.check.errors import CheckError
 from daq.check.fleet import Fleet, FleetArm
 from daq.check.fleet_run import FleetChecked, check_fleet
 from daq.check.judged import comparison_json
-from daq.check.request import CheckResult, Verdict
+from daq.check.recorded import Recorded
+from daq.check.request import CheckRequest, CheckResult, Verdict
+from daq.check.terminal import print_fleet
 from daq.cli import entry
+from daq.cli.check import tell_of
+from daq.notify import notify as notify_module
 from drivers import Channel
 from ident import Fitted, IdentificationError
 from ident.drift import DriftSettings
 from robots import Robot
+from robots.errors import RobotFileError
 from tests.daq.check.offline_arms import record_offline, write_motion
 
 ARMS = 8
@@ -221,6 +230,83 @@ def test_what_is_wrong_with_one_arm_does_not_stop_the_others(
         assert isinstance(second.outcomes[0], CatalogueError) and isinstance(second.outcomes[1], CheckResult)
         assert "the file is damaged" in str(second.outcomes[0])
         assert second.outcomes[1].verdict is Verdict.OK
+
+
+def test_a_mistake_of_our_own_ends_no_other_arms_night(
+    emps: Robot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whatever is raised for one arm, and wherever: its line says so, with a code; the log has a trace."""
+    whole_analysis, whole_judging, kelvins = analysis.analyse, check_module.judge_check, [1.0]
+
+    def recorded(request: CheckRequest, *others: Any) -> Recorded:
+        if "01-" in str(request.folder):
+            raise IndexError(kelvins[7])
+        return record_offline(request, *others)
+
+    def analysed(order: AnalysisOrder) -> Fitted:
+        if "02-" in str(order.capture):
+            raise ZeroDivisionError("float division\nby zero")
+        return whole_analysis(order)
+
+    def judged(request: CheckRequest, *others: Any) -> CheckResult:
+        if "03-" in str(request.folder):
+            raise AttributeError("'NoneType' object has no attribute 'state'")
+        return whole_judging(request, *others)
+
+    monkeypatch.setattr(check_module, "record_check", recorded)
+    monkeypatch.setattr(analysis, "analyse", analysed)
+    monkeypatch.setattr(check_module, "judge_check", judged)
+    fleet = Fleet(format=1, arm=fleet_of(write_motion(emps, tmp_path, 2.5)).arm[:4])
+    with Catalogue() as catalogue:
+        done = check_fleet(
+            fleet,
+            catalogue,
+            tmp_path / "night",
+            DriftSettings(),
+            None,
+            at_once=1,
+            jobs=1,
+            backend="sequential",
+        )
+    assert done.exit_code == 2
+    assert [isinstance(one, CheckResult) for one in done.outcomes] == [False, False, False, True]
+    words = [str(one) for one in done.outcomes[:3]]
+    for said, kind in zip(words, ("IndexError", "ZeroDivisionError", "AttributeError"), strict=True):
+        assert said.startswith(f"{kind}: ") and "a mistake of armhil's own" in said and "\n" not in said
+    traces = [entry.exc_info for entry in caplog.records if "a mistake of armhil's own" in entry.message]
+    assert len(traces) == 3 and all(traces)
+
+    (fine,) = done.results
+    shown = StringIO()
+    print_fleet(Console(file=shown, width=400), done)
+    lines = shown.getvalue().splitlines()
+    assert [line.split(" - ")[0] for line in lines[:4]] == ["ARMHIL FAILED"] * 3 + ["ARMHIL UNKNOWN"]
+    assert lines[4:] == [f"Report: {fine.report}"] and fine.report.is_file()
+    shown.truncate(0)
+    print_fleet(Console(file=shown, width=400), FleetChecked(("x",), (replace(fine, verdict=Verdict.OK),)))
+    assert "Report" not in shown.getvalue()  # a fleet of two hundred that is fine is two hundred lines
+
+    def none(result: CheckResult, *others: Any) -> None:
+        raise BlockingIOError("no process can be started")
+
+    monkeypatch.setattr(notify_module, "notify_of", none)
+    with Catalogue() as catalogue:
+        tell_of([fine, replace(fine, arm="other")], catalogue, None)
+    said = capsys.readouterr().err.splitlines()
+    assert [line for line in said if "WARNING" in line] == [
+        f"armhil: WARNING: {arm}: nobody was told: no process can be started" for arm in (fine.arm, "other")
+    ]
+
+
+def test_an_error_comes_out_of_another_process_as_it_was() -> None:
+    """One whose ``__init__`` asks for more than its text would end the process that takes it over."""
+    error = RobotFileError("robot.toml", "is none", line=3, key="name", allowed="a name")
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is RobotFileError and str(again) == str(error) and vars(again) == vars(error)
 
 
 @pytest.mark.parametrize(

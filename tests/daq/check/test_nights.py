@@ -17,6 +17,7 @@ from daq.catalogue import arms, baselines, checks, models
 from daq.catalogue.database import Catalogue
 from daq.catalogue.schema import checks as table
 from daq.check import check as check_module
+from daq.check import nights as nights_module
 from daq.check.check import run_check
 from daq.check.recheck import recheck
 from daq.check.request import CheckRequest, CheckResult, Verdict
@@ -99,7 +100,8 @@ def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(
         hidden.write_text("format = 1\n" + (WORN.format(share=worn) if worn else ""))
         order = ArmOrder(emps, "emps", Channel("virtual", "offline"), True, 3, scenario=hidden)
         settings = DriftSettings(tolerance=0.01)
-        request = CheckRequest(order, folder, catalogue, motion, settings=settings)
+        celsius = 21.0 if night == 2 else None
+        request = CheckRequest(order, folder, catalogue, motion, celsius=celsius, settings=settings)
         return run_check(request, Silent())
 
     with Catalogue() as catalogue:
@@ -109,11 +111,12 @@ def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(
         found = check(catalogue, 2, worn=0.3)
         assert found.verdict is Verdict.WARNING, found.sentence
         assert found.sentence.startswith("Coulomb friction of joint 1 +")
-        assert "K colder at least; no thermometer" in found.sentence
+        assert f"K colder at least; the temperature of run {first.run} (" in found.sentence
         assert found.comparison is not None and found.comparison.large and found.comparison.doubtful
         page = found.report.read_text()
         assert page.index("Check: warning") < page.index("The identification that it rests on")
         assert "Coulomb friction of joint 1" in page and f"run {first.run}" in page
+        assert page.count(f"of run {first.run} (") >= 2 and "no thermometer" not in page
         code, listed, _ = armhil("runs", "--json")
         verdicts = {run["run"]: run["verdict"] for run in json.loads(listed)["runs"]}
         assert code == 0 and verdicts[found.run] == "warning" and verdicts[first.run] == "unknown"
@@ -127,6 +130,11 @@ def test_friction_that_nobody_measured_the_warmth_of_is_doubtful_and_no_lesson(
             change = update(table).where(table.c.id == kept.id)
             connection.execute(change.values(details={**kept.details, "settings": old}))
         assert recheck(catalogue, found.run, Silent()).differs == ()
+        with monkeypatch.context() as patched:  # drives that report count for a baseline that was no check
+            patched.setattr(nights_module, "reported_celsius", lambda *_: (20.0,) * emps.n)
+            again = recheck(catalogue, found.run, Silent()).comparison
+        assert again is not None and again.unmeasured is not None
+        assert f"run {first.run} " not in again.unmeasured
         failed = check(catalogue, 4, worn=1.0)
         assert failed.verdict is Verdict.FAILED  # no hall makes that
         _leads_to_its_verdict(failed, catalogue, tmp_path)

@@ -155,6 +155,7 @@ def test_what_is_not_confirmed_is_never_called_named(
     for text in (printed.err, (out / "diagnosis.html").read_text(encoding="utf-8")):
         words = " ".join(text.split())
         assert "Do not use the model" in words and "not confirmed" in words.lower()
+    assert " ".join(printed.err.split()).count("-310 ± 20 %") == 1
     model = read_model(out / "emps.model.toml")
     assert "not_confirmed" in model.estimate.recommendation
 

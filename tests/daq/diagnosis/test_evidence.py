@@ -18,7 +18,7 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     armhil: Call, shared_data: Path
 ) -> None:
     """One axis, nothing repeats, no prior: what the published identification adds, too."""
-    code, out, text = armhil("diagnose", *emps(shared_data), "--json")
+    code, out, text = armhil("diagnose", *emps(shared_data), "--parameters", "--json")
     assert code == 1
     content = json.loads(out)
     assert content["verdict"] == content["evidence"]["verdict"] == "named"
@@ -32,7 +32,9 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     assert sum(one["probability"] for one in content["evidence"]["ranking"]) <= 1.0 + 1e-9
     words = " ".join(text.split())
     assert "probability 1.00" in words and "would be named from" in words
-    assert "motion does not repeat" in words and "nearest candidate" in words
+    assert "Nothing repeats in these recordings" in words and "nearest candidate" in words
+    for once in ("(probability 1.00", "epeat", "of the gap)", "would be named from"):
+        assert words.count(once) == 1, once
 
 
 def test_the_rules_answer_where_they_are_asked(armhil: Call, shared_data: Path) -> None:

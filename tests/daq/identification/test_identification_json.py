@@ -199,6 +199,15 @@ SCHEMA = closed(
         "trusted": {"type": "boolean"},
         "impossible": TEXTS,
         "warnings": TEXTS,
+        "worst_joint": closed(
+            {
+                "joint": {"type": "integer", "minimum": 1},
+                "relative_error_percent": NUMBER,
+                "goes_with": {"enum": ["position", "speed", "acceleration", "torque", "time", None]},
+                "of_joint": {"type": "integer", "minimum": 1},
+                "share": NUMBER,
+            }
+        ),
     }
 )
 

@@ -11,13 +11,22 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
-from scipy.signal import butter, filtfilt
+from scipy.signal import butter, decimate, filtfilt
 
 Array = NDArray[np.float64]
+_FACTOR = 12
+"""By which SciPy's filter decimates at most; what is above is sliced, the torque is smooth there."""
 
 
 def percent_left(
-    urdf: Path, position: Array, torque: Array, period: float, cutoff: float, step: int, coupled: bool = False
+    urdf: Path,
+    position: Array,
+    torque: Array,
+    period: float,
+    cutoff: float,
+    step: int,
+    coupled: bool = False,
+    filtered: bool = False,
 ) -> Array:
     """(n,) 100·‖τ − Xβ̂‖/‖τ‖ per joint.
 
@@ -28,6 +37,7 @@ def percent_left(
         cutoff: Hz, of positions and torques.
         step: one row in so many samples.
         coupled: motor 6 turns with joints 5 and 6, and has friction and inertia of its own.
+        filtered: rows are decimated by SciPy's filter of both sides, which takes noise off torques.
     """
     model = pinocchio.buildModelFromUrdf(str(urdf))
     data, n = model.createData(), model.nv
@@ -35,7 +45,8 @@ def percent_left(
     q, tau = (filtfilt(top, bottom, values, axis=0) for values in (position, torque))
     v = np.gradient(q, period, axis=0)
     a = np.gradient(v, period, axis=0)
-    rows = range(50, len(q) - 50, step)
+    fine = max(1, step // _FACTOR) if filtered else step
+    rows = range(50, len(q) - 50, fine)
     blocks = []
     for k in rows:
         links = np.reshape(pinocchio.computeJointTorqueRegressor(model, data, q[k], v[k], a[k]), (n, -1))
@@ -47,6 +58,8 @@ def percent_left(
             drives.append(motor)
         blocks.append(np.hstack([links, *drives]))
     x, y = np.stack(blocks), tau[list(rows)]
+    if filtered:
+        x, y = (decimate(part, step // fine, ftype="fir", axis=0)[2:-2] for part in (x, y))
     weight = np.ones(n)
     for _ in range(2):
         flat = (x / weight[:, np.newaxis]).reshape(-1, x.shape[2])

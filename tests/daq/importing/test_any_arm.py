@@ -113,3 +113,18 @@ def test_degrees_and_millimetres_beside_each_other(tmp_path: Path) -> None:
 )
 def test_a_rounded_right_angle_is_one(text: str, quarters: int | None) -> None:
     assert exact_angle(text) == (float(text) if quarters is None else quarters * np.pi / 2)
+
+
+def test_a_cut_off_that_takes_torque_is_raised(tmp_path: Path) -> None:
+    """Four axes that move at 1 Hz: their bodies make torque that is faster, which 5 Hz would not foretell."""
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(scara())
+    t, q, _, torque = motion_of(urdf, [0.7, 0.7, 0.08, 1.5], 20.0)
+    found = guessed(tmp_path, urdf, {"t": t, **numbered("q", q), **numbered("tau", torque)})
+    settings = found.robot.identification
+    assert settings.cutoff_hz == 20.0
+    assert settings.decimation == 12
+    assert any(words.startswith("cut-off: 20 Hz") for words in found.words)
+    recordings = load_recording(tmp_path / "log.csv", found.robot).recordings
+    result = identify(found.robot, recordings).result
+    assert result.least_squares.relative_error_percent < 0.3

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from daq.files.toml_text import toml_text
 from daq.importing.guess_log import guess_log
 from daq.importing.guess_torque import LogHints
-from daq.importing.load import load_log
+from daq.importing.load import load_log, load_recording
 from robots.arrays import FloatArray
+from tests.daq.calls import Call
 from tests.daq.importing.test_guess_log import URDF, motion, numbered, written
 
 __all__ = ["motion"]
@@ -57,3 +59,40 @@ def test_what_is_not_what_it_is_called_is_not_used(
     other = numbered(name, q[::-1]) if name == "link_q_" else {name: np.floor(10 * t)}
     guessed = guess_log(_log(tmp_path, motion, **other), URDF, tmp_path, LogHints())
     assert not {"second_encoder", "complete"} & set(guessed.columns)
+
+
+def test_an_import_keeps_what_stands_beside(
+    armhil: Call, tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    """Second encoders, temperatures, forces and added signals come back sample by sample, in pieces."""
+    t, q, _, torque = motion
+    flags = np.ones(len(t))
+    flags[1000:1003] = 0.0
+    wrench = np.outer(np.sin(t), [3.0, 2.0, 1.0, 0.3, 0.2, 0.1])
+    log = _log(
+        tmp_path,
+        motion,
+        **numbered("link_q_", q - torque / STIFFNESS),
+        **numbered("motor_temp_", 40.0 + q),
+        **numbered("wrench", wrench),
+        **numbered("ff", np.cos(q)),
+        valid=flags,
+    )
+    guessed = guess_log(log, URDF, tmp_path, LogHints())
+    columns = tmp_path / "more.toml"
+    columns.write_text(
+        (tmp_path / "import.toml").read_text("utf-8")
+        + toml_text({"force": {"columns": [f"wrench{k}" for k in range(6)]}})
+        + toml_text({"added": {"columns": [f"ff{k}" for k in range(6)]}}),
+        "utf-8",
+    )
+    robot = tmp_path / "robot.toml"
+    code, out, _ = armhil("import", log, "--robot", robot, "--columns", columns, "--out", tmp_path / "c.mcap")
+    assert code == 1 and "no place" not in out
+    direct = load_log(log, guessed.robot, columns)
+    kept = load_recording(tmp_path / "c.mcap", guessed.robot)
+    assert len(kept.recordings) == len(direct.recordings) == 2
+    for ours, theirs in zip(kept.recordings, direct.recordings, strict=True):
+        for channel in ("second", "temperature", "outside", "added"):
+            np.testing.assert_array_equal(getattr(ours, channel), getattr(theirs, channel))
+    assert [w for w in kept.warnings if "elastic gears directly" in w]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
 from pathlib import Path
 
 import numpy as np
 import pinocchio
 import pytest
-import scipy.io
 
 import robots
 from daq.importing.guess_log import GuessedLog, guess_log
@@ -17,7 +16,8 @@ from daq.importing.load import load_recording
 from daq.recording.errors import CaptureError
 from ident import Options, identify
 from robots.arrays import FloatArray
-from tests.daq.importing.independent_fit import percent_left
+from tests.daq.calls import Call
+from tests.daq.importing.published_logs import EMPS_URDF, PUBLISHED, PublishedLog
 
 URDF = Path(__file__).parents[3] / "robots" / "tx40" / "tx40.urdf"
 PERIOD, ROWS = 0.004, 2500
@@ -280,62 +280,17 @@ def test_what_is_not_there_is_asked_for(
         guessed(tmp_path, kept)
 
 
-def known_kr300(data: Path) -> FloatArray:
-    rec = scipy.io.loadmat(data / "A/data.mat", struct_as_record=False, squeeze_me=True)["rec"]
-    q = np.deg2rad(rec.act_pos_mot_deg.T) + np.array([0, -np.pi / 2, np.pi / 2, 0, 0, 0])
-    ratio = np.array([1798 / 7, 1872 / 7, 757 / 3, 221, 5032 / 21, 206793 / 1340])
-    return percent_left(data / "kr300.urdf", q, rec.act_torque_abs_nm.T * ratio, 0.004, 12.0, 10)
-
-
-def known_emps(data: Path) -> FloatArray:
-    log = scipy.io.loadmat(data / "DATA_EMPS.mat", squeeze_me=True)
-    urdf = URDF.parents[1] / "emps" / "emps.urdf"
-    force = log["vir"][:, np.newaxis] * log["gtau"]
-    return percent_left(urdf, log["qm"][:, np.newaxis], force, 0.001, 110.0, 4)
-
-
-def known_tx40(data: Path) -> FloatArray:
-    ratio = np.array([32, 32, 45, -48, 45, 32.0])
-    q, torque = (
-        np.loadtxt(data / name, delimiter=",", skiprows=1) for name in ("pos_read_data.csv", "curr_data.csv")
-    )
-    wrist = np.eye(6)
-    wrist[5, 4] = 1.0
-    q = np.linalg.solve(wrist, (q / ratio).T).T + np.array([0, -np.pi / 2, np.pi / 2, 0, 0, 0])
-    return percent_left(data / "tx40_mdh_modified.urdf", q, torque * ratio @ wrist, 0.0002, 52.0, 50, True)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("folder", "log", "urdf", "hints", "known"),
-    [
-        ("kr300", "A/data.mat", "kr300.urdf", LogHints(), known_kr300),
-        ("emps", "DATA_EMPS.mat", "", LogHints(), known_emps),
-        (
-            "tx40",
-            "",
-            "tx40_mdh_modified.urdf",
-            LogHints(sample_rate=5000.0, ratio=(32, 32, 45, -48, 45, 32)),
-            known_tx40,
-        ),
-    ],
-)
+@pytest.mark.parametrize("log", PUBLISHED, ids=lambda log: log.name)
 def test_published_logs_come_out_as_well_as_by_hand(
-    tmp_path: Path,
-    shared_data: Path,
-    folder: str,
-    log: str,
-    urdf: str,
-    hints: LogHints,
-    known: Callable[[Path], FloatArray],
+    armhil: Call, shared_data: Path, log: PublishedLog
 ) -> None:
-    data = shared_data / folder
-    own = URDF.parents[1] / "emps" / "emps.urdf"
-    found = guess_log(data / log, data / urdf if urdf else own, tmp_path, hints)
-    recordings = load_recording(data / log, found.robot).recordings
-    result = identify(found.robot, recordings, options=Options(method="ls")).result
-    left = result.least_squares.relative_error_percent_per_joint
-    assert (left <= 1.05 * known(data)).all(), (left, known(data))
+    """One command each, nothing written by hand; beside rows of plain slicing as their owners take them."""
+    urdf = EMPS_URDF if log.urdf is None else shared_data / log.urdf
+    words = [shared_data / log.log, "--urdf", urdf, *log.options]
+    _, out, _ = armhil("identify", *words, "--method", "ls", "--no-catalogue", "--json")
+    errors = json.loads(out)["estimates"]["ls"]["relative_error_percent"]["per_joint"]
+    assert (np.array(errors) <= 1.05 * log.known(shared_data, False)).all()
 
 
 def test_a_reference_in_another_unit_is_said(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
@@ -349,3 +304,20 @@ def test_a_reference_in_another_unit_is_said(tmp_path: Path, motion: tuple[Float
     assert "reference" not in found.columns
     (words,) = [sentence for sentence in found.words if "named a reference" in sentence]
     assert words.endswith("target_q0 … target_q5")
+
+
+@pytest.mark.parametrize(("added", "said"), [(0.0, ""), (1.0, "tau_ff"), (2.0, "unknown")])
+def test_what_is_added_behind_a_controller_is_said(
+    tmp_path: Path, motion: tuple[FloatArray, ...], added: float, said: str
+) -> None:
+    """The reference is such that error and speed make the torque, or all but the gravity that was added."""
+    t, q, v, torque = motion
+    forward = 40.0 * np.cos(q) * min(added, 1.0)
+    target = q + (torque - forward + 5.0 * v) / 5000.0
+    named = forward if added == 1.0 else np.cos(9.0 * q)
+    columns = {"t": t, **numbered("q", q), **numbered("q_ref", target), **numbered("tau", torque)}
+    found = guessed(tmp_path, {**columns, **numbered("tau_ff", named)})
+    assert "reference" in found.columns
+    words = [sentence for sentence in found.words if sentence.startswith("controller:")]
+    assert len(words) == bool(said)
+    assert all(said in sentence for sentence in words)

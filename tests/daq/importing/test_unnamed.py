@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 
 from daq.importing.guess_log import GuessedLog, guess_log
 from daq.importing.guess_torque import LogHints
@@ -25,7 +26,7 @@ def signals(tmp_path_factory: pytest.TempPathFactory) -> Signals:
 
 
 def guessed(
-    tmp_path: Path, urdf: Path, parts: list[FloatArray], header: str = "", **hints: float
+    tmp_path: Path, urdf: Path, parts: list[FloatArray], header: str = "", **hints: object
 ) -> GuessedLog:
     np.savetxt(tmp_path / "log.csv", np.column_stack(parts), delimiter=",", header=header, comments="")
     (tmp_path / "guess").mkdir()
@@ -107,3 +108,14 @@ def test_what_cannot_be_told_is_refused(tmp_path: Path, signals: Signals, change
     }[change]
     with pytest.raises(CaptureError, match=message):
         guessed(tmp_path, urdf, parts)
+
+
+def test_a_recorded_log_without_a_header_and_its_ratios(tmp_path: Path, shared_data: Path) -> None:
+    """Every second column, positions and torques in turns, foretells the others too, and less."""
+    rec = scipy.io.loadmat(shared_data / "kr300/A/data.mat", struct_as_record=False, squeeze_me=True)["rec"]
+    ratio = (1798 / 7, 1872 / 7, 757 / 3, 221, 5032 / 21, 206793 / 1340)
+    parts = [rec.time_cont, np.deg2rad(rec.act_pos_mot_deg.T), rec.act_torque_abs_nm.T]
+    found = guessed(tmp_path, shared_data / "kr300/kr300.urdf", parts, ratio=ratio).columns
+    assert found["position"]["columns"] == [f"c{k}" for k in range(2, 8)]
+    assert found["torque"]["columns"] == [f"c{k}" for k in range(8, 14)]
+    assert found["torque"]["side"] == "motor"

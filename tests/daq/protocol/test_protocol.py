@@ -6,6 +6,7 @@ import json
 import shutil
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from io import BytesIO
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from pypdf import PdfReader
 from daq.catalogue import runs
 from daq.catalogue.database import Catalogue
 from daq.files.checksum import file_sha256
-from daq.protocol.content import Protocol, ProtocolError, protocol_of
+from daq.protocol.content import Protocol, ProtocolError, _span, protocol_of
 from daq.protocol.paper import HEIGHT, MARGIN, WIDTH, pdf_of, render_protocol
 from daq.session.stages import STAGES, StageName, fingerprint
 from robots import Robot
@@ -188,3 +189,9 @@ def test_a_crowded_page_stays_one_page_and_nothing_leaves_it(walked: Path) -> No
     assert sum("$" in text for _, _, text in placed) > 0, "a dollar sign is no formula"
     with pytest.raises(ProtocolError, match=r"no room on one page of PDF; take --out FILE\.html"):
         pdf_of(crowded(made(), 40))
+
+
+def test_a_day_that_is_the_same_is_said_once() -> None:
+    begin = datetime(2026, 11, 23, 8, 5, tzinfo=UTC)
+    assert _span(begin, begin + timedelta(hours=2)) == "2026-11-23 08:05 – 10:05 UTC"
+    assert _span(begin, begin + timedelta(hours=20)) == "2026-11-23 08:05 UTC – 2026-11-24 04:05 UTC"

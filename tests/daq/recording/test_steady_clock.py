@@ -120,7 +120,7 @@ def test_every_topic_of_a_capture_stays_in_order(
                 host.setting += step
             waiting.append(host.time_ns())
             listener.fetch()
-            recorder.write(samples(50 * k, 50))
+            recorder.write(batch := samples(50 * k, 50), {"temperature": batch.position})
             recorder.write_temperatures([Temperature(recorder.clock.now(), "joint_1", 30.0)])
         recorder.finish(outcome(1000))
         listener._ended.set()

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robots
+from daq.check.recorded import reported_celsius
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from daq.recording.steady_clock import SteadyClock
@@ -62,3 +63,19 @@ def test_the_simulated_drives_tell_theirs(
         recorder.write_temperatures(readings)
         recorder.finish(outcome(20))
     assert read_capture(path).temperatures == readings
+    assert reported_celsius(path, robot) is None, "four joints have none"
+
+
+def test_the_temperature_of_a_run_is_the_mean_of_what_each_drive_reported(
+    tx40: Robot, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.mcap"
+    with Recorder(path, tx40, facts(tx40)) as recorder:
+        recorder.write(samples(0, 20))
+        for apart in (-1.0, 1.0):
+            readings = [
+                Temperature(1_000, joint.name, 20.0 + k + apart) for k, joint in enumerate(tx40.joint)
+            ]
+            recorder.write_temperatures(tuple(readings))
+        recorder.finish(outcome(20))
+    assert reported_celsius(path, tx40) == (20.0, 21.0, 22.0, 23.0, 24.0, 25.0)

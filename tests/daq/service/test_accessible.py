@@ -108,6 +108,8 @@ def is_whole(page: Browser, path: str) -> int:
         assert page.evaluate("innerWidth") == width, at  # what is wider makes all smaller on a phone
         assert not page.evaluate(TINY), at
         assert not page.evaluate(_CUT), at
+        if width == WIDTHS[0]:
+            assert page.evaluate(_HIDDEN) == [], at
         assert not [labels for labels in page.evaluate(_LABELS) if len(set(labels)) < len(labels)], at
     return pictures
 
@@ -166,3 +168,11 @@ _CUT = """
 })()
 """
 """Labels that reach out of their picture."""
+
+_HIDDEN = """
+[...document.querySelectorAll(".scroll")]
+  .filter(box => box.checkVisibility() && !box.querySelector(".expression"))
+  .filter(box => box.scrollWidth > box.clientWidth + 1)
+  .map(box => `${box.getAttribute("aria-label")}: ${box.scrollWidth} in ${box.clientWidth}`)
+"""
+"""Tables whose last columns are out of sight, but for those of formulas, which are as long as they are."""

@@ -23,7 +23,7 @@ from daq.session.commission import StageDone, commission
 from daq.session.dry_run import CommissionRequest, Planned, plan_commission
 from daq.session.estimates import FIXED_BYTES, estimate
 from daq.session.home import HomeRequest, home
-from daq.session.recorded_runs import unconducted
+from daq.session.recorded_runs import CELSIUS, unconducted
 from daq.session.session_error import NotMoved, RunInterrupted, SessionError
 from daq.session.stages import TRAJECTORY_FILE
 from daq.session.states import Conduct
@@ -59,7 +59,7 @@ def go(request: CommissionRequest) -> tuple[StageDone, ...]:
 @pytest.mark.slow
 def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: Path) -> None:
     with Catalogue() as catalogue:
-        request = replace(request_for, catalogue=catalogue)
+        request = replace(request_for, catalogue=catalogue, celsius=19.5)
         assert letters(plan_commission(request, Silent())) == "olllllll"
         assert runs.every(catalogue) == (), "a dry run is no run"
 
@@ -100,6 +100,7 @@ def test_stage_by_stage(emps: Robot, request_for: CommissionRequest, tmp_path: P
         (last,) = (run for run in runs.every(catalogue) if run.stage == "full run")
         assert request.trajectory is not None
         assert Path(str(last.facts[TRAJECTORY_FILE])) == request.trajectory.absolute()
+        assert last.facts[CELSIUS] == "19.5", "or no later night is compared by temperature"
 
         # What was passed counts neither for another description, nor for another trajectory or arm.
         edited = tmp_path / "edited"

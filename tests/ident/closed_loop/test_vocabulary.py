@@ -12,8 +12,9 @@ import robots
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
 from ident.effects import State
+from ident.effects.entry import EffectEntry
 from ident.effects.placed import Family, Placed
-from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.effects.vocabulary import VOCABULARY, effect_from, family_named
 from ident.parameters.present import Present
 from robots.description import Robot
 from tests.ident.closed_loop.held_torque import held_torque, middle_of_steps
@@ -170,22 +171,26 @@ def test_the_simulated_motion_takes_the_torque_of_the_columns(
 
 @pytest.mark.parametrize("offset_at_link", [1.0, 0.0])
 @pytest.mark.parametrize(
-    ("name", "values"),
+    ("name", "values", "more"),
     [
-        ("load_dependent_friction", (0.1,)),
-        ("load_quadratic_friction", (0.003,)),
-        ("directional_efficiency", (0.1, 0.05)),
+        ("load_dependent_friction", (0.1,), {}),
+        ("load_dependent_friction", (0.1,), {"load_memory": 0.02}),
+        ("load_dependent_friction", (1.0,), {"motor_share": 0.2}),
+        ("load_quadratic_friction", (0.003,), {}),
+        ("load_quadratic_friction", (0.003,), {"load_memory": 0.02}),
+        ("directional_efficiency", (0.1, 0.05), {}),
+        ("directional_efficiency", (0.1, 0.05), {"load_memory": 0.02}),
     ],
 )
-def test_a_constant_load_behind_the_gear_is_simulated_too(
-    name: str, values: tuple[float, ...], offset_at_link: float
+def test_friction_of_the_load_is_simulated_as_its_columns_say(
+    name: str, values: tuple[float, ...], more: dict[str, float], offset_at_link: float
 ) -> None:
-    """Of 40 N·m that hold the shoulder all the time; without them the simulated friction is another one."""
+    """With 40 N·m that hold the shoulder all the time; without them the simulated friction is another one."""
     at = MODEL.names.index("off2")
     standard = PRIOR.copy()
     standard[at] = 40.0
-    place = family_named(name).places(TX40)[1]
-    effect = family_named(name).effect(TX40, place, (offset_at_link,), Present(MODEL, standard))
+    entry = EffectEntry(name, (2,), {"offset_at_link": offset_at_link, **more})
+    effect = effect_from(TX40, entry, Present(MODEL, standard))
     left, said = torques(TX40, effect, np.array(values), standard=standard)
     missed = np.sqrt(np.mean((left - said) ** 2, axis=0)).max()
     assert missed <= 0.03 * np.sqrt(np.mean(said**2, axis=0)).max()

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.binned_residual import binned_residuals
-from ident.discrepancy.residual_dependence import correlation_ratio, residual_dependences
+from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.unrepeated import _bursts, _nearly_white, _shocks, _single_frequency
 from ident.effects import State
+from ident.statistics.correlation_ratio import correlation_ratio
 
 
 def test_the_correlation_ratio_is_the_share_that_a_quantity_explains() -> None:

@@ -10,10 +10,11 @@ import statsmodels.api as sm
 from scipy import stats
 
 from ident.drift import DriftSettings, Geometry, Night, Pattern, compare, patterns_of
-from ident.drift.history import Series, expected_of
+from ident.drift.history import Series, expected_of, label_of
 from ident.drift.patterns import WARMTH, with_warmth
 from ident.drift.predictive import _FACTOR, ChartPrior, predict
 from ident.drift.prior import NIGHTS, posterior_covariance, prior_of
+from ident.drift.words import _warmth_words
 from robots.arrays import FloatArray
 from tests.ident.drift.arms_of_nights import covariance_within, draw_nights, geometry
 
@@ -180,7 +181,7 @@ def test_friction_of_one_joint_is_no_warmth_while_the_arm_is_being_learned(
     """+ 30 % on drive 2: more than unmeasured warmth makes of one joint; doubtful, and no lesson."""
     nights = draw_nights(made, night + 1, 7, per_kelvin=-0.005)
     nights[-1] = with_friction(made, nights[-1], 2, 0.30)
-    found = compare(nights[0], blind(nights)[1:], made)
+    found = compare(blind(nights)[0], blind(nights)[1:], made)
     assert (found.state, found.stage, found.doubtful) == ("changed", "learning", True)
     assert found.sentence.startswith("Coulomb friction of joint 2 +")
     assert "would need 15 K colder at least; no thermometer" in found.sentence
@@ -190,8 +191,17 @@ def test_friction_of_one_joint_is_no_warmth_while_the_arm_is_being_learned(
     measured = compare(nights[0], nights[1:], made)
     assert measured.state == "changed" and not measured.doubtful
     assert measured.colder is not None and "the thermometer says" in measured.sentence
+    for colder, said in (
+        (8.0, "at least, beyond the 8 K colder that the thermometer says)"),
+        (-8.0, "at least; the thermometer says 8 K warmer)"),
+        (0.3, "at least; the thermometer says 0 K colder)"),
+    ):
+        assert _warmth_words(measured.changes[0], replace(measured, colder=colder)).endswith(said)
+    first = blind(nights)[0]
+    without = compare(first, nights[1:], made)  # as after a baseline that nobody told the temperature of
+    assert without.doubtful and f"the temperature of {label_of(first)} is not known" in without.sentence
     nights[-1] = with_friction(made, nights[-1], 2, 0.60)
-    assert not compare(nights[0], blind(nights)[1:], made).doubtful  # no hall makes + 90 %
+    assert not compare(blind(nights)[0], blind(nights)[1:], made).doubtful  # no hall makes + 90 %
 
 
 def test_a_cold_hall_that_nobody_measured_is_no_fault(made: Geometry) -> None:
@@ -202,7 +212,7 @@ def test_a_cold_hall_that_nobody_measured_is_no_fault(made: Geometry) -> None:
     for kelvin, state in ((8.0, "unchanged"), (45.0, "changed")):
         nights = draw_nights(made, 6, 8, per_kelvin=0.0)
         nights[-1] = replace(nights[-1], values=nights[-1].values + kelvin * share * made.beta)
-        found = compare(nights[0], blind(nights)[1:], made)
+        found = compare(blind(nights)[0], blind(nights)[1:], made)
         assert found.state == state, found.sentence
         if state == "changed":
             assert found.doubtful and found.changes[0].effect == WARMTH

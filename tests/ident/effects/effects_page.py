@@ -39,7 +39,7 @@ the arm's settings ask for.
 
 """
 
-FORMS = [form for family in VOCABULARY for form in (family, *family.forms)]
+FORMS = [form for family in VOCABULARY for form in family.nested]
 
 
 def _number(value: float) -> str:
@@ -90,7 +90,8 @@ def tables() -> str:
         for other, how in family.told_from.items()
     )
     hidden = [family for family in VOCABULARY if family.not_by_motion]
-    laws = "".join(f"- `{family.name}`: {family.equation}.\n" for family in VOCABULARY)
+    said = dict.fromkeys((form.name, form.equation) for form in FORMS if form.equation)
+    laws = "".join(f"- `{name}`: {equation}.\n" for name, equation in said)
     parts = (
         head + "|---" * 7 + "|\n" + "".join(map(_row, FORMS)),
         "A refit swallows these, whole or nearly so, since other parameters make up for them:"

@@ -90,6 +90,9 @@ def smallest(names: tuple[Named, ...]) -> tuple[Named, ...]:
 def slot(search: Search, searched: Searched, number: int, without: Found) -> Slot:
     """Names for one member of the set that a search ended with.
 
+    Its own name is asked again as the others are. Shapes of a member are always refined, at the price of the
+    width that is left to them; of another candidate the best of its grid counts where that is likelier.
+
     Args:
         search: that found it.
         searched: where it ended.
@@ -100,7 +103,11 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
     own = found.members[number].candidate.key
     odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}
     forms = {own: found.members[number].entry.placed}
-    others = [one for one in screen(search.problem, without, searched.entries) if one.candidate.key != own]
+    candidates = screen(search.problem, without, searched.entries)
+    again = next((one for one in candidates if one.candidate.key == own), None)
+    if again is not None:
+        odds[own] = max(odds[own], search.replaced(without, again).log_posterior - without.log_posterior)
+    others = [one for one in candidates if one.candidate.key != own]
     for rank, one in enumerate(others):
         value = one.log_odds
         if rank < _FITTED:
@@ -125,10 +132,18 @@ def simplified(search: Search, searched: Searched) -> Searched:
         # Where the likeliest name is a limit of its own, that stands for it, and it is not in the list.
         if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:
             continue
-        for one in screen(search.problem, without, searched.entries):
-            name, joints = one.candidate.key
-            if (name, joints) in kept and name in member.candidate.family.contains and joints == own[1]:
-                return simplified(search, replace(searched, found=search.replaced(without, one)))
+        limits = [
+            one
+            for one in screen(search.problem, without, searched.entries)
+            if one.candidate.key in kept
+            and one.candidate.key[0] in member.candidate.family.contains
+            and one.candidate.key[1] == own[1]
+        ]
+        if limits:
+            likeliest = limits[0].candidate.key
+            forms = [search.replaced(without, one) for one in limits if one.candidate.key == likeliest]
+            best = max(forms, key=lambda found: found.log_posterior)
+            return simplified(search, replace(searched, found=best))
     return searched
 
 

@@ -1,4 +1,4 @@
-"""What every model of the data has: β with its prior, the lag between the channels, gains of the drives."""
+"""What every model has: β with its prior, the channels' lag, the drives' gains, memories of loads."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.discrepancy.align import lag_is_known
+from ident.discrepancy.by_evidence.evidence.load_memory import memory_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known
 from ident.discrepancy.prior import Prior
@@ -86,7 +87,11 @@ def known_columns(
     regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
     others = np.concatenate([base.columns(part.at_rows) for part in prepared.parts])
     flat = precision == 0.0
-    columns = [np.where(flat, others, regressor @ beta.spread), _lags(prepared, present)]
+    columns = [
+        np.where(flat, others, regressor @ beta.spread),
+        _lags(prepared, present),
+        memory_columns(prepared, base, present),
+    ]
     if prior is not None and prior.source == "description":
         columns.append(_gains(prepared, present))
     whole = np.concatenate(columns, axis=2)

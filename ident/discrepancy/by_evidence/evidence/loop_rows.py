@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.discrepancy.by_evidence.evidence.known import Beta, arm_lag, beta_of, lag_columns
+from ident.discrepancy.by_evidence.evidence.load_memory import simulated_memory
 from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, joined
@@ -59,9 +60,10 @@ def loop_rows(examination: LoopExamination) -> tuple[LoopRows, Beta]:
     moved, rest, noise = loop_evidence(before.loop, base, examination.beta, before.standstill)
     evidence = moved.after(before)
     beta, precision = beta_of(examination.prior, examination.beta)
-    columns, lags = evidence.screened_base(), _lags(evidence)
-    whole = np.concatenate([columns @ beta.spread, lags], axis=2)
-    precision = np.concatenate([precision, np.ones(lags.shape[2])])
+    columns = evidence.screened_base()
+    more = np.concatenate([_lags(evidence), simulated_memory(evidence)], axis=2)
+    whole = np.concatenate([columns @ beta.spread, more], axis=2)
+    precision = np.concatenate([precision, np.ones(more.shape[2])])
     known = Known(whole, precision, rest + columns @ (examination.beta - beta.values))
     prepared = _prepared(evidence)
     segment, used = prepared.segment, prepared.used

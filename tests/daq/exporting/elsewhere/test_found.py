@@ -69,6 +69,7 @@ LAWS: tuple[Effect, ...] = (
     effect("stribeck_friction", (2,), {"stribeck_speed": 0.3, "exponent": 2.0}, Fs2=4.0),
     effect("nonlinear_viscous_friction", (3,), {"power": 0.5}, Fn3=3.0, Fn_linear3=-0.5),
     effect("load_dependent_friction", (2,), {"offset_at_link": 1.0}, mu2=0.1),
+    effect("load_dependent_friction", (3,), {"motor_share": 0.2, "offset_at_link": 1.0}, load_friction3=0.9),
     effect("load_quadratic_friction", (3,), {"offset_at_link": 0.0}, mu_square3=0.004),
     effect("directional_efficiency", (5,), {"offset_at_link": 0.0}, mu_mean5=0.1, dmu5=0.05),
     effect("position_dependent_friction", (4,), {"waves": 2.0}, Fq_cos4=0.6, Fq_sin4=-0.4),
@@ -121,6 +122,19 @@ def test_the_pinocchio_module_has_the_whole_torque(tmp_path: Path, effects: tupl
     assert_same(np.array(theirs), case.torque, 0.002)
     assert case.sentences("pinocchio") == []
     assert_it_shows(case)
+
+
+def test_what_needs_a_past_is_listed_as_missing(tmp_path: Path) -> None:
+    """The module takes position, speed and acceleration of one instant."""
+    case = Case(
+        tmp_path,
+        effect("load_dependent_friction", (2,), {"offset_at_link": 1.0, "load_memory": 0.005}, mu2=0.1),
+    )
+    late = "Found effect: load dependent friction at joint 2"
+    assert case.sentences("pinocchio") == [
+        f"{late} is there without its memory: it follows its load 5 ms late."
+    ]
+    assert case.sentences("mjcf") == case.sentences("sdf") == [f"{late}."]
 
 
 def test_a_urdf_has_the_bodies_and_says_what_it_lacks(tmp_path: Path) -> None:
