@@ -28,7 +28,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from live_clients import service
+from live_clients import processor_seconds, service
 from sqlalchemy import text
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -139,9 +139,10 @@ def check_all(fleet: Path, out: Path, backend: str, buses: int) -> dict[str, Any
 class Beside(threading.Thread):
     """Asks the service for its pages, and prunes again and again, until it is told to stop."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, pause: float) -> None:
         super().__init__(daemon=True)
         self.over = threading.Event()
+        self._pause = pause
         self.seconds: dict[str, list[float]] = {"/": [], "/metrics": [], "/arms/emps-sim": []}
         self.deleted, self.prunes = 0, 0
         self._port = port
@@ -150,7 +151,7 @@ class Beside(threading.Thread):
         """Bother."""
         pruning: subprocess.Popen[str] | None = None
         command = [sys.executable, "-m", "daq", "prune", "--older-than", "0", "--yes", "--json"]
-        while not self.over.wait(1.0):
+        while not self.over.wait(self._pause):
             if pruning is None:
                 pruning = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
             elif pruning.poll() is not None:
@@ -171,14 +172,19 @@ class Beside(threading.Thread):
         self.prunes += 1
 
 
-def night(fleet: Path, folder: Path, backend: str, buses: int, port: int) -> dict[str, Any]:
+def night(
+    fleet: Path, folder: Path, backend: str, buses: int, served: tuple[int, int], pause: float
+) -> dict[str, Any]:
     """One night with everything beside it: what became of the arms, and what it took."""
     os.environ[MARK] = str(folder / f"death-{backend}")
-    beside = Beside(port)
+    port, pid = served
+    beside = Beside(port, pause)
+    used = processor_seconds(pid)
     beside.start()
     done = check_all(fleet, folder / backend, backend, buses)
     beside.over.set()
     beside.join()
+    used = processor_seconds(pid) - used
     arms = done["arms"]
     verdicts = [arm["verdict"] for arm in arms]
     odd = {
@@ -199,15 +205,16 @@ def night(fleet: Path, folder: Path, backend: str, buses: int, port: int) -> dic
         "pages": {
             path: [statistics.median(took), max(took), len(took)] for path, took in beside.seconds.items()
         },
+        "processor_seconds_an_answer": used / max(1, sum(map(len, beside.seconds.values()))),
         "memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         "memory_of_a_worker_mb": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024,
         "load": os.getloadavg()[0],
     }
 
 
-def fill(catalogue: Catalogue, arms: int, nights: int) -> None:
-    """So many nights of each arm, by the server itself."""
-    values = {"first": arms, "nights": nights}
+def fill(catalogue: Catalogue, begun: int, nights: int) -> None:
+    """So many nights of each of the runs that were begun, by the server itself."""
+    values = {"first": begun, "nights": nights}
     for statement in _FILL:
         with catalogue.writing() as connection:
             wanted = {name: value for name, value in values.items() if f":{name}" in statement}
@@ -219,6 +226,7 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=200)
     parser.add_argument("--nights", type=int, default=300)
     parser.add_argument("--buses", type=int, default=4, help="arms that are streamed over a bus")
+    parser.add_argument("--pause", type=float, default=1.0, help="s between two looks at the pages")
     parser.add_argument("--backends", nargs="+", default=["loky", "dask"])
     given = parser.parse_args()
     check_module.record_check, analysis.tried = record, deadly
@@ -235,15 +243,19 @@ def main() -> None:
         print(f"first night: {first['seconds']:.0f} s", flush=True)
         with Catalogue() as catalogue:
             for arm in first["arms"]:
-                baselines.accept(catalogue, arm["model"], "Ada", "first night", None)
-            fill(catalogue, given.arms, given.nights)
+                if "model" in arm:  # a stream may fail on a machine that others use
+                    baselines.accept(catalogue, arm["model"], "Ada", "first night", None)
+            with catalogue.reading() as connection:
+                begun = connection.execute(text("SELECT max(id) FROM runs")).scalar_one()
+            fill(catalogue, begun, given.nights)
             with catalogue.reading() as connection:
                 count = connection.execute(text("SELECT count(*) FROM checks")).scalar_one()
         print(f"{count} checks in the catalogue", flush=True)
         fleet = write_fleet(folder, given.arms, given.buses, motion, healthy=False)
-        with service(os.environ["ARMHIL_CATALOGUE"]) as (port, _):
+        with service(os.environ["ARMHIL_CATALOGUE"]) as served:
             for backend in given.backends:
-                print(json.dumps(night(fleet, folder, backend, given.buses, port), indent=1), flush=True)
+                done = night(fleet, folder, backend, given.buses, served, given.pause)
+                print(json.dumps(done, indent=1), flush=True)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,10 @@ from ident.filters import recursion
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-LOAD_MEMORY = Shape("load_memory", "s", (0.005,), 0.001, 0.02, logarithmic=True)
+MEMORY = 0.005
+"""s, of what is measured about the middle."""
+
+LOAD_MEMORY = Shape("load_memory", "s", (0.003, 0.009), 0.001, 0.02, logarithmic=True)
 """Time constant with which friction follows its load."""
 
 

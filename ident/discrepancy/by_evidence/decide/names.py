@@ -90,6 +90,9 @@ def smallest(names: tuple[Named, ...]) -> tuple[Named, ...]:
 def slot(search: Search, searched: Searched, number: int, without: Found) -> Slot:
     """Names for one member of the set that a search ended with.
 
+    Its own name is asked again as the others are. Shapes of a member are always refined, at the price of the
+    width that is left to them; of another candidate the best of its grid counts where that is likelier.
+
     Args:
         search: that found it.
         searched: where it ended.
@@ -100,7 +103,11 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
     own = found.members[number].candidate.key
     odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}
     forms = {own: found.members[number].entry.placed}
-    others = [one for one in screen(search.problem, without, searched.entries) if one.candidate.key != own]
+    candidates = screen(search.problem, without, searched.entries)
+    again = next((one for one in candidates if one.candidate.key == own), None)
+    if again is not None:
+        odds[own] = max(odds[own], search.replaced(without, again).log_posterior - without.log_posterior)
+    others = [one for one in candidates if one.candidate.key != own]
     for rank, one in enumerate(others):
         value = one.log_odds
         if rank < _FITTED:

@@ -3,7 +3,8 @@
 A film of lubricant follows its load some milliseconds late. A model that was accepted with a friction of the
 load can have been fitted where that did not show, or hold it as a term, which has no past. What an unchanged
 arm then leaves, at its reversals most of all, is no effect that the model lacks: as with the lag between the
-channels, the memory is a factor of every model, normal about none with the deviation of the lubricant's.
+channels, the memory is a factor of every model, normal about none, with a usual
+lubricant's as its deviation.
 """
 
 from __future__ import annotations
@@ -16,16 +17,13 @@ from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.loop import FINE
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.effects import State
-from ident.effects.gear_load import LOAD_MEMORY, followed
+from ident.effects.gear_load import MEMORY, followed
 from ident.effects.placed import Placed
 from ident.effects.simulated import FrictionTorque
 from ident.effects.vocabulary import form_of
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
-
-MEMORY = LOAD_MEMORY.grid[0]
-"""s, deviation of a memory that nobody has said."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A form of which a limit is likelier gives its place to the best form of that limit, which the list has."""
+"""Names of a set: a limit that is likelier than a form takes its place; all names are asked alike."""
 
 from __future__ import annotations
 
@@ -31,6 +31,22 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     assert simplest.found.log_posterior == -2.0
 
 
+def test_a_name_is_asked_again_as_its_rivals_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Refined shapes have their price; where those of a grid do for a rival, they do for the name, too."""
+    own = SimpleNamespace(key=("load_dependent_friction", (1,)), family=SimpleNamespace(contains=()))
+    rival = SimpleNamespace(key=("directional_efficiency", (1,)), family=SimpleNamespace(contains=()))
+    monkeypatch.setattr(names, "screen", lambda *given: [screened(rival, 11.0), screened(own, 12.0)])
+    search: Any = SimpleNamespace(
+        problem=None, replaced=lambda without, other: SimpleNamespace(log_posterior=other.fitted)
+    )
+    member = SimpleNamespace(candidate=own, entry=SimpleNamespace(placed="as it was found"))
+    found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
+    said = names.slot(search, found, 0, SimpleNamespace(log_posterior=0.0))  # type: ignore[arg-type]
+    assert said.names[0].key == own.key and said.names[0].placed == "as it was found"
+    assert said.log_odds(own.key) == 12.0
+
+
 def screened(candidate: object, fitted: float) -> SimpleNamespace:
     """A form of a name, and what its set is worth once its shapes are fitted."""
-    return SimpleNamespace(candidate=candidate, fitted=fitted)
+    best = SimpleNamespace(entry=SimpleNamespace(placed=None))
+    return SimpleNamespace(candidate=candidate, fitted=fitted, log_odds=-1.0, best=best)
