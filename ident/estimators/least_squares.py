@@ -61,12 +61,11 @@ def weighted_least_squares(
     """
     sigma = joint_deviations(stacked, kind)
     weights = stacked.spread(1.0 / sigma)
-    x = stacked.x * weights[:, np.newaxis]
-    require_full_rank(x, names)
-    q, r = np.linalg.qr(x)
+    q, r = np.linalg.qr(stacked.x * weights[:, np.newaxis])
+    require_full_rank(r, names)  # the triangle has the singular values and directions of the rows
     beta = np.linalg.solve(r, q.T @ (stacked.y * weights))
     inverse = np.linalg.inv(r)
-    return LinearFit(beta, inverse @ inverse.T, sigma, float(np.linalg.cond(x)))
+    return LinearFit(beta, inverse @ inverse.T, sigma, float(np.linalg.cond(r)))
 
 
 def require_full_rank(x: FloatArray, names: tuple[str, ...]) -> None:

@@ -86,10 +86,34 @@ def independent_whitening(
         target, regressor, segment, used: as of :func:`regression_whitening`.
     """
     whitening = _start(target, used)
+    parts = _normal_parts(target, regressor, used)
     for _ in range(2):
-        fit = fit_of(whitening, target, regressor, used)
-        whitening = block_whitening(target - regressor @ fit.beta, used, regressor.shape[2])
+        beta = _beta_of(whitening.sigma, *parts)
+        whitening = block_whitening(target - regressor @ beta, used, regressor.shape[2])
     return whitening
+
+
+def _normal_parts(
+    target: FloatArray, regressor: FloatArray, used: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """XᵀX (joints × b × b) and Xᵀy (joints × b) of each joint alone: weights come in afterwards."""
+    joints, columns = used.shape[1], regressor.shape[2]
+    squares, shares = np.empty((joints, columns, columns)), np.empty((joints, columns))
+    for joint in _axes(used):
+        x = regressor[used[:, joint], joint]
+        squares[joint], shares[joint] = x.T @ x, x.T @ target[used[:, joint], joint]
+    return squares, shares
+
+
+def _beta_of(sigma: FloatArray, squares: FloatArray, shares: FloatArray) -> FloatArray:
+    """β̂ (b,) with one deviation per joint, as of :func:`fit_of`."""
+    whole = np.einsum("j,jkl->kl", sigma**-2.0, squares)
+    scale = np.sqrt(np.diag(whole))
+    scale[scale == 0.0] = 1.0
+    values, directions = np.linalg.eigh(whole / np.outer(scale, scale))
+    held = values > _DEPENDENT * values[-1]
+    root = directions[:, held] / np.sqrt(values[held])
+    return np.asarray((root @ (root.T @ (sigma**-2.0 @ shares / scale))) / scale)
 
 
 @dataclass(frozen=True)
