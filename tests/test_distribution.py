@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from robots.extras import install_command
 
 PACKAGES = {"robots", "drivers", "trajectories", "ident", "daq"}
 
@@ -39,3 +43,20 @@ def test_the_wheel_installs_the_command_and_its_licence(wheel: zipfile.Path) -> 
     (information,) = (entry for entry in wheel.iterdir() if entry.name.endswith(".dist-info"))
     assert "armhil = daq.cli.start:main" in (information / "entry_points.txt").read_text()
     assert (information / "licenses" / "LICENSE").is_file()
+
+
+def test_each_printed_install_is_one_that_pip_takes_into_this_environment(repository: Path) -> None:
+    """Without any index: here all parts are installed, so pip has nothing to fetch, nor to complain of."""
+    named = {
+        extra
+        for path in repository.glob("*/**/*.py")
+        if path.relative_to(repository).parts[0] in PACKAGES
+        for extra in re.findall(r"""install_command\(["']([a-z0-9-]+)["']\)""", path.read_text("utf-8"))
+    }
+    assert named >= {"consistent", "parquet", "postgresql", "hdf5", "pdf", "ros1"}
+    command = shlex.split(install_command(",".join(sorted(named))))
+    assert command[0] == sys.executable
+    dry = [*command, "--dry-run", "--no-index", "--disable-pip-version-check"]
+    done = subprocess.run(dry, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Would install" not in done.stdout and "does not provide the extra" not in done.stderr

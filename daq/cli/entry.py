@@ -93,7 +93,7 @@ def _help_of(error: TyperException) -> str:
     return " ".join(["armhil", *words, "--help"])
 
 
-_WHOLE_COMMAND = re.compile(r"`[^` ]+ [^`]+`|: (\./)?armhil [a-z-]+")
+_WHOLE_COMMAND = re.compile(r"`[^` ]+ [^`]+`|: (\./)?armhil [a-z-]+| -m pip install ")
 
 
 def _with_next(text: str, words: list[str]) -> str:

@@ -26,7 +26,9 @@ from daq.service.settings import Service
 log = logging.getLogger(__name__)
 
 ANSWERING = 8
-"""Threads that make answers. Python computes in one at a time, so more only hold more memory each."""
+"""Threads that make answers. Python computes in one at a time, so more only wait and hold memory each.
+Several, since one waits while its database does; an answer takes one connection to it at a time, so fewer
+than a pool has (15; a test counts them) never wait for each other's."""
 
 
 def create_app(service: Service, catalogue: Catalogue, folder: Path) -> FastAPI:

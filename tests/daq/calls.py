@@ -10,5 +10,5 @@ Call = Callable[..., tuple[int, str, str]]
 
 SEE = re.compile(r"; see `armhil [a-z -]*--help`$", re.MULTILINE)
 """What a refusal ends with that names no other command."""
-COMMAND = re.compile(r"`[^` ]+ [^`]+`|: (\./)?armhil [a-z-]+")
+COMMAND = re.compile(r"`[^` ]+ [^`]+`|: (\./)?armhil [a-z-]+| -m pip install ")
 """A whole command in a refusal."""

@@ -549,6 +549,7 @@ def test_a_model_that_is_not_there_says_what_makes_one(armhil: Armhil) -> None:
         ),
         ("again: armhil commission tx40", ["rerun", "1"], "again: armhil commission tx40"),
         ("`a.csv`: is empty", ["import", "a.csv"], "`a.csv`: is empty; see `armhil import --help`"),
+        ("x: python -m pip install 'armhil[pdf]'", ["runs"], "x: python -m pip install 'armhil[pdf]'"),
     ],
 )
 def test_every_refusal_names_a_command_to_go_on_with(text: str, words: list[str], said: str) -> None:

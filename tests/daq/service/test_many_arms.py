@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 from fastapi.testclient import TestClient
-from sqlalchemy import Engine, QueuePool, create_engine, event, update
+from sqlalchemy import Engine, QueuePool, create_engine, event, make_url, update
 
 from daq.catalogue import baselines, checks, overview, runs
-from daq.catalogue.database import Catalogue
+from daq.catalogue.database import Catalogue, _engine
 from daq.catalogue.schema import checks as checks_table
 from daq.catalogue.values import ArmIdentity
+from daq.service.app import ANSWERING
 from tests.daq.service.filled import fill
 
 
@@ -154,6 +155,21 @@ def test_nights_that_found_nothing_are_counted_by_the_database(tmp_path: Path) -
             number = arm.baseline.id
             checks.add(catalogue, 12, "warning", "x", details, model_id=model, baseline_id=number)
             assert (model in checks.clean_models(catalogue, arm.baseline)) == counts
+
+
+@pytest.mark.parametrize("path", ["/", "/metrics", "/api/arms", "/arms/emps-sim", "/runs", "/runs/12"])
+def test_an_answer_takes_one_connection_and_there_is_one_for_each_thread(
+    client: TestClient, filled: Catalogue, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    held: list[int] = []
+    pool = create_engine(filled.url, poolclass=QueuePool, pool_size=4)
+    event.listen(pool, "checkout", lambda *_: held.append(pool.pool.checkedout()))  # type: ignore[attr-defined]
+    monkeypatch.setattr(filled, "_engine", pool)
+    assert client.get(path).status_code == 200
+    assert held and max(held) == 1
+    pool.dispose()
+    served = _engine(make_url("postgresql+psycopg://armhil@localhost/none")).pool
+    assert isinstance(served, QueuePool) and served.size() + served._max_overflow >= ANSWERING
 
 
 @pytest.mark.parametrize("path", ["/", "/metrics", "/api/arms", "/runs/12"])
