@@ -14,6 +14,7 @@ _SETS = of_evidence("gram", "search")
 _GRAM = of_evidence("gram")
 _ANSWER = of_evidence("hyperparameters", "simplified", "search")
 _LOOP = of_evidence("loop_evidence", "settled_in_loop")
+_ADDED = of_search("unknown_feed_forward")
 _TERMS = of_evidence("terms")
 _POWER = of_evidence("smallest")
 _SHARED = of_search("confirmation", "course", "deviations", "gain_doubt", "refit", "figures", "onset")
@@ -460,6 +461,20 @@ RULES = (
         'if above.max() > ABOVE else ""',
         'if False else ""',
         _LOOP,
+    ),
+    Broken(
+        "a feed-forward is more than noise",
+        "ident/discrepancy/unknown_feed_forward.py",
+        "self.power > _ABOVE * self.noise",
+        "self.power > 0.0",
+        _ADDED,
+    ),
+    Broken(
+        "more than the torque of a joint is no feed-forward",
+        "ident/discrepancy/unknown_feed_forward.py",
+        "* np.abs(robot.gains) > limits).any()",
+        "* np.abs(robot.gains) > np.inf).any()",
+        _ADDED,
     ),
     Broken(
         "a loop that does otherwise is told only where nothing is found",

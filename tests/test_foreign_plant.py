@@ -14,7 +14,8 @@ import robots
 from benchmarks.foreign_plant import ARMS, NAMES, Effect, Settings, __main__, parse_effect, record
 from benchmarks.foreign_plant.effects import OF_A_JOINT
 from benchmarks.foreign_plant.files import write_description
-from ident import RegressorModel
+from ident import Recording, RegressorModel
+from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.effects import State
 from ident.signals import low_pass
 
@@ -73,6 +74,20 @@ def test_every_effect_acts(name: str) -> None:
     apart = (hidden.control_signal - plain.control_signal) * [link.gain for link in arm.links]
     assert np.abs(apart).max() > 0.05
     assert np.array_equal(plain.reference, hidden.reference)
+
+
+@pytest.mark.parametrize(("law", "adds"), [("p_pi", False), ("pd_torque", True)])
+def test_what_a_controller_adds_is_told_from_what_a_play_does(law: str, adds: bool, tmp_path: Path) -> None:
+    """The described law explains the control signal of an arm with play as well as of any other."""
+    settings = Settings(periods=3, period=2.0, law=law)
+    arm = ARMS["compact6"]
+    write_description(tmp_path, arm, settings)
+    robot = robots.load(tmp_path / "robot.toml")
+    log = record(arm, settings, (Effect("backlash", 1, 0.002),), 3, 0)
+    given = Recording("play", log.time, log.reference, log.position, log.control_signal)
+    (found,), words = with_feed_forward(robot, [given])
+    assert [f"drive {k}" in "".join(words) for k in range(1, 7)] == [adds] * 6
+    assert (found.added is not None) is adds
 
 
 def test_the_command_writes_what_armhil_reads(

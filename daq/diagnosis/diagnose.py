@@ -35,6 +35,7 @@ from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 from ident.discrepancy.question import Progress
 from ident.discrepancy.settings import searching
+from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.verdict import beside_gate
 from ident.effects.entry import found_words
 from ident.effects.vocabulary import VOCABULARY
@@ -63,7 +64,9 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         with steps.step("Search for the missing effect") as update:
             diagnosis, answer = _search(question, request.search, lambda step, share: update(share, step))
         with steps.step("Check the model without and with it"):
-            series = before_and_after(diagnosis, uncut, question.validation, robot.identification)
+            recordings, _ = with_feed_forward(robot, (*uncut, *question.validation))
+            whole, held = recordings[: len(uncut)], recordings[len(uncut) :]
+            series = before_and_after(diagnosis, whole, held, robot.identification)
             diagnosis = beside_gate(diagnosis, series.checks[-1].gate)
         more = more_of(diagnosis, question, steps, power=request.power)
         result = _result(robot, request, diagnosis, answer, series, (), folder, more)

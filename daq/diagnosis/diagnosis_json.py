@@ -80,6 +80,7 @@ def diagnosis_json(
             }
             for place in diagnosis.dependences
         ],
+        "notes": list(diagnosis.notes),
         "unrepeated": [
             {
                 "joint": item.joint + 1,

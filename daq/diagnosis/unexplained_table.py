@@ -42,12 +42,16 @@ def unexplained_rows(diagnosis: Diagnosis, joints: list[str]) -> tuple[Unexplain
     return tuple(rows)
 
 
+_NOT_REPEATED = (
+    "Nothing repeats in these recordings, so noise is only what differs from row to row: what is slower"
+    " cannot be told from a missing effect, and a small effect cannot be told from noise. Two periods of"
+    " one motion would settle both."
+)
+
+
 def unexplained_remarks(diagnosis: Diagnosis) -> str:
-    """What it costs that nothing repeats; empty where the motion does."""
-    if all(one.repeats for one in diagnosis.unexplained):
-        return ""
-    return (
-        "Nothing repeats in these recordings, so noise is only what differs from row to row: what is slower"
-        " cannot be told from a missing effect, and a small effect cannot be told from noise. Two periods of"
-        " one motion would settle both."
-    )
+    """The diagnosis' notes, and what it costs that nothing repeats; empty where there is nothing to say."""
+    remarks = [f"{note[0].upper()}{note[1:]}." for note in diagnosis.notes]
+    if not all(one.repeats for one in diagnosis.unexplained):
+        remarks.append(_NOT_REPEATED)
+    return " ".join(remarks)

@@ -37,6 +37,9 @@ _REFUSALS: dict[int | str, dict[str, Any]] = {
     404: {"description": "there is none"},
     413: {"description": "the body is too large"},
     421: {"description": "another name in the Host header"},
+    503: {
+        "description": "the database does not answer, or too many look on; Retry-After says when to ask again"
+    },
 }
 
 
@@ -135,7 +138,6 @@ def _live(router: APIRouter, catalogue: Catalogue, broadcaster: Broadcaster) -> 
         "/api/runs/{number}/live",
         summary="Server-sent events of a run under way",
         response_class=StreamingResponse,
-        responses={503: {"description": "too many look on"}},
     )
     async def live(number: Number) -> EventStream:
         try:

@@ -48,7 +48,7 @@ def integrates_first(robot: Robot, recording: Recording) -> bool:
         return False
     if round(recording.sample_time / controller.sample_time) != 1:
         return False
-    proportional, rate = _replayed(robot, recording, recording.reference)
+    proportional, rate = replayed(robot, recording, recording.reference)
     late = controller.delay_samples
     signal = recording.control_signal[late:]
     end = signal.shape[0]
@@ -73,7 +73,7 @@ def integrates_first(robot: Robot, recording: Recording) -> bool:
     return bool(0.5 + _SURE * sigma < share < 1.5 - _SURE * sigma)
 
 
-def _replayed(robot: Robot, recording: Recording, reference: FloatArray) -> tuple[FloatArray, FloatArray]:
+def replayed(robot: Robot, recording: Recording, reference: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What each drive's law puts out without its integral, and the rate of that, (samples, n) each."""
     controller, step = robot.controller, recording.sample_time
     transmission = robot.transmission_matrix

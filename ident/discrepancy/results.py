@@ -104,6 +104,7 @@ class Diagnosis:
         description: in words, what is left where nothing explains it.
         dependences: what the last residual depends on, per joint.
         unrepeated: what does not repeat and should not be there.
+        notes: sentences on the arm beside what the model lacks.
         torque, position, control_signal: gap on the validation recordings; None where the loop could not
             be simulated, with the reason in ``loop_reason``.
         base, beta: the final model and its base parameters.
@@ -127,6 +128,7 @@ class Diagnosis:
     beta: FloatArray
     covariance: FloatArray
     examinations: tuple[Examination, ...] = field(repr=False, default=())
+    notes: tuple[str, ...] = ()
 
     def nearest(self, joint: int) -> Candidate | None:
         """The best candidate of the ranking that acts on a joint (from 0), alone; None where none scores."""

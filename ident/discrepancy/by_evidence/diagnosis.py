@@ -27,6 +27,7 @@ from ident.discrepancy.library import partialled
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.step import LoopStep
+from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import loop_does_otherwise
 from ident.discrepancy.workflow import Search, silent
@@ -55,9 +56,12 @@ def diagnose_with_evidence(
     """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
+    recordings, notes = with_feed_forward(question.robot, (*question.fit, *question.validation))
+    count = len(question.fit)
+    question = replace(question, fit=recordings[:count], validation=recordings[count:])
     answer = diagnose_by_evidence(question, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led = _Led(question, answer, lambda step, share: progress(step, 0.6 + 0.4 * share))
-    return led.run(), answer
+    return replace(led.run(), notes=notes), answer
 
 
 class _Led(Search):

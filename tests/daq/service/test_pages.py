@@ -79,7 +79,7 @@ def test_the_reference_of_the_interface_is_whole_and_asks_nobody(client: TestCli
     described = client.get("/openapi.json").json()["paths"]
     assert "/api/arms/{label}/trend/{parameter}" in described
     shared = text[text.index('id="answers"') :].partition("</section>")[0]
-    assert shared.count("<dt>") == 5 and "<dt>503</dt>" not in shared
+    assert shared.count("<dt>") == 6 and "<dt>503</dt>" in shared and "<dt>409</dt>" not in shared
     for path, operations in described.items():
         for verb, operation in operations.items():
             assert f"<code>{verb.upper()} {path}</code></h3>" in text

@@ -1,0 +1,175 @@
+"""What a controller adds to its control signal that the description does not say, measured and simulated.
+
+A simulated loop that lacks a feed-forward leaves its torque at every joint, and whatever is asked of that
+loop is asked of another arm. The signal is known, though: set-points, positions and the control signal are
+recorded, so what the described law makes of the first two stands beside the third. The difference is the
+controller's alone. A play, a soft gear or a payload moves positions and control signal as the law has it, and
+no part of the difference; where the described gains are wrong, by ΔK, it has ΔK times the following error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.closed_loop.integral_rule import as_it_integrates, replayed
+from ident.discrepancy.loop import SETTLING
+from ident.discrepancy.repeats import not_repeating, repeat_length
+from ident.recording import Recording
+from robots.arrays import BoolArray, FloatArray
+from robots.description import Robot
+
+_ABOVE = 2.0
+"""Times the power of noise from which on a power is not noise's: as much again is something else."""
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """What the described law does not make of one recording's control signal.
+
+    Attributes:
+        recording: as it was recorded.
+        beside: (samples, n) control signal, of a repeated motion the mean over its periods.
+        power: (n,) of that after the settling.
+        noise: (n,) power that says nothing: of what does not repeat in the control signal; where nothing
+            repeats, of the share that gate 1 lets a model lack.
+        repeats: whether the motion repeats.
+    """
+
+    recording: Recording
+    beside: FloatArray
+    power: FloatArray
+    noise: FloatArray
+    repeats: bool
+
+    @property
+    def there(self) -> BoolArray:
+        """(n,) drives of which it is more than noise."""
+        return np.asarray(self.power > _ABOVE * self.noise)
+
+    def added(self, drives: BoolArray) -> Recording:
+        """The recording with it among what is added to the control signal of some drives (n,)."""
+        more = np.where(drives, self.beside, 0.0)
+        known = self.recording.added
+        return replace(self.recording, added=more if known is None else known + more)
+
+
+def with_feed_forward(
+    robot: Robot, recordings: Sequence[Recording]
+) -> tuple[tuple[Recording, ...], tuple[str, ...]]:
+    """Recordings with what their drives add beside the described law, and a sentence of what that is.
+
+    Whether there is any is told by motions that repeat; then it is added to the others, too, as measured.
+
+    Args:
+        robot: controller and transmission.
+        recordings: of one arm.
+    """
+    found = [unknown_feed_forward(robot, one) for one in recordings]
+    known = [one for one in found if one is not None]
+    repeated = [one for one in known if one.repeats]
+    drives = _any([one.there for one in repeated or known], robot.n)
+    if not drives.any():
+        return tuple(recordings), ()
+    torque = np.sqrt(np.max([one.power for one in known], axis=0)) * np.abs(robot.gains)
+    sizes = [f"{torque[k]:.3g} {robot.joint[k].torque_unit} on drive {k + 1}" for k in np.flatnonzero(drives)]
+    words = f"the controller adds an unknown feed-forward of {', '.join(sizes)}, {_SIMULATED[bool(repeated)]}"
+    if not repeated:
+        return tuple(recordings), (words,)
+    pairs = zip(recordings, found, strict=True)
+    return tuple(one if more is None else more.added(drives) for one, more in pairs), (words,)
+
+
+_SIMULATED = {
+    True: "and the closed loop is simulated with what was measured of it",
+    False: (
+        "and the closed loop is simulated without it: nothing repeats, so it cannot be told from noise; two"
+        " periods of one motion would settle that"
+    ),
+}
+
+
+def unknown_feed_forward(robot: Robot, recording: Recording) -> FeedForward | None:
+    """What the recorded drives add beside the described law.
+
+    Args:
+        robot: controller and transmission.
+        recording: set-points, positions and control signals.
+
+    Returns:
+        None where the law is not described, no reference or not every sample of the controller was recorded,
+        or more than the torque of a joint is left: then another law is at work than the described one.
+    """
+    controller, reference = robot.controller, recording.reference
+    start = round(SETTLING / recording.sample_time)
+    if reference is None or not controller.is_given or recording.time.shape[0] <= 2 * start:
+        return None
+    if round(recording.sample_time / controller.sample_time) != 1:
+        return None
+    period = repeat_length(reference, recording.sample_time)
+    signal, beside = recording.control_signal, _beside_law(robot, recording)
+    repeats = period is not None and signal.shape[0] - start > period
+    if period is not None and repeats:
+        beside = _over_periods(_without_drift(beside, start, period, robot), start, period)
+        noise = np.mean(not_repeating(signal, period) ** 2, axis=0)
+    else:
+        beside = _without_drift(beside, start, signal.shape[0] - start - 1, robot)
+        noise = robot.identification.torque_margin**2 * np.mean(signal**2, axis=0)
+    power = np.mean(beside[start:] ** 2, axis=0)
+    limits = np.array([joint.torque for joint in robot.joint])
+    if (np.sqrt(power) * np.abs(robot.gains) > limits).any():
+        return None
+    return FeedForward(recording, beside, power, noise, repeats)
+
+
+def _beside_law(robot: Robot, recording: Recording) -> FloatArray:
+    """(samples, n) control signal less what the described law makes of set-points and positions.
+
+    Up to a constant and, by rounding that is summed up, a drift where the law has an integral.
+    """
+    robot = as_it_integrates(robot, recording)
+    controller = robot.controller
+    assert recording.reference is not None
+    proportional, rate = replayed(robot, recording, recording.reference)
+    known = proportional + controller.sample_time * (np.cumsum(rate, axis=0) - rate)
+    if recording.added is not None:
+        known = known + recording.added
+    late = controller.delay_samples
+    signal = recording.control_signal
+    # What the last samples put out comes after the record's end.
+    later = np.concatenate([signal[late:], np.repeat(signal[-1:], late, axis=0)])
+    beside = later - known
+    if late:
+        beside[-late:] = beside[-late - 1]
+    return np.asarray(beside)
+
+
+def _without_drift(beside: FloatArray, start: int, apart: int, robot: Robot) -> FloatArray:
+    """Less a line and the mean, which an integral holds, for drives that have one.
+
+    Args:
+        beside: (samples, n).
+        start: sample from which on it counts.
+        apart: samples between values that are alike but for the drift.
+        robot: says which drives have an integral.
+    """
+    used = beside[start:]
+    slope = np.mean(used[apart:] - used[:-apart], axis=0) / apart
+    level = beside - (np.arange(beside.shape[0]) - start)[:, np.newaxis] * slope
+    level = level - level[start : start + used.shape[0] // apart * apart].mean(axis=0)
+    integrates = np.array(robot.controller.integral_gain) > 0.0
+    return np.asarray(np.where(integrates, level, beside))
+
+
+def _over_periods(values: FloatArray, start: int, period: int) -> FloatArray:
+    """At each sample the mean of its phase from ``start`` on, where each has come once; (samples, n)."""
+    phase = np.arange(values.shape[0]) % period
+    total = np.zeros((period, values.shape[1]))
+    np.add.at(total, phase[start:], values[start:])
+    return np.asarray((total / np.bincount(phase[start:], minlength=period)[:, np.newaxis])[phase])
+
+
+def _any(flags: Sequence[BoolArray], n: int) -> BoolArray:
+    return np.asarray(np.any(flags, axis=0)) if flags else np.zeros(n, dtype=np.bool_)
