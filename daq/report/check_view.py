@@ -219,8 +219,10 @@ def _warmth(kelvin: float | None, colder: float | None, unmeasured: str | None) 
     if colder is None:
         lacks = f"the temperature of {unmeasured} is not known" if unmeasured else "no thermometer"
         return f"{abs(kelvin):.2g} K {way} at least; {lacks}"
-    said = "colder" if colder > 0 else "warmer"
-    return f"{abs(kelvin):.2g} K {way} at least; thermometer {abs(colder):.2g} K {said}"
+    said = f"{abs(colder):.2g} K {'colder' if colder > 0 else 'warmer'}"
+    if round(abs(colder)) and colder * kelvin > 0.0:  # what measured warmth explains is no change
+        return f"{abs(kelvin):.2g} K {way} at least, beyond the thermometer's {said}"
+    return f"{abs(kelvin):.2g} K {way} at least; thermometer {said}"
 
 
 def _parameter(one: Mapping[str, Any]) -> tuple[str, str, str, str, str, str]:

@@ -79,12 +79,17 @@ def _warmth_words(change: NamedChange, found: Comparison) -> str:
     """What warmth would have to be to make a change of friction, beside what the thermometer says."""
     if change.kelvin is None:
         return ""
-    measured = "no thermometer" if found.colder is None else f"the thermometer says {_apart(found.colder)}"
+    measured = (
+        "; no thermometer" if found.colder is None else f"; the thermometer says {_apart(found.colder)}"
+    )
     if found.unmeasured is not None:
-        measured = f"the temperature of {found.unmeasured} is not known"
+        measured = f"; the temperature of {found.unmeasured} is not known"
+    elif found.colder is not None and round(abs(found.colder)) and found.colder * change.kelvin > 0.0:
+        # A change is what the measured warmth does not explain: the night is compared at its temperature.
+        measured = f", beyond the {_apart(found.colder)} that the thermometer says"
     if change.effect == WARMTH:
-        return f" ({measured})"
-    return f" (would need {abs(change.kelvin):.2g} K {_way(change.kelvin)} at least; {measured})"
+        return f" ({measured[2:]})"
+    return f" (would need {abs(change.kelvin):.2g} K {_way(change.kelvin)} at least{measured})"
 
 
 def _apart(colder: float) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from daq.check.judged import comparison_json
-from daq.report.check_view import check_view
+from daq.report.check_view import _warmth, check_view
 from daq.report.page import render
 from ident.drift import Comparison, DriftSettings, compare, patterns_of
 from ident.drift.words import sentence_of
@@ -145,3 +145,20 @@ def test_a_check_that_lacks_any_key_has_a_page_and_says_what_is_not_shown(
     assert told > 0 or otherwise == []
     odd = check_view("resting", "said", whole, BASELINE, TONIGHT)
     assert odd.word == "resting" and odd.kind == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("kelvin", "colder", "said"),
+    [
+        (15.2, 4.8, "15 K colder at least, beyond the thermometer's 4.8 K colder"),
+        (15.2, -4.8, "15 K colder at least; thermometer 4.8 K warmer"),
+        (-15.2, -4.8, "15 K warmer at least, beyond the thermometer's 4.8 K warmer"),
+        (15.2, 0.3, "15 K colder at least; thermometer 0.3 K colder"),
+        (15.2, None, "15 K colder at least; no thermometer"),
+        (None, 4.8, "–"),
+    ],
+)
+def test_a_change_is_beyond_what_the_thermometer_explains(
+    kelvin: float | None, colder: float | None, said: str
+) -> None:
+    assert _warmth(kelvin, colder, None) == said

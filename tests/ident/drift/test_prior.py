@@ -14,6 +14,7 @@ from ident.drift.history import Series, expected_of, label_of
 from ident.drift.patterns import WARMTH, with_warmth
 from ident.drift.predictive import _FACTOR, ChartPrior, predict
 from ident.drift.prior import NIGHTS, posterior_covariance, prior_of
+from ident.drift.words import _warmth_words
 from robots.arrays import FloatArray
 from tests.ident.drift.arms_of_nights import covariance_within, draw_nights, geometry
 
@@ -190,6 +191,12 @@ def test_friction_of_one_joint_is_no_warmth_while_the_arm_is_being_learned(
     measured = compare(nights[0], nights[1:], made)
     assert measured.state == "changed" and not measured.doubtful
     assert measured.colder is not None and "the thermometer says" in measured.sentence
+    for colder, said in (
+        (8.0, "at least, beyond the 8 K colder that the thermometer says)"),
+        (-8.0, "at least; the thermometer says 8 K warmer)"),
+        (0.3, "at least; the thermometer says 0 K colder)"),
+    ):
+        assert _warmth_words(measured.changes[0], replace(measured, colder=colder)).endswith(said)
     first = blind(nights)[0]
     without = compare(first, nights[1:], made)  # as after a baseline that nobody told the temperature of
     assert without.doubtful and f"the temperature of {label_of(first)} is not known" in without.sentence
