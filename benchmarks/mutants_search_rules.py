@@ -14,6 +14,7 @@ _SETS = of_evidence("gram", "search")
 _GRAM = of_evidence("gram")
 _ANSWER = of_evidence("hyperparameters", "simplified", "search")
 _LOOP = of_evidence("loop_evidence", "settled_in_loop")
+_LAW = of_evidence("any_law")
 _ADDED = of_search("unknown_feed_forward")
 _TERMS = of_evidence("terms")
 _POWER = of_evidence("smallest")
@@ -463,6 +464,20 @@ RULES = (
         _LOOP,
     ),
     Broken(
+        "any law of standstill leaves no more than gate 1's margin",
+        f"{_BY}diagnosis.py",
+        "if other is not None and not _beyond_margin(other):",
+        "if other is not None:",
+        _LAW,
+    ),
+    Broken(
+        "another law of standstill is asked for where the loop does otherwise",
+        f"{_BY}diagnosis.py",
+        "        other = by_any_law(self.step, problem)\n",
+        "        other = None\n",
+        _LAW,
+    ),
+    Broken(
         "a feed-forward is more than noise",
         "ident/discrepancy/unknown_feed_forward.py",
         "self.power > _ABOVE * self.noise",
@@ -542,8 +557,8 @@ RULES = (
     Broken(
         "of two laws of standstill the likelier is taken",
         "ident/discrepancy/presliding.py",
-        "_, law, grid = min(found, key=lambda one: one[0])",
-        "_, law, grid = max(found, key=lambda one: one[0])",
+        "_, law, grids = min(found, key=lambda one: one[0])",
+        "_, law, grids = max(found, key=lambda one: one[0])",
         of_search("loop", "figures"),
     ),
     Broken(

@@ -18,6 +18,9 @@ from scipy.linalg.lapack import dtbtrs
 
 from robots.arrays import BoolArray, FloatArray
 
+_IN_CACHE = 1 << 16
+"""Values that are filtered together: half a megabyte stays in the cache of a core."""
+
 
 @dataclass(frozen=True)
 class LowPass:
@@ -43,20 +46,29 @@ class LowPass:
             series: channels × samples.
             padding: samples by which the ends are continued; fewer than there are.
         """
-        before = 2.0 * series[:, :1] - series[:, padding:0:-1]
-        behind = 2.0 * series[:, -1:] - series[:, -2 : -2 - padding : -1]
-        values = np.concatenate([before, series, behind], axis=1)
-        band = np.repeat(self.denominator[np.newaxis, :], values.shape[1], axis=0).T
-        for _ in range(2):
-            values = self._settled(values, band)[:, ::-1]
-        return values[:, padding : padding + series.shape[1]]
+        samples = series.shape[1]
+        band = np.repeat(self.denominator[np.newaxis, :], samples + 2 * padding, axis=0).T
+        found = np.empty(series.shape)
+        rows = max(1, _IN_CACHE // max(samples, 1))
+        for first in range(0, len(series), rows):
+            part = series[first : first + rows]
+            before = 2.0 * part[:, :1] - part[:, padding:0:-1]
+            behind = 2.0 * part[:, -1:] - part[:, -2 : -2 - padding : -1]
+            values = np.concatenate([before, part, behind], axis=1)
+            for _ in range(2):
+                values = self._settled(values, band)[:, ::-1]
+            found[first : first + rows] = values[:, padding : padding + samples]
+        return found
 
     def _settled(self, values: FloatArray, band: FloatArray) -> FloatArray:
         """One pass, begun in the steady state of the first sample; channels × samples."""
         start = values[:, :1].copy()
         driven = np.subtract(values, start, order="C")
+        other = np.empty_like(driven)
         for _ in range(self.denominator.size - 1):
-            driven[:, 1:] += driven[:, :-1].copy()
+            np.add(driven[:, 1:], driven[:, :-1], out=other[:, 1:])
+            other[:, 0] = driven[:, 0]
+            driven, other = other, driven
         driven *= self.gain
         found, _ = dtbtrs(band, driven.T, uplo="L", diag="U", overwrite_b=True)
         filtered: FloatArray = found.T

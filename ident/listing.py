@@ -11,8 +11,18 @@ _FEW = 6
 """So many are not yet many."""
 
 
+_LONG = 48
+"""Characters of a name that a message shows whole."""
+
+
+def short(name: str) -> str:
+    """A name as messages show it: of a very long one its beginning and its end."""
+    return name if len(name) <= _LONG else f"{name[: _LONG - 13]}…{name[-12:]}"
+
+
 def listed(names: Sequence[str], few: int = _FEW) -> str:
     """All of a few names; of many the first three, and how many more there are."""
+    names = [short(name) for name in names]
     if len(names) <= few:
         return ", ".join(names)
     return f"{', '.join(names[:SHOWN])} and {len(names) - SHOWN} more"

@@ -15,57 +15,30 @@ import numpy as np
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.writer import Writer
-from numpy.typing import NDArray
 
 from daq.recording.capture import Capture
 from daq.recording.cdr import CdrEncoder
+from daq.recording.link_messages import transform_rows
 from daq.recording.messages import joint_state_layout
 from daq.recording.topics import (
+    DESCRIPTION_TOPIC,
     JOINT_STATE,
     JOINT_STATE_DEFINITION,
     MEASURED_TOPIC,
     REFERENCE_TOPIC,
+    STATIC_TOPIC,
+    STRING,
+    STRING_DEFINITION,
+    TF,
+    TF_DEFINITION,
+    TF_TOPIC,
 )
 from robots import Robot
-from robots.arrays import FloatArray, IntArray
-from robots.urdf import FIXED, UrdfJoint, read_urdf
-from robots.urdf_bodies import transform
+from robots.arrays import IntArray
+from robots.urdf import FIXED, read_urdf
 
 TF_RATE = 50.0
 """Hz; what a picture needs."""
-_SEPARATOR = "=" * 80
-_TF_DEFINITION = f"""\
-geometry_msgs/TransformStamped[] transforms
-{_SEPARATOR}
-MSG: geometry_msgs/TransformStamped
-std_msgs/Header header
-string child_frame_id
-geometry_msgs/Transform transform
-{_SEPARATOR}
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-{_SEPARATOR}
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-{_SEPARATOR}
-MSG: geometry_msgs/Transform
-geometry_msgs/Vector3 translation
-geometry_msgs/Quaternion rotation
-{_SEPARATOR}
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-{_SEPARATOR}
-MSG: geometry_msgs/Quaternion
-float64 x 0
-float64 y 0
-float64 z 0
-float64 w 1
-"""
-_TF, _STRING = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
 _LATCHED = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
     "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
@@ -136,17 +109,17 @@ def _topics(capture: Capture, robot: Robot) -> dict[str, _Topic]:
     first = stamps[:1]
     text = CdrEncoder()
     text.string(capture.urdf_text)
-    found["/robot_description"] = _Topic(_STRING, "string data\n", first, [text.finish()], _LATCHED)
+    found[DESCRIPTION_TOPIC] = _Topic(STRING, STRING_DEFINITION, first, [text.finish()], _LATCHED)
     joints = read_urdf(robot.urdf_path).joints
     fixed = [joint for joint in joints if joint.kind == FIXED]
     if fixed:
-        found["/tf_static"] = _Topic(_TF, _TF_DEFINITION, first, _transforms(fixed, first, {}), _LATCHED)
+        still = [row.tobytes() for row in transform_rows(fixed, first, {})]
+        found[STATIC_TOPIC] = _Topic(TF, TF_DEFINITION, first, still, _LATCHED)
     moving = [joint for joint in joints if joint.kind != FIXED]
     every = max(1, round(1.0 / (TF_RATE * capture.period)))
     positions = {name: np.asarray(samples.position)[::every, axis] for axis, name in enumerate(names)}
-    found["/tf"] = _Topic(
-        _TF, _TF_DEFINITION, stamps[::every], _transforms(moving, stamps[::every], positions)
-    )
+    turned = [row.tobytes() for row in transform_rows(moving, stamps[::every], positions)]
+    found[TF_TOPIC] = _Topic(TF, TF_DEFINITION, stamps[::every], turned)
     return found
 
 
@@ -159,59 +132,6 @@ def _begin(capture: Capture) -> int:
             return 0
     statistics = None if summary is None else summary.statistics
     return 0 if statistics is None else statistics.message_start_time
-
-
-def _transforms(
-    joints: list[UrdfJoint], stamps: IntArray, positions: Mapping[str, FloatArray]
-) -> list[bytes]:
-    """One TFMessage per stamp with all the joints; positions (samples,) of those that move."""
-    encoder, names, formats, offsets = CdrEncoder(), [], [], []
-    encoder.primitive("uint32", len(joints))
-
-    def number(name: str, kind: str, form: str) -> None:
-        encoder.primitive(kind, 0)
-        names.append(name)
-        formats.append(form)
-        offsets.append(encoder.offset)
-
-    for joint in joints:
-        number(f"{joint.name} sec", "int32", "<i4")
-        number(f"{joint.name} nanosec", "uint32", "<u4")
-        encoder.string(joint.parent)
-        encoder.string(joint.child)
-        for part in "xyzijkw":
-            number(f"{joint.name} {part}", "float64", "<f8")
-    template = np.frombuffer(encoder.finish(), dtype=np.uint8)
-    rows = np.tile(template, (len(stamps), 1))
-    record = {"names": names, "formats": formats, "offsets": offsets, "itemsize": template.size}
-    cells = rows.view(np.dtype(record))[:, 0]  # type: ignore[call-overload]
-    for joint in joints:
-        cells[f"{joint.name} sec"], cells[f"{joint.name} nanosec"] = np.divmod(stamps, 1_000_000_000)
-        place, turn = _pose(joint, positions.get(joint.name, np.zeros(len(stamps))))
-        for part, values in zip("xyzijkw", (*place.T, *turn.T), strict=True):
-            cells[f"{joint.name} {part}"] = values
-    return [row.tobytes() for row in rows]
-
-
-def _pose(joint: UrdfJoint, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Translation (samples, 3) and quaternion x y z w (samples, 4) of the child in the parent."""
-    pose, axis = transform(joint.pose), np.array(joint.axis)
-    place = np.tile(pose[:3, 3], (len(position), 1))
-    if joint.kind == "prismatic":
-        place += np.outer(position, pose[:3, :3] @ axis)
-        return place, np.tile(_quaternion(pose[:3, :3]), (len(position), 1))
-    half = np.zeros_like(position) if joint.kind == FIXED else position / 2
-    vector, scalar = np.outer(np.sin(half), axis), np.cos(half)
-    *fixed, w = _quaternion(pose[:3, :3])
-    turned = scalar[:, np.newaxis] * np.array(fixed) + w * vector + np.cross(np.array(fixed), vector)
-    return place, np.column_stack([turned, w * scalar - vector @ np.array(fixed)])
-
-
-def _quaternion(rotation: FloatArray) -> NDArray[np.float64]:
-    """x y z w of a rotation (3, 3)."""
-    import pinocchio
-
-    return np.asarray(pinocchio.Quaternion(rotation).coeffs())
 
 
 def _in_order(topics: Mapping[str, _Topic]) -> Iterator[tuple[int, str, bytes]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ _NUMPY_ERRORS = (
 _HDF5_ERRORS = (OSError, ValueError, KeyError, RuntimeError, TypeError, MemoryError)
 _MOST_SIDES = 2
 """Of an array that may hold channels; what has more, such as pictures, is not even read."""
+_MOST_PLACES = 64
+"""Of a cell or an array of structs that is looked into."""
 _HIDDEN = "#"
 """MATLAB keeps what its cells and objects refer to in groups whose names begin so."""
 
@@ -43,6 +46,23 @@ def add_array(columns: Columns, name: str, value: NDArray[Any]) -> None:
             columns |= {f"{name}:{k + 1}": table[:, k].copy() for k in range(table.shape[1])}
         else:
             columns[name] = table.ravel()
+
+
+def add_vectors(columns: Columns, name: str, values: Sequence[Any]) -> bool:
+    """One column ``name:1``, ``name:2`` … of each of some vectors of one length; False where they are none.
+
+    MATLAB users keep a vector per joint in the places of a cell, or in a field of an array of structs.
+    """
+    vectors = [np.asarray(value) for value in values]
+    lengths = {vector.size for vector in vectors if vector.size == max(vector.shape, default=0)}
+    numbers = all(vector.dtype.kind in "iufb" and vector.size > 1 for vector in vectors)
+    if not 1 <= len(vectors) <= _MOST_PLACES or not numbers or len(lengths) != 1:
+        return False
+    if any(vector.size not in lengths for vector in vectors):
+        return False
+    for k, vector in enumerate(vectors, start=1):
+        columns[f"{name}:{k}"] = vector.ravel().astype(np.float64)
+    return True
 
 
 def read_numpy(path: Path) -> Columns:
@@ -87,6 +107,11 @@ def read_hdf5(path: Path, separator: str = "/") -> Columns:
     columns: Columns = {}
 
     def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) and item.size <= _MOST_PLACES:
+            places = [item.file[place] for place in item[()].ravel() if place]
+            if not name.startswith(_HIDDEN) and all(isinstance(place, h5py.Dataset) for place in places):
+                add_vectors(columns, name.replace("/", separator), [place[()] for place in places])
+            return
         text = item.attrs.get("MATLAB_class") in (b"char", b"cell", b"function_handle")
         if text or not isinstance(item, h5py.Dataset) or name.startswith(_HIDDEN) or item.ndim > _MOST_SIDES:
             return

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.listing import short
 from robots.arrays import FloatArray
 
 _NUMBER = re.compile(r"^(.*?)[ _:.\-\[(]*(\d+)[\])]?$")
@@ -87,13 +88,14 @@ class Channels:
     @property
     def label(self) -> str:
         """For messages."""
-        first = self.columns[0] if self.file is None else f"{self.file}: {self.columns[0]}"
+        first = short(self.columns[0])
+        first = first if self.file is None else f"{self.file}: {first}"
         if len(self.columns) == 1:
             return first
         last = self.columns[-1]
         pairs = enumerate(zip(self.columns[0], last, strict=False))
         same = next((k for k, (a, b) in pairs if a != b), 0)
-        return f"{first} … {last if same < _LONG else last[same:]}"
+        return f"{first} … {short(last) if same < _LONG else last[same:]}"
 
 
 def words_of(name: str) -> tuple[str, ...]:

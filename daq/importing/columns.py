@@ -15,7 +15,7 @@ from daq.importing.dialect import TextTable, decoded, text_table
 from daq.importing.table_process import TableProcess
 from daq.importing.table_readers import READERS
 from daq.recording.errors import CaptureError
-from ident.listing import listed
+from ident.listing import listed, short
 from robots.arrays import FloatArray
 from robots.errors import one_line
 
@@ -56,7 +56,7 @@ class Table:
         values = {name: self._column(name) for name in names}
         lengths = {name: len(column) for name, column in values.items()}
         if len(set(lengths.values())) > 1:
-            told = listed([f"{name} {length}" for name, length in lengths.items()])
+            told = listed([f"{short(name)} {length}" for name, length in lengths.items()])
             raise CaptureError(f"{self.path}: variables differ in length: {told}")
         return np.column_stack([values[name] for name in names])
 
@@ -67,7 +67,7 @@ class Table:
         if part and part[1] in self.columns and 0 < int(part[3]) <= int(part[2]):
             return self.columns[part[1]][int(part[3]) - 1 :: int(part[2])]
         present = listed(sorted(self.columns), few=20) or "none"
-        raise CaptureError(f"{self.path}: no variable {name!r}; present: {present}")
+        raise CaptureError(f"{self.path}: no variable {short(name)!r}; present: {present}")
 
 
 def read_table(path: Path) -> Table:

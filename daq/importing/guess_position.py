@@ -12,6 +12,7 @@ from daq.importing.channels import Channels
 from daq.importing.guess_torque import LogHints
 from daq.importing.log_quantities import DEGREE, POSITION_UNITS, unit_of
 from daq.recording.errors import CaptureError
+from ident.listing import short
 from robots.arrays import BoolArray, FloatArray
 from robots.loose_urdf import LooseUrdf
 
@@ -83,7 +84,7 @@ def in_si(
         joint = int(np.argmax(off))
         tried = "rad or deg" if turning[joint] else "m or mm"
         raise CaptureError(
-            f"{path}: {position.columns[joint]!r} reaches {reach[joint]:.4g}, in {tried} beyond"
+            f"{path}: {short(position.columns[joint])!r} reaches {reach[joint]:.4g}, in {tried} beyond"
             f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio"
         )
     if any(kinds):

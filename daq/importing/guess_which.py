@@ -16,6 +16,7 @@ from daq.importing.log_quantities import unit_of
 from daq.importing.proof import derivative_of, is_same, slope_between, smooth
 from daq.recording.errors import CaptureError
 from ident import Recording
+from ident.listing import SHOWN, listed
 from ident.preparation.cutoff import propose_cutoff
 from ident.preparation.noise import narrowest_friction_width
 from ident.preparation.resampling import clock_of, longest_gap
@@ -67,9 +68,7 @@ def _position_score(channel: Channels) -> int:
 
 def present(series: Sequence[Channels]) -> str:
     """What there is, short."""
-    labels = [c.label for c in series]
-    more = f" and {len(labels) - 6} more" if len(labels) > 6 else ""
-    return f"present: {', '.join(labels[:6]) or 'none'}{more}"
+    return f"present: {listed([c.label for c in series], few=SHOWN) or 'none'}"
 
 
 def torque_of(path: Path, others: Sequence[Channels]) -> Channels:

@@ -15,6 +15,7 @@ from daq.importing.import_map import (
     Torque,
 )
 from daq.recording.errors import CaptureError
+from ident.listing import short
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
@@ -84,7 +85,7 @@ class LogFiles:
         if bad.size:
             row, column = bad[0]
             raise CaptureError(
-                f"{path}: {names[column]!r} is not a number at sample {row} ({len(bad)} in all)"
+                f"{path}: {short(names[column])!r} is not a number at sample {row} ({len(bad)} in all)"
             )
         return values
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.listing import short
 from robots.arrays import FloatArray
 
 _MOST_DIGITS = 6
@@ -54,7 +55,7 @@ def rounded(name: str, labels: tuple[str, ...], values: FloatArray) -> tuple[str
     if not found:
         return ()
     digits = min(digits for _, digits in found)
-    named = found[0][0] if len(found) == 1 else f"{found[0][0]} and {len(found) - 1} more"
+    named = short(found[0][0]) if len(found) == 1 else f"{short(found[0][0])} and {len(found) - 1} more"
     return (
         f"{name}: {named} written with {digits} digits behind the point: rounding is most of the positions'"
         " noise and blurs friction; write more",

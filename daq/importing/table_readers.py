@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from daq.importing.array_readers import Columns, add_array, read_hdf5, read_numpy
+from daq.importing.array_readers import Columns, add_array, add_vectors, read_hdf5, read_numpy
 from daq.importing.bags import BAG_SUFFIXES
 from daq.recording.errors import CaptureError
 from robots.extras import install_command
@@ -54,18 +54,31 @@ def read_mat(path: Path) -> Columns:
     return columns
 
 
+_MOST_PLACES = 64
+"""Of a cell that are looked into."""
 _DEEPEST = 6
 """Structs within structs that are looked into."""
 
 
 def _add_variable(columns: Columns, name: str, value: Any, depth: int = 0) -> None:
-    """A numeric variable, or those of the fields of one struct; cells, objects and texts are left out."""
+    """A numeric variable, those of a struct's fields, a vector per place of a cell or an array of structs.
+
+    Objects and texts are left out.
+    """
     if not isinstance(value, np.ndarray) or depth > _DEEPEST or name.startswith("__"):
         return
     if value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _add_variable(columns, f"{name}.{field}", value.ravel()[0][field], depth + 1)
-    elif not value.dtype.names:
+    elif value.dtype.names:
+        for field in value.dtype.names:
+            add_vectors(columns, f"{name}.{field}", list(value[field].ravel()))
+    elif value.dtype.hasobject:
+        places = list(value.ravel())[: _MOST_PLACES + 1]
+        if not add_vectors(columns, name, places) and len(places) <= _MOST_PLACES:
+            for k, place in enumerate(places, start=1):
+                _add_variable(columns, f"{name}.{k}", place, depth + 1)
+    else:
         add_array(columns, name, value)
 
 

@@ -13,6 +13,7 @@ from daq.importing.channels import Channels
 from daq.importing.guess_which import rises, time_of
 from daq.importing.proof import derivative_of, smooth
 from daq.recording.errors import CaptureError
+from ident.listing import listed
 from robots.arrays import BoolArray, FloatArray
 
 _LONGEST = 60000
@@ -141,9 +142,9 @@ def _clock(path: Path, columns: dict[str, FloatArray], sample_rate: float | None
     even = [name for name, values in columns.items() if rises(values) and _even(values)]
     clocks = [name for name in even if not _counts(columns[name])]
     if len(clocks) > 1 or (even and not clocks):
-        listed = ", ".join(clocks or even)
         raise CaptureError(
-            f"{path}: {listed} may be times or counts; give --sample-rate (samples per second)"
+            f"{path}: {listed(clocks or even)} may be times or counts; give --sample-rate (samples per"
+            " second)"
         )
     return clocks[0] if clocks else None
 

@@ -24,6 +24,7 @@ from daq.recording.capture import CHECKSUM_KEY, OUTCOME, PROFILE, CaptureError, 
 from daq.recording.events import DriveEvent, EventFinder
 from daq.recording.frames import Frames
 from daq.recording.joint_channels import channel_rows
+from daq.recording.link_messages import LinkMessages
 from daq.recording.listener import FrameListener
 from daq.recording.mcap_file import McapFile, Rows
 from daq.recording.sample_messages import SampleMessages
@@ -34,18 +35,13 @@ from daq.recording.topics import (
     CHANNELS,
     EVENTS_TOPIC,
     FRAMES_TOPIC,
-    MEASURED_TOPIC,
     NUMBERS,
-    REFERENCE_TOPIC,
-    STATUS_TOPIC,
     TEMPERATURE_TOPIC,
     TOPICS,
 )
 from drivers.frames.samples import Samples
 from robots import Robot
 from robots.arrays import FloatArray
-
-__all__ = ["CHANNELS", "MEASURED_TOPIC", "REFERENCE_TOPIC", "STATUS_TOPIC", "Recorder"]
 
 log = logging.getLogger(__name__)
 
@@ -83,6 +79,7 @@ class Recorder:
         """
         self.path = path
         self._messages = SampleMessages(robot, reference=reference)
+        self._links = LinkMessages(robot)
         self._joints = [joint.name for joint in robot.joint]
         self._events = EventFinder(robot)
         self._start_ns = start_ns
@@ -145,6 +142,8 @@ class Recorder:
         with self._lock:
             self._raise_failure()
             self._attempt(streams, sequences, stamps, self._events.in_samples(samples, stamps))
+            for batch in self._links.batches(samples, stamps):
+                self._attempt(*batch, ())
             self._raise_failure()
 
     def write_frames(self, frames: Frames) -> None:

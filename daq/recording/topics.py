@@ -10,6 +10,8 @@ CAN_FRAME = "can_msgs/msg/Frame"
 LOG = "rcl_interfaces/msg/Log"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 JOINT_CHANNELS = "armhil/msg/JointChannels"
+STRING = "std_msgs/msg/String"
+TF = "tf2_msgs/msg/TFMessage"
 
 REFERENCE_TOPIC = "/joint_reference"
 MEASURED_TOPIC = "/joint_states"
@@ -18,6 +20,9 @@ FRAMES_TOPIC = "/can_frames"
 EVENTS_TOPIC = "/drive_events"
 TEMPERATURE_TOPIC = "/temperatures"
 BESIDE_TOPIC = "/joint_channels"
+DESCRIPTION_TOPIC = "/robot_description"
+STATIC_TOPIC = "/tf_static"
+TF_TOPIC = "/tf"
 
 _SEPARATOR = "=" * 80
 _TIME_DEFINITION = f"""\
@@ -107,6 +112,38 @@ float64[] added_signal
 # Degrees Celsius.
 float64[] temperature
 {_HEADER_DEFINITION}"""
+STRING_DEFINITION = "string data\n"
+TF_DEFINITION = f"""\
+geometry_msgs/TransformStamped[] transforms
+{_SEPARATOR}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{_SEPARATOR}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_SEPARATOR}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+{_SEPARATOR}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{_SEPARATOR}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+{_SEPARATOR}
+MSG: geometry_msgs/Quaternion
+float64 x 0
+float64 y 0
+float64 z 0
+float64 w 1
+"""
 
 TOPICS = (
     Topic(REFERENCE_TOPIC, JOINT_STATE, JOINT_STATE_DEFINITION),
@@ -116,6 +153,9 @@ TOPICS = (
     Topic(EVENTS_TOPIC, LOG, LOG_DEFINITION),
     Topic(TEMPERATURE_TOPIC, TEMPERATURE, TEMPERATURE_DEFINITION),
     Topic(BESIDE_TOPIC, JOINT_CHANNELS, JOINT_CHANNELS_DEFINITION),
+    Topic(DESCRIPTION_TOPIC, STRING, STRING_DEFINITION),
+    Topic(STATIC_TOPIC, TF, TF_DEFINITION),
+    Topic(TF_TOPIC, TF, TF_DEFINITION),
 )
 # Channels are numbered in this order, so a reader knows them even where the chunk that introduces them is
 # damaged.

@@ -57,5 +57,6 @@ def distance_of(robot: Robot, axis: int, text: str) -> float:
 def shown(robot: Robot, axis: int, value: float) -> str:
     """A position or a way of a joint, for people."""
     if robot.joint[axis].kind == "revolute":
-        return f"{value:.4f} rad ({math.degrees(value):.2f}°)"
+        radians, degrees = round(value, 4) + 0.0, round(math.degrees(value), 2) + 0.0  # no minus zero
+        return f"{radians:.4f} rad ({degrees:.2f}°)"
     return f"{value:.5f} m"

@@ -50,10 +50,12 @@ class LoopExamination(Examination):
     Attributes:
         loop: the recordings' loop, and what effects change in it.
         about: the regressor (N, b) as effects are screened, not simulated; None where it is that already.
+        any_law: whether friction at standstill may follow any law, with a size of each drive's own.
     """
 
     loop: LoopEvidence = field(kw_only=True)
     about: FloatArray | None = field(kw_only=True)
+    any_law: bool = field(kw_only=True, default=False)
 
     rounds: ClassVar[int] = 0
     """Columns hold at the sizes that they were simulated with."""
@@ -119,6 +121,7 @@ def examine_in_loop(
     prior: Prior | None,
     start: FloatArray,
     before: LoopExamination | None = None,
+    any_law: bool = False,
 ) -> LoopExamination:
     """Fit the present model to the recordings in closed loop.
 
@@ -128,13 +131,15 @@ def examine_in_loop(
         prior: what is known of its parameters.
         start: (b,) parameters to start from.
         before: the same of the model with fewer effects, whose columns still serve.
+        any_law: as of :class:`LoopExamination`; that of ``before`` where there is one.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
     """
+    any_law = any_law if before is None else before.any_law
     known = None if before is None else before.loop
     loop = Loop.of(base.model, prepared) if known is None else known.loop
-    standstill = standstill_of(loop, base, start) if known is None else known.standstill
+    standstill = standstill_of(loop, base, start, any_law) if known is None else known.standstill
     evidence, rest, noise = loop_evidence(loop, base, start, standstill)
     segment = loop.segment()
     used = evidence.moving() if before is None else before.used
@@ -175,6 +180,7 @@ def examine_in_loop(
         prior,
         loop=evidence,
         about=about,
+        any_law=any_law,
     )
 
 

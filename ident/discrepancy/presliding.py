@@ -29,12 +29,13 @@ foreign arm, and what friction then lacked was a static friction of two drives w
 Law = Bristle | FrictionSign
 
 
-def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray) -> Standstill:
+def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray, each: bool = False) -> Standstill:
     """What goes best with the recordings: bristles that bend over a way, or friction smoothed over a speed.
 
-    One size for all drives. A drive whose friction builds up more slowly than that of the others is a
-    finding: it has no size of its own here, and the median is not moved by it. Drives count by how surely
-    they tell theirs. Of the two laws the likelier is taken, each drive with a noise of its own: Σ log loss.
+    One size for all drives, unless each is to have its own. A drive whose friction builds up more slowly than
+    that of the others is a finding: it has no size of its own here, and the median is not moved by it. Drives
+    count by how surely they tell theirs. Of the two laws the likelier is taken, each drive with a noise of
+    its own: Σ log loss.
 
     Raises:
         IdentificationError: the loop cannot be simulated with these parameters.
@@ -42,20 +43,19 @@ def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray) -> Standst
     standard = base.standard_from(beta, base.model.prior())
     measured, drives = loop.measured(), loop.robot.n
 
-    def losses(law: Law) -> FloatArray:
-        parts = simulated_parts(loop, base, standard, (law,) * drives)
+    def losses(standstill: Standstill) -> FloatArray:
+        parts = simulated_parts(loop, base, standard, standstill)
         return np.asarray(np.sum((measured - loop.torque(loop.run(parts, FINE))) ** 2, axis=0))
 
     found = []
-    for law, sizes in ((_bristles, _LENGTHS), (_smoothed, _WIDTHS)):
-        size = sizes[0]
-        grid = np.array(sizes)
+    for law, grid in ((_bristles, _LENGTHS), (_smoothed, _WIDTHS)):
+        grids = np.tile(np.array(grid)[:, np.newaxis], drives)
         for step in (*_NEARER, _NEAREST):
-            size = _best(losses, law, grid)
-            grid = size * np.array([1.0 / step, 1.0, step])
-        found.append((float(np.log(losses(law(size))).sum()), law, grid))
-    _, law, grid = min(found, key=lambda one: one[0])
-    return (law(_best(losses, law, grid)),) * drives
+            sizes = _best(losses, law, grids, each)
+            grids = sizes * np.array([1.0 / step, 1.0, step])[:, np.newaxis]
+        found.append((float(np.log(losses(_laws(law, sizes))).sum()), law, grids))
+    _, law, grids = min(found, key=lambda one: one[0])
+    return _laws(law, _best(losses, law, grids, each))
 
 
 def _bristles(length: float) -> Law:
@@ -66,11 +66,27 @@ def _smoothed(width: float) -> Law:
     return FrictionSign("tanh", width)
 
 
-def _best(losses: Callable[[Law], FloatArray], law: Callable[[float], Law], grid: FloatArray) -> float:
-    """The size at which a law goes best with the drives, by a parabola of each through points of a grid."""
-    found = np.array(at_once(losses, [law(one) for one in grid]))
-    points, weights = np.array([_lowest(np.log(grid), np.log(loss)) for loss in found.T]).T
-    return float(np.exp(np.quantile(points, 0.5, weights=weights, method="inverted_cdf")))
+def _laws(law: Callable[[float], Law], sizes: FloatArray) -> Standstill:
+    return tuple(law(float(size)) for size in sizes)
+
+
+def _best(
+    losses: Callable[[Standstill], FloatArray], law: Callable[[float], Law], grids: FloatArray, each: bool
+) -> FloatArray:
+    """(n,) the size at which a law goes best with each drive, by a parabola through points of its grid.
+
+    Args:
+        losses: (n,) of a standstill.
+        law: of a size.
+        grids: sizes × n.
+        each: whether drives may differ; else all have the median, weighted.
+    """
+    found = np.array(at_once(losses, [_laws(law, sizes) for sizes in grids]))
+    pairs = [_lowest(np.log(grid), np.log(loss)) for grid, loss in zip(grids.T, found.T, strict=True)]
+    points, weights = np.array(pairs).T
+    if not each:
+        points[:] = np.quantile(points, 0.5, weights=weights, method="inverted_cdf")
+    return np.asarray(np.exp(points))
 
 
 def _lowest(points: FloatArray, values: FloatArray) -> tuple[float, float]:

@@ -86,13 +86,19 @@ class Step:
         """
         return Step.of(base, prepared, prior, self.examination.whitening, self.plain)
 
-    def in_loop(self) -> LoopStep | None:
-        """The same model in closed loop; None where the recordings or the model have none."""
+    def in_loop(self, any_law: bool = False) -> LoopStep | None:
+        """The same model in closed loop; None where the recordings or the model have none.
+
+        Args:
+            any_law: whether its friction at standstill may follow any law (:class:`LoopExamination`).
+        """
         prepared = self.examination.prepared
         if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
             return None
         try:
-            examination = examine_in_loop(self.base, prepared, self.prior, self.examination.beta)
+            examination = examine_in_loop(
+                self.base, prepared, self.prior, self.examination.beta, any_law=any_law
+            )
         except IdentificationError as error:
             _log.info("not examined in closed loop: %s", error)
             return None

@@ -9,6 +9,7 @@ import numpy as np
 from ident.errors import IdentificationError
 from ident.estimators.fit import LinearFit, Stacked
 from ident.listing import listed
+from ident.statistics.triangle import triangle_beside
 from robots.arrays import FloatArray
 
 ErrorDeviation = Literal["unbiased", "sample"]
@@ -61,12 +62,11 @@ def weighted_least_squares(
     """
     sigma = joint_deviations(stacked, kind)
     weights = stacked.spread(1.0 / sigma)
-    x = stacked.x * weights[:, np.newaxis]
-    require_full_rank(x, names)
-    q, r = np.linalg.qr(x)
-    beta = np.linalg.solve(r, q.T @ (stacked.y * weights))
+    r, shares = triangle_beside(stacked.x, stacked.y * weights, weights)
+    require_full_rank(r, names)  # the triangle has the singular values and directions of the rows
+    beta = np.asarray(np.linalg.solve(r, shares), dtype=np.float64)
     inverse = np.linalg.inv(r)
-    return LinearFit(beta, inverse @ inverse.T, sigma, float(np.linalg.cond(x)))
+    return LinearFit(beta, inverse @ inverse.T, sigma, float(np.linalg.cond(r)))
 
 
 def require_full_rank(x: FloatArray, names: tuple[str, ...]) -> None:

@@ -26,6 +26,7 @@ from ident.recording import Recording
 from ident.signals import differentiate, low_pass
 from ident.statistics.covariance import weighted_score_covariance
 from ident.statistics.restricted import regression_whitening
+from ident.statistics.triangle import triangle_beside
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
 from robots.description import Identification, Robot
@@ -99,7 +100,6 @@ def estimate_lag(
     """
     robot = base.model.robot
     weights = stacked.spread(1.0 / _error_deviations(stacked))
-    x = stacked.x * weights[:, np.newaxis]
     reference = _along_reference(base, recordings, rows, stacked, settings)
     given, sample_time = settings.control_signal_lag, recordings[0].sample_time
     row = sample_time * settings.decimation
@@ -110,7 +110,7 @@ def estimate_lag(
         if abs(lag - rate_at) > _SAME_RATE * row:
             rates = observed.rate_at(lag)
             rate = _stack(rows, rates) * weights
-            probe = _probe(x, rate, reference, weights)
+            probe = _probe(stacked.x, rate, reference, weights)
             sigma, rate_at = _deviation(rows, probe, weights, whitening) / abs(float(probe @ rate)), lag
         torque = observed.at(lag)
         step = float(probe @ (_stack(rows, torque) * weights) / (probe @ rate))
@@ -144,7 +144,7 @@ class _Torques:
 
 def _error_deviations(stacked: Stacked) -> FloatArray:
     """(n,) deviations of the residuals of least squares over all joints."""
-    beta = np.linalg.lstsq(stacked.x, stacked.y, rcond=None)[0]
+    beta = np.linalg.lstsq(*triangle_beside(stacked.x, stacked.y), rcond=None)[0]
     parts = stacked.split(stacked.y - stacked.x @ beta)
     return np.array([np.sqrt(np.mean(part**2)) for part in parts])
 
@@ -161,11 +161,12 @@ def _along_reference(
     settings: Identification,
 ) -> tuple[FloatArray, FloatArray] | None:
     """Columns (r, b) and dτ/dt (r,) of the rows along what references say; None without references."""
-    beta = np.linalg.lstsq(stacked.x, stacked.y, rcond=None)[0]
+    if any(recording.reference is None for recording in recordings):
+        return None
+    beta = np.linalg.lstsq(*triangle_beside(stacked.x, stacked.y), rcond=None)[0]
     columns, rates = [], []
     for recording in recordings:
-        if recording.reference is None:
-            return None
+        assert recording.reference is not None
         moved = replace(recording, position=_first_stage(recording, recording.reference, settings))
         part = observed_columns(base, moved, settings)
         columns.append(part)
@@ -201,9 +202,10 @@ def _probe(
     the part of dτ/dt along the reference that is orthogonal to them.
     """
     if reference is None:
-        basis = np.linalg.qr(x)[0]
-        return np.asarray(rate - basis @ (basis.T @ rate))
+        beta = np.linalg.lstsq(*triangle_beside(x, rate, weights), rcond=None)[0]
+        return np.asarray(rate - weights * (x @ beta))
     z, along = reference[0] * weights[:, np.newaxis], reference[1] * weights
+    x = x * weights[:, np.newaxis]
     return np.asarray(along - z @ np.linalg.lstsq(x.T @ z, x.T @ along, rcond=None)[0])
 
 

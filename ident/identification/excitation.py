@@ -20,6 +20,7 @@ from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
 from ident.results import Rank
 from ident.signals import kept_samples, motion
+from ident.statistics.triangle import triangle_of
 from robots.arrays import FloatArray, IntArray
 from robots.description import Identification
 
@@ -99,17 +100,17 @@ def rank_of(
     settings = base.model.robot.identification
     moved = _Moved.of(recordings, settings)
     x = rows.regressor[rows.used]
-    scale = np.linalg.norm(x, axis=0)
+    triangle, count = triangle_of(x), len(x)
+    del x
+    scale = np.linalg.norm(triangle, axis=0)
     silent = scale == 0.0
     if silent.any():
         raise _unseen("does not excite", np.flatnonzero(silent), base, moved)
-    x /= scale
-    # The triangle of x has its singular values and directions, without the rows' own vectors.
-    _, values, directions = np.linalg.svd(np.linalg.qr(x, mode="r"))
+    _, values, directions = np.linalg.svd(triangle / scale)
     blind = values < _NUMERICAL * values[0]
     if blind.any():
         raise _unseen("does not tell apart", _taking_part(directions[blind]), base, moved)
-    floor = _noise_of_columns(base, moved, spectrum, settings) / scale * np.sqrt(x.shape[0])
+    floor = _noise_of_columns(base, moved, spectrum, settings) / scale * np.sqrt(count)
     level = float(np.linalg.norm(floor))
     weak = values < level
     unseen = _taking_part(directions[weak])

@@ -116,8 +116,11 @@ def _with_covariance(prepared: Prepared, fit: LinearFit, instruments: FloatArray
         errors = prepared.errors
         if instruments is not None:
             errors = regression_whitening(residual, instruments, rows.segment, rows.used)
-        used = rows.used[:, :, None]
-        covariance = instrumental_covariance(z * used, rows.regressor * used, fit.sigma, errors, rows.segment)
+        x = rows.regressor
+        if not rows.used.all():  # of hours each copy of the rows is half a gigabyte
+            used = rows.used[:, :, None]
+            z, x = z * used, x * used
+        covariance = instrumental_covariance(z, x, fit.sigma, errors, rows.segment)
         return replace(fit, covariance=covariance, covariance_kind=errors.describe())
     kind = covariance_named(name)
     estimated = estimated_rows(rows.regressor, z, residual, fit.sigma, rows.segment, rows.used)

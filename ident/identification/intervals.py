@@ -13,6 +13,7 @@ Both are added to the variance of the errors; the estimate stays as it is.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import decimate_index, decimation_reach, low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance
-from robots.arrays import BoolArray, FloatArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification
 
 QUANTILE = 1.959963984540054
@@ -78,16 +79,20 @@ def deviations(
     z = rows.regressor if instruments is None else instruments
     residual = rows.torque - rows.regressor @ fit.beta
     gamma = windowed_autocovariance(residual, z, rows.segment, rows.used)
-    weight = (rows.used / fit.sigma)[:, :, np.newaxis]
-    whole = _Map(z * weight, rows.regressor * weight)
-    chance = variances(whole.influence * weight, gamma, rows.segment)
-    timing = whole.of(_rate(prepared, recordings) * weight[:, :, 0]) ** 2 * _lag_square(prepared)
+    weight = rows.used / fit.sigma
+    whole = _Map(z, rows.regressor, weight, weight)
+    chance = _by_recording(rows.segment, gamma, lambda own: whole.influence(own) * weight[own, :, np.newaxis])
+    timing = whole.of(_rate(prepared, recordings) * weight) ** 2 * _lag_square(prepared)
     reversals = np.zeros_like(chance)
     away = away_from_reversals(prepared, recordings)
-    part = _Map(z * weight * away[:, :, np.newaxis], rows.regressor * weight)
+    part = _Map(z, rows.regressor, weight * away, weight)
     if part.is_determined:
-        contrast = (whole.of(residual * weight[:, :, 0]) - part.of(residual * weight[:, :, 0])) ** 2
-        expected = variances((whole.influence - part.influence) * weight, gamma, rows.segment)
+        contrast = (whole.of(residual * weight) - part.of(residual * weight)) ** 2
+        expected = _by_recording(
+            rows.segment,
+            gamma,
+            lambda own: (whole.influence(own) - part.influence(own)) * weight[own, :, np.newaxis],
+        )
         seen = expected > 0.0
         beyond = float(np.mean(contrast[seen] / expected[seen])) - 1.0 if seen.any() else 0.0
         reversals = max(beyond, 0.0) * np.minimum(expected, chance)
@@ -118,28 +123,42 @@ def half_widths(
     return np.asarray(half)
 
 
-class _Map:
-    """The linear map from weighted torques to an estimate, (ZᵀX)⁻¹Zᵀ; rows that it leaves out are 0 in Z."""
+def _by_recording(
+    segment: IntArray, gamma: tuple[FloatArray, ...], weights: Callable[[BoolArray], FloatArray]
+) -> FloatArray:
+    """Variances (b,) of weighted errors, recording by recording: of hours the weights fill the memory."""
+    parts = [segment == name for name in np.unique(segment)]
+    return np.asarray(sum(variances(weights(own), gamma, segment[own]) for own in parts))
 
-    def __init__(self, z: FloatArray, x: FloatArray) -> None:
-        b = x.shape[2]
-        used = np.any(z != 0.0, axis=2)
-        self._rows = int(used.sum())
-        self._cross = z[used].T @ x[used]
-        self._z = z
+
+class _Map:
+    """The linear map from weighted torques to an estimate, (ZᵀX)⁻¹Zᵀ; rows that it leaves out weigh 0 in Z.
+
+    Z and X are samples × joints × b, their weights samples × joints.
+    """
+
+    def __init__(self, z: FloatArray, x: FloatArray, z_weight: FloatArray, x_weight: FloatArray) -> None:
+        self._z, self._weight = z, z_weight
+        both, joints = z_weight * x_weight, range(x.shape[1])
+        self._cross = sum(
+            (z[:, j].T @ (x[:, j] * both[:, j, np.newaxis]) for j in joints), np.zeros((x.shape[2],) * 2)
+        )
+        used = int(np.count_nonzero((z_weight != 0.0) & np.any(z != 0.0, axis=2)))
         scale = np.sqrt(np.abs(np.diag(self._cross)))
         scale[scale == 0.0] = 1.0
         values = np.linalg.svd(self._cross / np.outer(scale, scale), compute_uv=False)
-        self.is_determined = bool(self._rows >= _ROWS_PER_PARAMETER * b and values[-1] > _BLIND * values[0])
+        enough = used >= _ROWS_PER_PARAMETER * x.shape[2]
+        self.is_determined = bool(enough and values[-1] > _BLIND * values[0])
 
-    @property
-    def influence(self) -> FloatArray:
-        """samples × joints × b: what each weighted row adds to the parameters."""
-        return np.asarray(self._z @ np.linalg.inv(self._cross).T)
+    def influence(self, own: BoolArray) -> FloatArray:
+        """Samples × joints × b of some samples: what each weighted row adds to the parameters."""
+        weighted = self._z[own] * self._weight[own, :, np.newaxis]
+        return np.asarray(weighted @ np.linalg.inv(self._cross).T)
 
     def of(self, torque: FloatArray) -> FloatArray:
         """The estimate (b,) of weighted torques, samples × joints."""
-        return np.asarray(np.linalg.solve(self._cross, np.einsum("sja,sj->a", self._z, torque)))
+        shares = np.einsum("sja,sj->a", self._z, torque * self._weight)
+        return np.asarray(np.linalg.solve(self._cross, shares))
 
 
 def _rate(prepared: Prepared, recordings: tuple[Recording, ...]) -> FloatArray:

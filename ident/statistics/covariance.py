@@ -64,7 +64,9 @@ def instrumental_covariance(
         segment: (samples,) recordings.
     """
     weights = 1.0 / sigma**2
-    cross = np.einsum("sja,j,sjb->ab", instruments, weights, regressor, optimize=True)
+    cross = np.zeros((instruments.shape[2], regressor.shape[2]))
+    for joint, weight in enumerate(weights):
+        cross += weight * (instruments[:, joint].T @ regressor[:, joint])
     score = weighted_score_covariance(instruments, sigma, whitening, segment)
     # Columns of kilogrammes beside columns of friction, and products by fast convolution: rounding is a share
     # of the largest, and took variances of small ones below zero. The root of the score has no such side.

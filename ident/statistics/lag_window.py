@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.statistics.restricted import Taken, fit_of, independent_whitening
+from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors
 from ident.statistics.toeplitz import circle, spectrum, times
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -38,6 +38,7 @@ def windowed_autocovariance(
         segment: (samples,) recording index.
         used: samples × joints, the rows of the fit.
     """
+    target, regressor, segment, used = of_the_errors(target, regressor, segment, used)
     omega = independent_whitening(target, regressor, segment, used)
     fit = fit_of(omega, target, regressor, used)
     residual = np.where(used, target - regressor @ fit.beta, 0.0)[:, :, np.newaxis]

@@ -16,11 +16,16 @@ from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
-from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_square
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
-from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, diagnose_by_evidence
+from ident.discrepancy.by_evidence.reversals import by_any_law, likeliest_in_loop, posed_in_loop
+from ident.discrepancy.by_evidence.workflow import (
+    ABOVE,
+    above_accepted,
+    diagnose_by_evidence,
+    misfit_of,
+)
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
@@ -40,6 +45,12 @@ _log = logging.getLogger(__name__)
 
 _RANKED = 12
 """Candidates that a ranking lists."""
+
+ANY_LAW = (
+    "at standstill the drives' friction follows none of the laws that are known here; an effect that shows"
+    " there alone could hide in it"
+)
+"""Said of an arm whose loop another law of friction at standstill explains."""
 
 
 def diagnose_with_evidence(
@@ -61,7 +72,7 @@ def diagnose_with_evidence(
     question = replace(question, fit=recordings[:count], validation=recordings[count:])
     answer = diagnose_by_evidence(question, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led = _Led(question, answer, lambda step, share: progress(step, 0.6 + 0.4 * share))
-    return replace(led.run(), notes=notes), answer
+    return replace(led.run(), notes=(*notes, *led.notes)), answer
 
 
 class _Led(Search):
@@ -70,6 +81,8 @@ class _Led(Search):
     def __init__(self, question: Question, answer: EvidenceAnswer, progress: Progress) -> None:
         super().__init__(question, progress)
         self.answer = answer
+        self.notes: tuple[str, ...] = ()
+        """What is said of the arm beside what its model lacks."""
 
     def _search_in_motion(self) -> None:
         found = [one for one in self.answer.findings if one.something >= SURE and self._has_size(one)]
@@ -141,10 +154,19 @@ class _Led(Search):
                 _component(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
             )
         elif not self.findings and not self._more_in_motion():
-            self.unnamed = _otherwise(problem)
+            self._tell_problem(problem)
 
     def _tell_loop(self, in_loop: LoopStep) -> None:
-        self.unnamed = _otherwise(posed_in_loop(in_loop))
+        self._tell_problem(posed_in_loop(in_loop))
+
+    def _tell_problem(self, problem: Problem) -> None:
+        """A loop that does otherwise by any law of friction at standstill is no clean arm's."""
+        self.unnamed = _otherwise(problem)
+        if not self.unnamed:
+            return
+        other = by_any_law(self.step, problem)
+        if other is not None and not _beyond_margin(other):
+            self.unnamed, self.notes = "", (*self.notes, ANY_LAW)
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
@@ -159,6 +181,16 @@ def _otherwise(problem: Problem) -> str:
     """What is said of a loop that leaves more than an accepted model may; empty where it does not."""
     above = above_accepted(problem, without_effects(problem))
     return loop_does_otherwise(int(np.argmax(above))) if above.max() > ABOVE else ""
+
+
+def _beyond_margin(problem: Problem) -> bool:
+    """Whether any law of friction at standstill leaves more of a drive's torque than gate 1's margin.
+
+    Its columns hold to first order, so noise is no measure of what they leave.
+    """
+    left = misfit_of(problem, without_effects(problem)) / root_mean_square(problem.prepared)
+    _log.info("any law leaves at most %.1f %% of a drive's torque", 100.0 * left.max())
+    return bool(left.max() > problem.prepared.robot.identification.torque_margin)
 
 
 def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:

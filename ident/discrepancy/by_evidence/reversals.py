@@ -28,8 +28,9 @@ from ident.discrepancy.by_evidence.decide.state import (
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
-from ident.discrepancy.step import LoopStep
+from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
+from robots.arrays import BoolArray
 
 _log = logging.getLogger(__name__)
 
@@ -98,18 +99,44 @@ def likeliest_in_loop(
     return AtReversals(forms[first], names)
 
 
-def posed_in_loop(step: LoopStep) -> Problem:
+def posed_in_loop(step: LoopStep, used: BoolArray | None = None) -> Problem:
     """A model that was examined in closed loop, before any effect is added; its rows are :class:`LoopRows`.
+
+    Args:
+        step: with the model.
+        used: as of :func:`loop_rows`.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
     """
     examination = step.examination
-    rows, beta = loop_rows(examination)
+    rows, beta = loop_rows(examination, used)
     misfit, fitted = level_beside(rows, None)
     base, start = examination.base, examination.beta
     score, level, posterior = fitted
     return Problem(base, examination.prior, start, step.present, rows, beta, misfit, level, score, posterior)
+
+
+def by_any_law(moving: Step, problem: Problem) -> Problem | None:
+    """A model in closed loop whose friction at standstill follows any law, where that is likelier.
+
+    Args:
+        moving: the model.
+        problem: the same in closed loop, with the law that the recordings chose.
+
+    Returns:
+        None where that law is likelier.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated.
+    """
+    step = moving.in_loop(any_law=True)
+    if step is None:
+        return None
+    other = posed_in_loop(step, problem.prepared.used)
+    nats = TEMPERATURE * (other.score - problem.score)
+    _log.info("friction at standstill by any law: %.1f nats", nats)
+    return other if nats > 0.0 else None
 
 
 def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWith) -> Found | None:

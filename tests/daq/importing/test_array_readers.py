@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -128,3 +129,38 @@ def test_a_library_that_is_not_there_is_named_with_its_command(
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(CaptureError, match=rf"needs {library}; install it with: .*armhil\[{extra}\]"):
         READERS[suffix](tmp_path / f"log{suffix}")
+
+
+def test_a_vector_per_place_of_a_cell_or_an_array_of_structs(tmp_path: Path) -> None:
+    """As MATLAB users keep joints: lying and standing vectors, whole numbers, structs in structs."""
+    counts = (1e4 * Q).astype(np.int32)
+    places = np.empty((2, 1), dtype=object)
+    joints = np.zeros(2, dtype=[("tau", object), ("name", object)])
+    for k in range(2):
+        places[k, 0] = counts[:, [k]]
+        joints[k] = (3.0 * Q[np.newaxis, :, k], "abc")
+    mixed = np.empty((1, 2), dtype=object)
+    mixed[0, 0], mixed[0, 1] = TIME, Q
+    run = {"q": places, "joint": joints, "time": TIME.astype(np.float32), "all": mixed, "note": "hello"}
+    scipy.io.savemat(tmp_path / "log.mat", {"exp": {"run": run}})
+    columns = read_mat(tmp_path / "log.mat")
+    per_joint = {"exp.run.q:1", "exp.run.q:2", "exp.run.joint.tau:1", "exp.run.joint.tau:2"}
+    assert set(columns) == per_joint | {"exp.run.time", "exp.run.all.1", "exp.run.all.2:1", "exp.run.all.2:2"}
+    assert columns["exp.run.q:2"].tolist() == counts[:, 1].tolist()
+    assert columns["exp.run.joint.tau:1"].tolist() == (3.0 * Q[:, 0]).tolist()
+
+
+def test_cells_of_version_7_3(tmp_path: Path) -> None:
+    def fill(file: Any) -> None:
+        kind = h5py.special_dtype(ref=h5py.Reference)
+        for k in range(2):
+            file[f"#refs#/q{k}"] = Q[np.newaxis, :, k]
+        for name, of_matlab in (("q", "cell"), ("joint/pos", "")):
+            places = file.create_dataset(name, (2, 1), dtype=kind)
+            places.attrs["MATLAB_class"] = np.bytes_(of_matlab)
+            for k in range(2):
+                places[k, 0] = file[f"#refs#/q{k}"].ref
+
+    columns = read_mat(as_matlab_73(tmp_path / "log.mat", fill))
+    assert sorted(columns) == ["joint.pos:1", "joint.pos:2", "q:1", "q:2"]
+    assert columns["joint.pos:2"].tolist() == Q[:, 1].tolist()

@@ -103,6 +103,8 @@ def decoded_by_mcap(path: Path) -> dict[str, list[tuple[Any, Any]]]:
 
 
 def stamp_of(decoded: Any) -> int:
+    if hasattr(decoded, "transforms"):
+        return stamp_of(decoded.transforms[0])
     stamp = decoded.header.stamp if hasattr(decoded, "header") else decoded.stamp
     return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
@@ -124,6 +126,7 @@ def test_the_ros2_decoder_of_mcap_reads_it(
     for field in ("cycle", "lateness", "control_signal", "statusword", "complete"):
         assert np.array_equal([getattr(m, field) for m in status], getattr(expected, field)), field
     assert np.array_equal([m.following_error for m in status], expected.reference - expected.position)
+    assert len(found.pop("/robot_description")) == 1  # a text has no stamp
     stamps = [(message.log_time, stamp_of(decoded)) for rows in found.values() for message, decoded in rows]
     assert all(log == header for log, header in stamps)
     first, last = (found[STATUS_TOPIC][at][0].log_time for at in (0, -1))

@@ -146,8 +146,9 @@ def test_nobody_at_a_terminal_holds_no_key(armhil: Call, tmp_path: Path) -> None
 def test_the_picture_fits_eighty_columns() -> None:
     console = Console(file=io.StringIO(), width=80, record=True)
     view = HoldView(console, TX40)
-    view.position, view.speed, view.message = np.array(TX40.home), 0.05, "Posture 1 kept"
+    view.position, view.speed, view.message = np.array(TX40.home) - 1e-6, 0.05, "Posture 1 kept"
     console.print(view.picture())
     text = console.export_text()
     assert max(map(len, text.splitlines())) <= 80 and "q leave" in text
+    assert "0.0000 rad (0.00°)" in text and "-0.00" not in text
     assert "▶  joint_1" in text and "5 % of the joint's speed" in text and "Posture 1 kept" in text

@@ -196,6 +196,20 @@ def test_friction_of_the_load_is_simulated_as_its_columns_say(
     assert missed <= 0.03 * np.sqrt(np.mean(said**2, axis=0)).max()
 
 
+def test_a_term_of_the_load_has_the_constant_load_too() -> None:
+    """In columns and simulation alike, as the friction of that name has it that acts behind the gear."""
+    standard = PRIOR.copy()
+    standard[MODEL.names.index("off2")] = 40.0
+    present = Present(MODEL, standard)
+    term = effect_from(TX40, EffectEntry("term: sign q̇₂·|load₂|", (2,), {}), present)
+    named = effect_from(TX40, EffectEntry("load_dependent_friction", (2,), {"offset_at_link": 1.0}), present)
+    values = np.array([0.1])
+    left, said = torques(TX40, term, values, standard=standard)
+    missed = np.sqrt(np.mean((left - said) ** 2, axis=0)).max()
+    assert missed <= 0.03 * np.sqrt(np.mean(said**2, axis=0)).max()
+    np.testing.assert_allclose(said, torques(TX40, named, values, standard=standard)[1], atol=1e-6)
+
+
 def test_a_later_recording_finds_the_gear_as_warm_as_it_leaves_it() -> None:
     """Columns and simulation begin with the warmth that motions like this one give in the time before."""
     place = family_named("drifting_friction").places(TX40)[2]

@@ -98,7 +98,7 @@ def level_beside(
         level: to begin with.
     """
     kappa = usual_misfit(rows.noise) if accepted is None else accepted
-    misfit = Misfit(kappa, _root_mean_square(rows.prepared))
+    misfit = Misfit(kappa, root_mean_square(rows.prepared))
     level = level or Level(kappa, np.ones_like(kappa))
     return misfit, fitted(Gram(rows, ()), level, range(rows.n), misfit)
 
@@ -108,7 +108,7 @@ def usual_misfit(noise: tuple[Noise, ...]) -> FloatArray:
     return np.array([_OF_NOISE * one.marginal for one in noise])
 
 
-def _root_mean_square(prepared: Prepared) -> FloatArray:
+def root_mean_square(prepared: Prepared) -> FloatArray:
     """(n,) of the torque over the rows used."""
     used = prepared.used
     squares = np.sum(np.where(used, prepared.torque, 0.0) ** 2, axis=0)

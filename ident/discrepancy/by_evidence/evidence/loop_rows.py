@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.discrepancy.by_evidence.evidence.known import Beta, arm_lag, beta_of, lag_columns
+from ident.discrepancy.by_evidence.evidence.law_columns import law_columns
 from ident.discrepancy.by_evidence.evidence.load_memory import simulated_memory
 from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
@@ -25,7 +26,7 @@ from ident.discrepancy.simulated_loop import loop_evidence
 from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.effects.usual import friction_sign
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +51,12 @@ class LoopRows(Rows):
         return np.zeros_like(columns) if answer is None else answer
 
 
-def loop_rows(examination: LoopExamination) -> tuple[LoopRows, Beta]:
+def loop_rows(examination: LoopExamination, used: BoolArray | None = None) -> tuple[LoopRows, Beta]:
     """Of a model that was examined in closed loop, and how its β is made of the known factors.
+
+    Args:
+        examination: of the model.
+        used: (rows, drives) which rows count; None for all but rests of the simulated arm.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
@@ -61,25 +66,28 @@ def loop_rows(examination: LoopExamination) -> tuple[LoopRows, Beta]:
     evidence = moved.after(before)
     beta, precision = beta_of(examination.prior, examination.beta)
     columns = evidence.screened_base()
-    more = np.concatenate([_lags(evidence), simulated_memory(evidence)], axis=2)
+    parts = [_lags(evidence), simulated_memory(evidence)]
+    if examination.any_law:
+        parts.append(law_columns(evidence))
+    more = np.concatenate(parts, axis=2)
     whole = np.concatenate([columns @ beta.spread, more], axis=2)
     precision = np.concatenate([precision, np.ones(more.shape[2])])
     known = Known(whole, precision, rest + columns @ (examination.beta - beta.values))
-    prepared = _prepared(evidence)
+    prepared = _prepared(evidence, evidence.moving() if used is None else used)
     segment, used = prepared.segment, prepared.used
     own = tuple(autoregressive(noise[:, j], segment, used[:, j]) for j in range(noise.shape[1]))
     return LoopRows(prepared, known, _misfit(evidence, prepared), own, loop=evidence), beta
 
 
-def _prepared(evidence: LoopEvidence) -> Prepared:
+def _prepared(evidence: LoopEvidence, used: BoolArray) -> Prepared:
     """The recordings at the loop's rows, with the simulated motion of the drives."""
     loop, matrix = evidence.loop, evidence.robot.transmission_matrix
     counts = [loop.count(piece) for piece in loop.prepared]
     cuts = np.cumsum(counts)[:-1]
-    torques, used = np.split(loop.measured(), cuts), np.split(evidence.moving(), cuts)
+    torques = np.split(loop.measured(), cuts)
     parts = []
     for piece, motion, torque, own in zip(
-        loop.prepared, evidence.motion_of_rows(), torques, used, strict=True
+        loop.prepared, evidence.motion_of_rows(), torques, np.split(used, cuts), strict=True
     ):
         position, velocity, acceleration = (
             values @ matrix.T for values in (motion.position, motion.velocity, motion.acceleration)

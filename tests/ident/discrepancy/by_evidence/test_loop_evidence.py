@@ -2,43 +2,16 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, cast
-
 import numpy as np
 import pytest
 
-import robots
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, identify
-from ident.discrepancy import Prior, Question, accepted_noise, accepted_prior
 from ident.discrepancy.by_evidence import diagnosis
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
 from ident.discrepancy.step import LoopStep
-from ident.discrepancy.workflow import Search, silent
-from ident.effects.vocabulary import family_named
 from ident.errors import IdentificationError
-from tests.ident.discrepancy.blind_search import hidden, recorded
-
-FAMILIES = [
-    family_named(name) for name in ("static_friction", "hysteresis", "joint_elasticity", "stribeck_friction")
-]
-
-
-def in_loop(scenario: Scenario) -> LoopStep:
-    """A one-axis arm with something hidden, against its model from before, examined in closed loop."""
-    robot = robots.load("emps")
-    accepted, fit = (
-        recorded(robot, 700, given, 0, seed, 8.0) for seed, given in ((1, Scenario()), (2, scenario))
-    )
-    estimate = identify(robot, (accepted,)).result.recommended
-
-    def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
-
-    step = Search(Question(robot, (fit,), (fit,), (), prior), silent).step.in_loop()
-    return cast(LoopStep, step)
+from tests.ident.discrepancy.blind_search import hidden
+from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, in_loop, led
 
 
 @pytest.fixture(scope="module")
@@ -74,35 +47,6 @@ def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise(clean: LoopStep) -> N
     assert problem.level.kappa.max() < 0.5 * max(one.marginal for one in rows.noise)
     at_rest = ~rows.prepared.used
     assert np.isfinite(rows.known.columns).all() and at_rest.any()
-
-
-class Course:
-    """What a search goes on with; it takes what it is given."""
-
-    def __init__(self) -> None:
-        self.step: Any = "moving"
-        self.reversing: Any = None
-        self.taken: list[tuple[str, float | None]] = []
-
-    def add_in_loop(self, component: Any, basis: Any) -> None:
-        self.taken.append((component.family.name, basis.probability))
-
-
-def led(step: LoopStep, moving: str, settled: set[int]) -> Any:
-    """As much of a search as looks at reversals."""
-    told: Any = SimpleNamespace(
-        step=SimpleNamespace(in_loop=lambda: step),
-        question=SimpleNamespace(families=FAMILIES),
-        findings=[],
-        _no_further=set,
-        settled=settled,
-        course=Course(),
-        unnamed="",
-        _leave_to_motion=lambda: None,
-        _more_in_motion=lambda: moving != "clean",
-    )
-    told._tell_loop = lambda in_loop: diagnosis._Led._tell_loop(told, in_loop)
-    return told
 
 
 def test_what_the_loop_shows_is_added_with_its_probability(falling: LoopStep) -> None:
