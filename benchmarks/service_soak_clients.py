@@ -58,7 +58,8 @@ class Seen:
     """What became of everybody.
 
     Attributes:
-        codes: answers by kind of request and status; ``cut`` where the connection was closed without one.
+        codes: answers by kind of request and status; ``cut`` where the connection was closed without one,
+            ``late`` where nothing came for a minute.
         seconds: from request to whole answer, of those with one.
         samples: lines of samples that each live client saw who was served to the end.
         refused: answers 503 to live clients.
@@ -125,7 +126,7 @@ def _request(
 
 
 async def ask(port: int, request: bytes) -> str:
-    """The status of the answer when all of it was read; ``cut`` where there was none."""
+    """The status of the answer when it was read; ``cut`` where there was none, ``late`` after a minute."""
     reader, writer = await asyncio.open_connection(HOST, port)
     try:
         writer.write(request)
@@ -136,6 +137,8 @@ async def ask(port: int, request: bytes) -> str:
         return status[1].decode() if status else "cut"
     except ConnectionError:
         return "cut"
+    except TimeoutError:
+        return "late"
     finally:
         writer.close()
 
@@ -149,7 +152,7 @@ async def mixed(port: int, seen: Seen, count: int, interval: float, rng: random.
         sent = time.monotonic()
         status = await ask(port, make(rng))
         seen.codes[f"{name} {status}"] += 1
-        if status != "cut":
+        if status not in ("cut", "late"):
             seen.seconds.append(time.monotonic() - sent)
 
 
