@@ -159,9 +159,9 @@ def test_misfit_that_is_above_the_accepted_one_more_likely_than_not_is_what_is_l
     assert workflow._left(posed, None, 0) == left  # type: ignore[arg-type]
     monkeypatch.setattr(diagnosis, "above_accepted", lambda *given: np.array([above]))
     monkeypatch.setattr(diagnosis, "without_effects", lambda *given: None)
-    monkeypatch.setattr(diagnosis, "posed_in_loop", lambda step: posed)
-    led: Any = SimpleNamespace(unnamed="")
-    diagnosis._Led._tell_loop(led, posed)
+    monkeypatch.setattr(diagnosis, "by_any_law", lambda *given: None)
+    led: Any = SimpleNamespace(unnamed="", step=None)
+    diagnosis._Led._tell_problem(led, posed)
     assert bool(led.unnamed) is (left == 0.3)
 
 
