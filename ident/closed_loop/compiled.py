@@ -17,6 +17,7 @@ from ident.closed_loop.leading import RUNAWAY, Leading, SimulatedRun, check_stab
 from ident.closed_loop.torque_parts import TorqueParts
 from ident.effects.simulated import DriveChange
 from ident.errors import IdentificationError
+from ident.kernels.compilation import is_kept
 from ident.kernels.extended import closed_loop_with_extras
 from ident.kernels.loop import closed_loop
 from ident.kernels.rigid_bodies import mass_and_bias
@@ -66,6 +67,11 @@ def run_compiled(frames: FloatArray, leading: Leading, parts: TorqueParts) -> Si
         raise IdentificationError(f"the simulation fails at {recording.time[sample]:.3f} s")
     whole = SimulatedRun(recording.time, run.position, run.velocity, run.control_signal)
     return as_the_bus_shows(leading.as_drives_show(whole), robot, parts.extra.drives)
+
+
+def is_compiled(robot: Robot) -> bool:
+    """Whether the loop of the usual model of such an arm is on disk as machine code."""
+    return is_kept(closed_loop, tuple(range(robot.n)))
 
 
 def as_the_bus_shows(run: SimulatedRun, robot: Robot, changes: Sequence[DriveChange]) -> SimulatedRun:

@@ -49,3 +49,11 @@ def compiled_with_stamp(function: Callable[P, R], stamp: bytes) -> Callable[P, R
     dispatcher._cache._cache_file._source_stamp = stamp
     machine_code: Callable[P, R] = dispatcher
     return machine_code
+
+
+def is_kept(function: Callable[..., Any], first: object) -> bool:
+    """Whether machine code for such a first argument is on disk: the first call compiles otherwise."""
+    cache = getattr(function, "_cache", None)
+    kept = getattr(cache, "_cache_file", None)  # none where numba found no place for one
+    wanted: Any = numba.typeof(first)  # type: ignore[no-untyped-call]
+    return kept is not None and any(key[0][0] == wanted for key in kept._load_index())

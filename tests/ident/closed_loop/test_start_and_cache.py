@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -181,6 +182,23 @@ def test_one_arm_is_compiled_once() -> None:
     step: Any = implicit_step
     kept = [key[0] for key in step._cache._cache_file._load_index()]
     assert kept and not any(isinstance(one, Literal) for signature in kept for one in signature)
+
+
+def test_what_has_to_be_compiled_first_is_known(tmp_path: Path, repository: Path) -> None:
+    """Seconds for which progress would stand still are said; code is kept for each number of axes."""
+    says = (
+        "import robots; from ident.closed_loop.compiled import is_compiled, closed_loop;"
+        "from numba import typeof;"
+        "emps, tx40 = robots.load('emps'), robots.load('tx40'); print(is_compiled(emps));"
+        "closed_loop._cache._cache_file._load_index = lambda: {((typeof((0,)),), 'machine', 'code'): 'file'};"
+        "print(is_compiled(emps), is_compiled(tx40))"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", says]
+    done = subprocess.run(
+        command, cwd=repository, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["False", "True", "False"]
 
 
 def test_a_stamp_is_that_of_all_files(tmp_path: Path) -> None:
