@@ -137,7 +137,12 @@ def commission(
     )
     steps = steps_of(console, quiet)
     planned = plan_commission(request, steps)
-    print_planned(console, planned, request, move)
+    given: dict[str, object] = {"--interface": interface, "--channel": channel, "--cell": cell}
+    given |= {"--stands-at": stands_at, "--seed": seed or None, "--celsius": celsius}
+    options = [str(word) for key, value in given.items() if value is not None for word in (key, value)]
+    flags = [word for word, is_given in (("--simulated", simulated), ("--new-arm", new_arm)) if is_given]
+    onward = ["armhil", "commission", robot, *options, *flags]
+    print_planned(console, planned, request, None if move else onward)
     done: tuple[StageDone, ...] = ()
     if move:
         watcher = watcher_of(console, order.robot, quiet)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
@@ -17,8 +18,16 @@ from daq.session.stages import MOVING, PURPOSES, StageStatus
 _STATES = {"passed": "[green]passed[/]", "open": "[bold]open[/]", "locked": "[dim]locked[/]"}
 
 
-def print_planned(console: Console, planned: Planned, request: CommissionRequest, move: bool) -> None:
-    """The stages, what each takes, and how to go on."""
+def print_planned(
+    console: Console, planned: Planned, request: CommissionRequest, onward: Sequence[str] | None
+) -> None:
+    """The stages, what each takes, and how to go on.
+
+    Args:
+        console: of the terminal.
+        planned, request: what would be done.
+        onward: words of the command that moves the arm, but for its motion; None where it moves now.
+    """
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
     for heading in ("stage", "", "what happens", "takes"):
         table.add_column(heading, no_wrap=heading != "what happens")
@@ -29,11 +38,10 @@ def print_planned(console: Console, planned: Planned, request: CommissionRequest
     console.print(f"Trajectory: {words}, {escape(str(planned.file))}", soft_wrap=True, highlight=False)
     around = request.cell.words or "nothing but the arm itself; --cell CELL.toml says what stands around it"
     console.print(f"Keeps clear of: {escape(around)}", soft_wrap=True, highlight=False)
-    if not move:
-        cell = "" if request.cell.file is None else f"--cell {request.cell.file} "
+    if onward is not None:
+        command = shlex.join([*onward, "--trajectory", str(planned.file), "--move"])
         console.print(
-            "Dry run: nothing was sent and nothing moved. To go on:"
-            f" [bold]{escape(cell)}--trajectory {escape(str(planned.file))} --move[/]",
+            f"Dry run: nothing was sent and nothing moved. To go on:\n  [bold]{escape(command)}[/]",
             soft_wrap=True,
             highlight=False,
         )

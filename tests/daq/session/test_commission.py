@@ -196,6 +196,7 @@ def test_the_command_is_dry_unless_told(
     assert answer["cell_sha256"] is None and "Keeps clear of: nothing but the arm itself" in err
     assert answer["stages"][5]["seconds"] == pytest.approx(10 * answer["stages"][6]["seconds"], rel=0.01)
     assert "Dry run: nothing was sent and nothing moved" in err
+    assert f"armhil commission emps --channel {channel.name} --trajectory {motion} --move" in err
     assert listen_for_traffic(channel, 0.1) == frozenset()
     # A real arm asks; nobody can answer here, and there are no drives either.
     code, answer, err = call("--trajectory", motion, "--out", tmp_path / "b", "--from", "fast")
