@@ -125,12 +125,13 @@ def test_every_frame_of_a_bus_is_heard_with_its_time(
         )
         for _ in range(1500)
     ]
-    begin, offset = time.time_ns(), clock_offset()
+    offset, begin = clock_offset(), np.zeros(len(sent), dtype=np.int64)
     with open_bus(channel) as bus:
-        for message in sent:
+        for k, message in enumerate(sent):
+            begin[k] = time.time_ns()
             bus.send(message)
-    end = time.time_ns()
     found = heard(len(sent))
+    end = time.time_ns()  # the kernel of a busy machine takes a frame in, and stamps it, when it gets to it
     # The system's clock may be set meanwhile: kernel stamps of before are then of the clock of before.
     slack = 1_000_000 + abs(clock_offset() - offset)
     assert found.can_id.tolist() == [m.arbitration_id for m in sent]
@@ -138,7 +139,7 @@ def test_every_frame_of_a_bus_is_heard_with_its_time(
         bytes(m.data) for m in sent
     ]
     assert (np.diff(found.stamp) >= 0).all()
-    assert begin - slack <= found.stamp[0]
+    assert (begin - slack <= found.stamp).all()
     assert found.stamp[-1] <= end + slack
 
 
