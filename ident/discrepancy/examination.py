@@ -197,19 +197,19 @@ class Examination:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of β̂ (b, b): rows are white and of unit variance up to what is left unexplained.
-
-        Raises:
-            IdentificationError: a parameter is not determined.
-        """
+        """Of β̂ (b, b), rows being white up to what is left; an IdentificationError where none can be had."""
         left = float(self.residual @ self.residual / max(1, self.residual.size - self.beta.size))
         scale = np.linalg.norm(self.instruments, axis=0)
-        square = (self.instruments / scale).T @ (self.instruments / scale)
-        if np.linalg.matrix_rank(square, hermitian=True) < scale.size:
+        z = self.instruments / scale
+        try:
+            inverse = np.linalg.inv(z.T @ z)
+        except np.linalg.LinAlgError:
+            inverse = -np.eye(scale.size)
+        if not (np.diag(inverse) > 0.0).all():
             raise IdentificationError(
                 "rows that are fitted do not determine every parameter; allowed: longer recordings, --prior"
             )
-        return np.asarray(max(1.0, left) * np.linalg.inv(square) / np.outer(scale, scale))
+        return np.asarray(max(1.0, left) * inverse / np.outer(scale, scale))
 
     @cached_property
     def _projector(self) -> tuple[FloatArray, FloatArray]:
