@@ -22,11 +22,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 import robots
+from daq.cli.entry import app
 from drivers import Channel
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
@@ -251,3 +254,35 @@ def test_every_section_that_code_cites_is_there() -> None:
     }
     assert len(cited) > 10
     assert not {(path, number) for path, number in cited if number not in sections}
+
+
+# What is shown and not run: a person, hardware or minutes are needed
+
+SHOWN = re.compile(r"^(?:\$ |    )(?:\./)?armhil (.+)$|`(?:\./)?armhil ([a-z][^`]*)`", re.MULTILINE)
+
+
+def command_lines() -> Iterator[tuple[str, str]]:
+    """Page and words of every call of armhil that a page has, in a block or within a sentence."""
+    for page in PAGES:
+        for in_block, in_sentence in SHOWN.findall(page.read_text(encoding="utf-8")):
+            yield name_of(page), in_block or " ".join(in_sentence.split())
+
+
+def test_every_command_and_option_that_a_page_names_is_there() -> None:
+    """A sentence may leave out what an option takes; `armhil test` hands its options on to pytest."""
+    group: Any = typer.main.get_command(app)
+    # What stands behind a bare -- is another command's.
+    lines = [(page, shlex.split(line.split(" -- ")[0], comments=True)) for page, line in command_lines()]
+    assert len(lines) > 200
+    unknown = []
+    for page, words in lines:
+        command, rest = group, list(words)
+        while rest and rest[0] in getattr(command, "commands", {}):
+            command = command.commands[rest.pop(0)]
+        if hasattr(command, "commands"):
+            unknown += [(page, words)] if rest and not rest[0].startswith("-") else []
+        elif words[0] != "test":
+            known = {name for one in command.params for name in (*one.opts, *one.secondary_opts, "--help")}
+            given = [word.split("=")[0] for word in rest if re.match(r"--?[a-z]", word)]
+            unknown += [(page, words) for word in given if word not in known]
+    assert unknown == []
