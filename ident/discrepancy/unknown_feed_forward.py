@@ -152,7 +152,7 @@ def _without_drift(beside: FloatArray, start: int, apart: int, robot: Robot) -> 
     Args:
         beside: (samples, n).
         start: sample from which on it counts.
-        apart: samples between values that are alike but for the drift.
+        apart: samples between values that differ by the drift alone.
         robot: says which drives have an integral.
     """
     used = beside[start:]

@@ -197,7 +197,7 @@ def test_friction_of_the_load_is_simulated_as_its_columns_say(
 
 
 def test_a_term_of_the_load_has_the_constant_load_too() -> None:
-    """In columns and simulation alike, as the friction of that name has it that acts behind the gear."""
+    """In columns and in simulation, as the friction of that name has it that acts behind the gear."""
     standard = PRIOR.copy()
     standard[MODEL.names.index("off2")] = 40.0
     present = Present(MODEL, standard)
