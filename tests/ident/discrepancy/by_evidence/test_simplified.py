@@ -1,4 +1,4 @@
-"""Names of a set: a limit that is likelier than a form takes its place; all names are asked in the same way."""
+"""Names of a set: a limit that is likelier than a form takes its place; all are asked in the same way."""
 
 from __future__ import annotations
 
