@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from benchmarks.naming_report import share
 from benchmarks.watch import interval, quiet_alarms
 from benchmarks.watch_arms import HALLS, Arm, Year, arm_of, year_of
 from benchmarks.watch_changes import SETTINGS, as_nights, baseline_geometry, direction_of, verdict_of
@@ -163,14 +163,6 @@ def _left_more(nights: Sequence[Night], year: Year, night: int) -> bool:
     return bool(residual_increase_of(year.torque_rms[taught], tuple(year.torque_rms[night])))
 
 
-def share_words(count: int, of: int) -> str:
-    """A share with its 95 % interval (Wilson)."""
-    if not of:
-        return "–"
-    low, high = stats.binomtest(count, of).proportion_ci(method="wilson")
-    return f"{100 * count / of:.0f} % [{100 * low:.0f}, {100 * high:.0f}] of {of}"
-
-
 def line_of(happens: str, years: Sequence[Told]) -> str:
     """A row of the table."""
     told = [one for one in years if one.first is not None]
@@ -179,13 +171,13 @@ def line_of(happens: str, years: Sequence[Told]) -> str:
     delays = [one.first.night + 1 for one in told if one.first is not None]
     cells = [
         happens,
-        share_words(len(told), len(years)),
+        share(one.first is not None for one in years),
         f"{np.median(delays):.0f} ({max(delays)})" if delays else "–",
-        share_words(sum(bool(one.first and one.first.what == one.happens) for one in told), len(told)),
-        share_words(sum(bool(one.last and one.last.what == one.happens) for one in told), len(told)),
-        share_words(sum(one.place for one in last), len(last)),
+        share(bool(one.first and one.first.what == one.happens) for one in told),
+        share(bool(one.last and one.last.what == one.happens) for one in told),
+        share(one.place for one in last),
         f"{np.median(off):.0f} ({max(off)})" if off else "–",
-        share_words(sum(bool(one.holds) for one in last), len(last)),
+        share(bool(one.holds) for one in last),
         f"{np.median([one.width for one in last if one.width is not None]):.0f}" if off else "–",
     ]
     return "| " + " | ".join(cells) + " |"
@@ -202,14 +194,10 @@ def summary(years: Sequence[Told]) -> list[str]:
     all_changed = [one for one in years if one.happens in HAPPENS[:3]]
     lines.append(line_of("all three", all_changed))
     cold = [one for one in years if one.happens == "warmth"]
-    blamed = [one for one in cold if one.last and one.last.what not in ("nothing", "warmth")]
-    lines.append(f"heating fails: something else blamed {share_words(len(blamed), len(cold))}")
-    right = sum(bool(one.last and one.last.what == one.happens) for one in all_changed)
-    untold = sum(one.first is None for one in all_changed)
-    of = len(all_changed) - untold + len(cold)
-    lines.append(
-        f"told apart, of those told and the cold: {share_words(right + len(cold) - len(blamed), of)}"
-    )
+    blamed = [bool(one.last and one.last.what not in ("nothing", "warmth")) for one in cold]
+    lines.append(f"heating fails: something else blamed {share(blamed)}")
+    right = [bool(one.last and one.last.what == one.happens) for one in all_changed if one.first is not None]
+    lines.append(f"told apart, of those told and the cold: {share([*right, *(not one for one in blamed)])}")
     quiet = [one for one in years if one.happens == "nothing"]
     if quiet:
         alarms, span = sum(one.alarms for one in quiet), sum(one.nights for one in quiet) / 365.0

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import robots
 from daq.check.errors import CheckError
@@ -21,6 +22,7 @@ from ident.identification.found_effects import FoundModel
 from robots.errors import UserError, shortened
 
 log = logging.getLogger(__name__)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -61,14 +63,19 @@ def analyse(order: AnalysisOrder) -> Fitted:
 
 
 def tried(order: AnalysisOrder) -> Fitted | Exception:
-    """As :func:`analyse`; whatever goes wrong is given back, so that others go on."""
+    """As :func:`analyse`, or why not; a process that is handed an order can find it by its name."""
+    return attempted(partial(analyse, order))
+
+
+def attempted(make: Callable[[], T]) -> T | Exception:
+    """What is made for one arm, or why not, so that the others go on."""
     try:
-        return analyse(order)
-    except Exception as error:  # noqa: BLE001 (one arm's mistake is not the others')
-        return explained(error)
+        return make()
+    except Exception as error:  # noqa: BLE001 (whatever it is, the others' night goes on)
+        return _explained(error)
 
 
-def explained(error: Exception) -> Exception:
+def _explained(error: Exception) -> Exception:
     """What went wrong with one arm; what no user can cause is one line too, and its trace is in the log."""
     if isinstance(error, UserError | OSError | RunInterrupted):
         return error
@@ -123,7 +130,7 @@ def _dask(jobs: int) -> Iterator[Identify]:
         except KilledWorker:
             return None
         except Exception as error:  # noqa: BLE001 (what became of its result; the others have theirs)
-            return explained(error)
+            return _explained(error)
         return found
 
     with _client(jobs) as client:

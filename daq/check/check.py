@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TypeVar
 
 from daq.catalogue import models
-from daq.check.analysis import AnalysisOrder, analyse, analyse_all, explained, require_backend
+from daq.check.analysis import AnalysisOrder, analyse, analyse_all, attempted, require_backend
 from daq.check.judged import judge_check
 from daq.check.recorded import Recorded, record_check
 from daq.check.request import CheckRequest, CheckResult
@@ -17,8 +16,6 @@ from daq.session.recorded_runs import Conducting, unconducted
 from daq.session.streaming import Nobody, Watcher
 from daq.text.progress import Silent, Steps
 from ident import Fitted
-
-T = TypeVar("T")
 
 
 def run_check(
@@ -61,7 +58,7 @@ def run_fleet(
     with ThreadPoolExecutor(max_workers=at_once) as pool:
         recorded = list(pool.map(_recorded, requests))
     orders = [
-        tried(partial(_order, request, found)) if isinstance(found, Recorded) else found
+        attempted(partial(_order, request, found)) if isinstance(found, Recorded) else found
         for request, found in zip(requests, recorded, strict=True)
     ]
     fitted = iter(analyse_all([one for one in orders if isinstance(one, AnalysisOrder)], backend, jobs))
@@ -75,22 +72,14 @@ def run_fleet(
     return [outcome(*one) for one in zip(requests, recorded, orders, strict=True)]
 
 
-def tried(make: Callable[[], T]) -> T | Exception:
-    """What is made for one arm, or why not, so that the others go on."""
-    try:
-        return make()
-    except Exception as error:  # noqa: BLE001 (whatever it is, the others' night goes on)
-        return explained(error)
-
-
 def _recorded(request: CheckRequest) -> Recorded | Exception:
-    return tried(partial(record_check, request, Silent(), Nobody(), unconducted))
+    return attempted(partial(record_check, request, Silent(), Nobody(), unconducted))
 
 
 def _judged(request: CheckRequest, recorded: Recorded, fitted: Fitted | Exception) -> CheckResult | Exception:
     if isinstance(fitted, Exception):
         return fitted
-    return tried(partial(judge_check, request, recorded, fitted, Silent()))
+    return attempted(partial(judge_check, request, recorded, fitted, Silent()))
 
 
 def _order(request: CheckRequest, recorded: Recorded) -> AnalysisOrder:

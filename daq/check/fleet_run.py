@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from daq.catalogue.database import Catalogue
-from daq.check.check import run_fleet, tried
+from daq.check.analysis import attempted
+from daq.check.check import run_fleet
 from daq.check.check_json import check_json
 from daq.check.fleet import Fleet, FleetArm, fleet_words
 from daq.check.request import CheckRequest, CheckResult
@@ -95,7 +96,7 @@ def check_fleet(
             cell=cell_of(None if arm.cell is None else Path(arm.cell)),
         )
 
-    made = [tried(partial(request, number, arm)) for number, arm in enumerate(fleet.arm, start=1)]
+    made = [attempted(partial(request, number, arm)) for number, arm in enumerate(fleet.arm, start=1)]
     names = tuple(
         f"{one.arm.robot.name} on {one.arm.channel}" if isinstance(one, CheckRequest) else fleet_words(arm)
         for one, arm in zip(made, fleet.arm, strict=True)

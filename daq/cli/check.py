@@ -217,13 +217,13 @@ def check(
 
 def tell_of(results: Sequence[CheckResult], catalogue: Catalogue, notify: Path | None) -> None:
     """Warn of each arm and have somebody told; one that nobody can be told of keeps no other back."""
-    from daq.check.check import tried
+    from daq.check.analysis import attempted
     from daq.notify.notify import notify_of
 
     for result in results:
         for warning in result.warnings:
             say(f"WARNING: {result.arm}: {warning}")
-        told = tried(partial(notify_of, result, catalogue, notify))
+        told = attempted(partial(notify_of, result, catalogue, notify))
         if isinstance(told, Exception):
             say(f"WARNING: {result.arm}: nobody was told: {told}")
 

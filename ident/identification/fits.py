@@ -140,10 +140,10 @@ def _instrumental(
         IdentificationError: there is no reference, or the loop cannot be simulated.
     """
 
-    # Imported here: least squares needs no compiler.
-    from ident.closed_loop.compiled import is_compiled
-
     def step(iteration: int) -> None:
+        # Imported here: what has no loop to simulate needs no compiler.
+        from ident.closed_loop.compiled import is_compiled
+
         first = "" if iteration > 1 or is_compiled(prepared.base.model.robot) else ", compiled once"
         progress(f"closed-loop simulation {iteration}{first}", 0.4 + 0.5 * min(1.0, iteration / 4))
 

@@ -122,14 +122,7 @@ def test_killed_at_any_stage(
 ) -> None:
     """The lease is given back, the run is marked, the drives are gone, the next check has the arm."""
     out = tmp_path / "killed"
-    with (tmp_path / "steps").open("w") as said:
-        process = subprocess.Popen(
-            command(channel, "--out", str(out)), stdin=subprocess.DEVNULL, stdout=said, stderr=said
-        )
-    deadline = time.monotonic() + 150
-    while time.monotonic() < deadline and stage not in _steps(tmp_path / "steps"):
-        assert process.poll() is None
-        time.sleep(0.02)
+    process = _begun(channel, tmp_path / "steps", out, lambda: stage in _steps(tmp_path / "steps"))
     assert stage in _steps(tmp_path / "steps")
     if stage == "Stream and record":
         while not (out / "capture.mcap").exists():
@@ -168,14 +161,7 @@ def test_asked_to_end(
 ) -> None:
     """As a service manager or somebody at the terminal does: one line, 130, no verdict, the arm is free."""
     out = tmp_path / "ended"
-    with (tmp_path / "steps").open("w") as told:
-        process = subprocess.Popen(
-            command(channel, "--out", str(out)), stdin=subprocess.DEVNULL, stdout=told, stderr=told
-        )
-    deadline = time.monotonic() + 150
-    while time.monotonic() < deadline and not _has_come_to(stage, tmp_path / "steps", out):
-        assert process.poll() is None
-        time.sleep(0.02)
+    process = _begun(channel, tmp_path / "steps", out, lambda: _has_come_to(stage, tmp_path / "steps", out))
     process.send_signal(number)
     assert process.wait(60) == 130
     last = [line for line in _steps(tmp_path / "steps").splitlines() if line.strip()]
@@ -186,6 +172,19 @@ def test_asked_to_end(
         run = runs.every(catalogue)[0]
         assert (run.state, run.outcome) == ("finished", state)
         assert not checks.of_arm(catalogue, arm.id)
+
+
+def _begun(channel: Channel, steps: Path, out: Path, has_come: Callable[[], bool]) -> subprocess.Popen[bytes]:
+    """A check in a process of its own, once it has come as far as is asked for."""
+    with steps.open("w") as said:
+        process = subprocess.Popen(
+            command(channel, "--out", str(out)), stdin=subprocess.DEVNULL, stdout=said, stderr=said
+        )
+    deadline = time.monotonic() + 150
+    while time.monotonic() < deadline and not has_come():
+        assert process.poll() is None
+        time.sleep(0.02)
+    return process
 
 
 def _has_come_to(stage: str, steps: Path, out: Path) -> bool:
