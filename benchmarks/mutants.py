@@ -4,7 +4,8 @@
     python -m benchmarks.mutants dwh --count 40         # one of them
     python -m benchmarks.mutants --list
     python -m benchmarks.mutants --guards               # the guards of mutants_guards.py, each broken by hand
-    python -m benchmarks.mutants --search               # figures and rules of the search by evidence
+    python -m benchmarks.mutants_nearest nearest.json   # which tests enter what, once (minutes)
+    python -m benchmarks.mutants --search --nearest nearest.json    # figures and rules of the search
 
 The clone is copied to a temporary folder; each mutant is one change of the syntax tree of one module there
 (a comparison turned, a sign or an operation changed, a number moved by one, `abs`, `min`, `max` or `not`
@@ -16,16 +17,20 @@ from __future__ import annotations
 
 import argparse
 import ast
+import compileall
 import copy
 import json
+import os
 import random
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from benchmarks.mutants_guards import GUARDS, Broken
+from benchmarks.mutants_nearest import Nearest, broken_functions
 from benchmarks.mutants_runner import Tests
 from benchmarks.mutants_search import FIGURES, broken
 from benchmarks.mutants_search_rules import RULES
@@ -160,17 +165,42 @@ def run_by_hand(kind: str, guards: Sequence[Broken], wanted: str, copy_of: Path,
     print(f"{kind}: {killed} of {len(chosen)} killed", flush=True)
 
 
-def run_figures(wanted: str, copy_of: Path, tests: Tests) -> None:
-    """Halve and double each figure of the search whose name or words hold ``wanted``."""
-    chosen = [one for one in FIGURES if wanted in f"{one.module} {one.name} {one.words}"]
-    _has_to_pass(tests, [one.tests for one in chosen])
-    killed = total = 0
-    for one in chosen:
-        for how, text in broken((copy_of / one.path).read_text(encoding="utf-8"), one.name):
-            alive = _alive(copy_of / one.path, text, one.tests, tests)
-            killed, total = killed + (not alive), total + 1
-            print(f"{'alive' if alive else 'killed'}: {one.name} {how} ({one.path})", flush=True)
-    print(f"figures: {killed} of {total} killed", flush=True)
+def run_search(wanted: Sequence[str], copy_of: Path, tests: Tests, nearest: Nearest) -> None:
+    """Halve and double the figures of the search, break its rules; those whose words hold one ``wanted``."""
+    counted = {"figures": [0, 0], "rules": [0, 0]}
+    for kind, words, module, after in _of_search(wanted, copy_of):
+        path = copy_of / module
+        start = time.monotonic()
+        parts = tuple(nearest.stages(broken_functions(module, path.read_text(encoding="utf-8"), after)))
+        if parts and not sum(map(sum, counted.values())):
+            _has_to_pass(tests, parts[:1])  # of the first mutant only: those on record have passed
+        alive = all(_alive(path, after, part, tests) for part in parts)
+        told = "alive" if alive else "killed"
+        noticed = "" if alive else f" by {tests.noticed}"
+        print(f"{told}: {words} ({module}){noticed} [{time.monotonic() - start:.0f} s]", flush=True)
+        counted[kind][0] += not alive
+        counted[kind][1] += 1
+    for kind, (killed, total) in counted.items():
+        print(f"{kind}: {killed} of {total} killed", flush=True)
+
+
+def _of_search(wanted: Sequence[str], folder: Path) -> Iterator[tuple[str, str, str, str]]:
+    """Kind, words, module and changed text of each mutant of the search."""
+
+    def chosen(words: str) -> bool:
+        return not wanted or any(one in words for one in wanted)
+
+    for rule in RULES:
+        text = (folder / rule.module).read_text(encoding="utf-8")
+        if text.count(rule.before) != 1:
+            raise SystemExit(f"{rule.module}: not once: {rule.before!r}")
+        if chosen(f"{rule.module} {rule.guard}"):
+            yield "rules", rule.guard, rule.module, text.replace(rule.before, rule.after)
+    for one in FIGURES:
+        text = (folder / one.path).read_text(encoding="utf-8")
+        if chosen(f"{one.path} {one.name} {one.words}"):
+            for how, after in broken(text, one.name):
+                yield "figures", f"{one.name} {how}", one.path, after
 
 
 def _has_to_pass(tests: Tests, wanted: Iterable[tuple[str, ...]]) -> None:
@@ -180,10 +210,11 @@ def _has_to_pass(tests: Tests, wanted: Iterable[tuple[str, ...]]) -> None:
 
 
 def _alive(path: Path, text: str, arguments: tuple[str, ...], tests: Tests) -> bool:
-    before = path.read_text(encoding="utf-8")
+    before, since = path.read_text(encoding="utf-8"), path.stat().st_mtime_ns
     path.write_text(text, encoding="utf-8")
     alive = tests.pass_(arguments)
     path.write_text(before, encoding="utf-8")
+    os.utime(path, ns=(since, since))  # what was compiled of it is good again
     return alive
 
 
@@ -204,21 +235,26 @@ def main() -> None:
     parser.add_argument(
         "--guards", nargs="?", const="", help="broken by hand, those with this in their words"
     )
-    parser.add_argument("--search", nargs="?", const="", help="figures and rules of the search, the same")
+    parser.add_argument("--search", nargs="*", help="figures and rules of the search, the same")
+    parser.add_argument(
+        "--nearest", type=Path, nargs="+", help="what benchmarks.mutants_nearest has recorded"
+    )
     asked = parser.parse_args()
+    if asked.search is not None and asked.nearest is None:
+        parser.error("--search needs --nearest: python -m benchmarks.mutants_nearest nearest.json writes it")
     if asked.list:
         print(json.dumps({name: target.modules for name, target in TARGETS.items()}, indent=2))
         return
     with tempfile.TemporaryDirectory(prefix="armhil-mutants-") as folder:
         place = Path(folder) / "clone"
         shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(".venv*", ".git", "*.pyc", ".*_cache"))
+        compileall.compile_dir(place, quiet=2)
         with Tests(place, ROOT.parent / "shared" / "data") as tests:
             if asked.guards is not None:
                 run_by_hand("guards", GUARDS, asked.guards, place, tests)
                 return
             if asked.search is not None:
-                run_figures(asked.search, place, tests)
-                run_by_hand("rules", RULES, asked.search, place, tests)
+                run_search(asked.search, place, tests, Nearest.read(asked.nearest))
                 return
             for name in asked.targets or TARGETS:
                 killed, survivors = run(name, asked.count, asked.seed, place, tests)

@@ -19,14 +19,14 @@ class Broken:
         module: file of the clone.
         before: text that is there once.
         after: what it becomes.
-        tests: arguments of pytest.
+        tests: arguments of pytest; of a rule of the search the nearest are asked.
     """
 
     guard: str
     module: str
     before: str
     after: str
-    tests: tuple[str, ...]
+    tests: tuple[str, ...] = ()
 
 
 _CYCLIC = "tests/drivers/cyclic/"

@@ -1,6 +1,7 @@
 """Runs tests on a copy of the clone, one forked process each: libraries are imported once, modules each time.
 
-Started in the copy it reads a JSON list of pytest's arguments a line, and answers with exit codes.
+Started in the copy it reads a JSON list of pytest's arguments a line, and answers with a JSON list of the
+exit code and the test that failed.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import contextlib
 import importlib
 import json
 import os
+import resource
 import select
 import signal
 import subprocess
@@ -17,10 +19,14 @@ from pathlib import Path
 
 import pytest
 
-LIMIT = 120.0
-"""s; tests that take longer on a mutant have noticed it."""
+LIMIT = 120
+"""s of processor time; tests that take longer on a mutant have noticed it."""
+
+_WAITING = 600.0
+"""s; the same where they wait for something."""
 
 _LIBRARIES = (
+    "numba",
     "numpy",
     "scipy.linalg",
     "scipy.optimize",
@@ -37,9 +43,14 @@ _LIBRARIES = (
 
 
 class Tests:
-    """The process that forks; a context."""
+    """The process that forks; a context.
+
+    Attributes:
+        noticed: the test that failed last, or that the time was up.
+    """
 
     __test__ = False
+    noticed = ""
 
     def __init__(self, folder: Path, data: Path) -> None:
         environment = {
@@ -73,7 +84,8 @@ class Tests:
         assert self._process.stdout is not None
         self._process.stdin.write(json.dumps(tests) + "\n")
         self._process.stdin.flush()
-        return self._process.stdout.readline().strip() == "0"
+        code, self.noticed = json.loads(self._process.stdout.readline())
+        return bool(code == 0)
 
 
 def _serve() -> None:
@@ -81,28 +93,46 @@ def _serve() -> None:
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
     for line in sys.stdin:
-        print(_forked(json.loads(line)), flush=True)
+        print(json.dumps(_forked(json.loads(line))), flush=True)
 
 
-def _forked(tests: list[str]) -> int:
+class _First:
+    """A plugin of pytest that tells which test failed."""
+
+    def __init__(self, pipe: int) -> None:
+        self._pipe = pipe
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            os.write(self._pipe, f"{report.nodeid}\n".encode())
+
+
+def _forked(tests: list[str]) -> tuple[int, str]:
+    told, pipe = os.pipe()
     child = os.fork()
     if child == 0:
         os.setsid()
+        resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT + 5))
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nowhere, stream)
         code = 1
         try:
-            code = int(pytest.main(["-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]))
+            options = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
+            code = int(pytest.main([*options, *tests], plugins=[_First(pipe)]))
         finally:
             os._exit(code)
+    os.close(pipe)
     handle = os.pidfd_open(child)
-    ended = select.select([handle], [], [], LIMIT)[0]
+    ended = select.select([handle], [], [], _WAITING)[0]
     os.close(handle)
     if not ended:
         os.killpg(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    return os.waitstatus_to_exitcode(status)
+    with os.fdopen(told, encoding="utf-8") as names:
+        first = names.readline().strip()
+    code = os.waitstatus_to_exitcode(status)
+    return code, first or ("an import or the time" if code else "")
 
 
 if __name__ == "__main__":

@@ -33,6 +33,9 @@ DecimationFilter = Literal["chebyshev", "fir"]
 _FIR_REACH = 4
 """Kept samples to either side that the finite decimation filter mixes."""
 
+_ROWS_AT_ONCE = 1000
+"""Rows of the finite filter that are computed together."""
+
 _FIR_BETA = 6.0
 """Of its Kaiser window: 60 dB in the stop band."""
 
@@ -206,24 +209,41 @@ def decimate(
         if factor == 1:
             return values
         series = np.moveaxis(values, axis, 0)
-        rows = _fir_rows(series.shape[0], factor) @ series.reshape(series.shape[0], -1)
+        rows = _fir(series.reshape(series.shape[0], -1), factor)
         return np.moveaxis(rows.reshape(-1, *series.shape[1:]), 0, axis)
     for stage in decimation_stages(factor):
         values = _decimate_once(values, stage, axis)
     return values
 
 
-@lru_cache(maxsize=4)
-def _fir_rows(samples: int, factor: int) -> csr_array:
-    """The finite filter at the samples that are kept alone, rows × samples; ends are held."""
+def _fir(series: FloatArray, factor: int) -> FloatArray:
+    """The finite filter at the samples that are kept alone, samples × channels; ends are held.
+
+    Each block of rows is the same few numbers on another stretch of samples.
+    """
+    samples, reach = series.shape[0], decimation_reach(factor, "fir")
+    kept = decimate_index(samples, factor)
+    found = np.empty((kept.size, series.shape[1]))
+    for start in range(0, kept.size, _ROWS_AT_ONCE):
+        rows = kept[start : start + _ROWS_AT_ONCE]
+        first, last = int(rows[0]) - reach, int(rows[-1]) + reach
+        seen = series[max(first, 0) : last + 1]
+        if first < 0 or last >= samples:
+            seen = np.pad(seen, ((max(-first, 0), max(last + 1 - samples, 0)), (0, 0)), mode="edge")
+        found[start : start + rows.size] = _fir_rows(rows.size, factor) @ seen
+    return found
+
+
+@lru_cache(maxsize=8)
+def _fir_rows(rows: int, factor: int) -> csr_array:
+    """The taps of so many rows that stand ``factor`` samples apart, rows × samples that they see."""
     from scipy.sparse import csr_array  # takes time to load; most decimations need none
 
-    reach = decimation_reach(factor, "fir")
-    taps = windowed_sinc(reach, 0.8 / factor, _FIR_BETA)
-    kept = decimate_index(samples, factor)
-    seen = np.clip(kept[:, np.newaxis] + np.arange(-reach, reach + 1), 0, samples - 1)
-    rows = np.repeat(np.arange(kept.size), taps.size)
-    return csr_array((np.tile(taps, kept.size), (rows, seen.ravel())), shape=(kept.size, samples))
+    taps = windowed_sinc(decimation_reach(factor, "fir"), 0.8 / factor, _FIR_BETA)
+    seen = factor * np.arange(rows)[:, np.newaxis] + np.arange(taps.size)
+    ends = taps.size * np.arange(rows + 1)
+    shape = (rows, factor * (rows - 1) + taps.size)
+    return csr_array((np.tile(taps, rows), seen.ravel(), ends), shape=shape)
 
 
 def decimation_reach(factor: int, kind: DecimationFilter) -> int:

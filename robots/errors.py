@@ -71,6 +71,15 @@ def shortened(error: object) -> str:
     return text if len(text) <= LONGEST_LINE else text[: LONGEST_LINE - 1] + "…"
 
 
+def bearable(text: str) -> str:
+    """One line of bearable length: of a longer one its beginning, and its end, where the remedy stands."""
+    text = one_line(text)
+    if len(text) <= LONGEST_LINE:
+        return text
+    begin, gap = 2 * LONGEST_LINE // 3, " … "
+    return text[:begin] + gap + text[begin + len(gap) - LONGEST_LINE :]
+
+
 def shown(value: object, depth: int = 0) -> str:
     """A value as TOML would write it, shortened so that it fits in a line."""
     if isinstance(value, bool):

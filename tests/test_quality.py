@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.mutants_guards import GUARDS
+from benchmarks.mutants_nearest import Nearest, broken_functions
 from benchmarks.mutants_search import FIGURES, broken
 from benchmarks.mutants_search_rules import RULES
 from tests.imports import circle, import_graph, modules, within
@@ -59,7 +60,7 @@ def test_imports_go_one_way_on_every_level(repository: Path) -> None:
 
 
 def test_every_guard_that_is_broken_by_hand_still_stands(repository: Path) -> None:
-    """A list of mutants that do not match the code any more would test nothing."""
+    """A list of mutants that do not match the code any more would test nothing; the page has every figure."""
     texts = {one.module: (repository / one.module).read_text("utf-8") for one in GUARDS}
     assert [one.guard for one in GUARDS if texts[one.module].count(one.before) != 1] == []
     texts |= {one.module: (repository / one.module).read_text("utf-8") for one in RULES}
@@ -67,3 +68,18 @@ def test_every_guard_that_is_broken_by_hand_still_stands(repository: Path) -> No
     for one in FIGURES:
         text = (repository / one.path).read_text("utf-8")
         assert len({after for _, after in broken(text, one.name)} - {text}) == 2, one.name
+    page = " ".join((repository / "docs" / "explanation" / "naming.md").read_text("utf-8").split())
+    assert [one.name for one in FIGURES if one.words not in page] == []
+
+
+def test_a_mutant_is_shown_to_the_tests_that_enter_it() -> None:
+    """Of a function its own, of a constant those of every function that reads it; the quickest first."""
+    path = "ident/discrepancy/by_evidence/confirm/held_out.py"
+    text = (Path(__file__).parents[1] / path).read_text("utf-8")
+    (changed,) = broken_functions(path, text, text.replace("2.0 * float(change", "float(change"))
+    assert changed == f"{path}:HeldOut.confirmation"
+    (reader,) = broken_functions(path, text, text.replace("_DEVIATIONS = 1.96", "_DEVIATIONS = 1.0"))
+    assert reader == f"{path}:Confirmation.confirmed"
+    tests = {"slow": (30.0, {changed}), "other": (0.1, {"x"}), "quick": (0.2, {changed, "x"})}
+    near = Nearest({name: (seconds, frozenset(entered)) for name, (seconds, entered) in tests.items()})
+    assert list(near.stages({changed})) == [("quick",), ("slow",)]

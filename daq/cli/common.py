@@ -164,9 +164,11 @@ def catalogue_of(without: bool) -> Any:
     Raises:
         CatalogueError: it cannot be opened.
     """
+    if without:
+        return None
     from daq.catalogue.database import Catalogue
 
-    return None if without else Catalogue()
+    return Catalogue()
 
 
 def steps_of(console: Any, quiet: bool) -> Any:

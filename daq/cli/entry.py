@@ -51,7 +51,7 @@ from daq.cli import (
 from daq.cli.app import SAID, app
 from daq.cli.common import FAILED, INTERRUPTED, OK, say
 from daq.session.session_error import RunInterrupted
-from robots.errors import UserError
+from robots.errors import UserError, bearable
 
 __all__ = ["app", "main"]
 
@@ -130,7 +130,8 @@ def main() -> None:
     except typer.Abort:
         code = INTERRUPTED
     except TyperException as error:
-        say(f"{error.format_message().rstrip('.')}; `{_help_of(error)}` shows what it takes, with an example")
+        wrong = bearable(error.format_message().rstrip("."))
+        say(f"{wrong}; `{_help_of(error)}` shows what it takes, with an example")
         sys.exit(FAILED)
     except RunInterrupted as error:
         say(str(error))
@@ -138,7 +139,7 @@ def main() -> None:
     except (UserError, OSError) as error:
         if debug:
             raise
-        say(_with_next(" ".join(str(error).split()), sys.argv[1:]))
+        say(_with_next(bearable(str(error)), sys.argv[1:]))
         sys.exit(FAILED)
     except Exception:  # noqa: BLE001 (a mistake of armhil's own: 1, as Python ends then, would read as a warning)
         traceback.print_exc()

@@ -107,7 +107,6 @@ def identify(
     from daq.identification.identify import IdentifyRequest, run_identify
     from daq.identification.identify_options import cutoff_of, method_of
     from daq.identification.terminal import print_guessed, print_identification
-    from daq.keeping.keep import keep_request
     from daq.text.wrapped import write
 
     console = console_of(as_json)
@@ -139,6 +138,8 @@ def identify(
     catalogue = catalogue_of(no_catalogue or out is None)
     result = run_identify(request, steps_of(console, quiet))
     if catalogue is not None:
+        from daq.keeping.keep import keep_request  # loads the database and the search
+
         keep_request(catalogue, request, result)
     if as_json:
         print_json(identification_json(result.fitted.result, [str(path) for path in paths]))

@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from daq.files.found_model import read_found_model
-from daq.files.model_file import SUFFIX
 from daq.files.run_folder import make_run_folder
 from daq.identification.carried import Carried, require_known, with_carried
 from daq.identification.identify_options import chosen_settings
-from daq.identification.results import write_results
-from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
 from daq.identification.urdf_file import check_urdf_path, write_urdf
-from daq.importing.captures import loaded_capture
 from daq.importing.guess_log import GuessRequest, guessed_arm
 from daq.importing.load import load_recording
 from daq.importing.loaded import LoadedRecordings
-from daq.recording.capture import Capture
-from daq.recording.described_arm import described
-from daq.recording.run_facts import report_facts
-from daq.text.progress import Steps
+from daq.text.progress import Steps, Update
 from ident import Fitted, Options, Recording
 from ident import identify as identify_recordings
 from ident.identification.found_effects import FoundModel
 from ident.results import Method
 from robots import Robot
+
+if TYPE_CHECKING:
+    from daq.recording.capture import Capture
+
+# What only captures, found effects or written results need (the bus, the compiler, the database, plots) is
+# imported where it is used: a log alone is read in half the time and memory.
 
 
 @dataclass(frozen=True)
@@ -83,6 +82,8 @@ class IdentifyResult:
     @property
     def model(self) -> Path | None:
         """The model file beside the report."""
+        from daq.files.model_file import SUFFIX
+
         return None if self.report is None else self.report.parent / f"{self.fitted.result.robot}{SUFFIX}"
 
 
@@ -95,17 +96,16 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
     """
     require_known(request.carried, (*request.paths, *request.validate))
     folder = None if request.out is None else make_run_folder(request.out, "identify")
-    with _arm_of(request) as (robot, first, columns, guessed):
+    with _arm_of(request, steps) as (robot, first, columns, guessed):
         if request.urdf is not None:
             check_urdf_path(request.urdf, robot)
-        found = read_found_model(request.model, robot) if isinstance(request.model, Path) else request.model
-        with steps.step("Read recordings"):
-            loaded = [_load(path, robot, columns, first) for path in request.paths]
-            held_out = [_load(path, robot, columns, first) for path in request.validate]
+        found = _found_model(request.model, robot)
+        with steps.step("Read recordings") as update:
+            read = _loaded((*request.paths, *request.validate), robot, columns, first, update)
+        loaded, held_out = read[: len(request.paths)], read[len(request.paths) :]
         loaded = with_carried(loaded, request.carried, robot)
         held_out = with_carried(held_out, request.carried, robot)
-        refuse_two_arms(loaded)
-        doubts = doubts_of_arm(loaded, held_out, robot)
+        doubts = _doubts_of_arm(loaded, held_out, robot)
         recordings = _recordings(loaded)
         settings = chosen_settings(
             loaded[0].settings,
@@ -137,26 +137,65 @@ def run_identify(request: IdentifyRequest, steps: Steps) -> IdentifyResult:
 
 @contextmanager
 def _arm_of(
-    request: IdentifyRequest,
+    request: IdentifyRequest, steps: Steps
 ) -> Iterator[tuple[Robot, Capture | None, Path | None, tuple[str, ...]]]:
     """The arm, the capture that described it, the column map, and what was guessed."""
     if request.guess is None:
+        from daq.recording.described_arm import described
+
         with described(request.robot, request.paths[0]) as (robot, first):
             yield robot, first, request.columns, ()
         return
-    with guessed_arm(request.paths[0], request.guess) as guessed:
+    with ExitStack() as stack:
+        with steps.step("Guess what the columns mean"):
+            guessed = stack.enter_context(guessed_arm(request.paths[0], request.guess))
         yield guessed.robot, None, request.columns, tuple(guessed.words)
+
+
+def _found_model(source: Path | FoundModel | None, robot: Robot) -> FoundModel | None:
+    if not isinstance(source, Path):
+        return source
+    from daq.files.found_model import read_found_model
+
+    return read_found_model(source, robot)
+
+
+def _doubts_of_arm(
+    loaded: list[LoadedRecordings], held_out: list[LoadedRecordings], robot: Robot
+) -> list[str]:
+    """What is to be said where captures are of another arm; logs do not say of which they are."""
+    if all(part.capture is None for part in (*loaded, *held_out)):
+        return []
+    from daq.identification.same_arm import doubts_of_arm, refuse_two_arms
+
+    refuse_two_arms(loaded)
+    return doubts_of_arm(loaded, held_out, robot)
 
 
 def _recordings(loaded: list[LoadedRecordings]) -> tuple[Recording, ...]:
     return tuple(recording for part in loaded for recording in part.recordings)
 
 
-def _load(path: Path, robot: Robot, columns: Path | None, first: Capture | None) -> LoadedRecordings:
+def _loaded(
+    paths: tuple[Path, ...], robot: Robot, columns: Path | None, first: Capture | None, update: Update
+) -> list[LoadedRecordings]:
+    """The recordings of each path."""
+
+    def done(number: int, share: float) -> None:
+        update((number + share) / len(paths), "")
+
+    return [_load(path, robot, columns, first, partial(done, k)) for k, path in enumerate(paths)]
+
+
+def _load(
+    path: Path, robot: Robot, columns: Path | None, first: Capture | None, done: Callable[[float], None]
+) -> LoadedRecordings:
     """The recordings of a path; of the capture that described the arm without reading it again."""
     if first is not None and path == first.path:
+        from daq.importing.captures import loaded_capture
+
         return loaded_capture(first, robot)
-    return load_recording(path, robot, columns)
+    return load_recording(path, robot, columns, done)
 
 
 def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
@@ -166,6 +205,9 @@ def _with_warnings(fitted: Fitted, warnings: list[str]) -> Fitted:
 
 
 def _write(folder: Path, robot: Robot, loaded: list[LoadedRecordings], fitted: Fitted) -> Path:
+    from daq.identification.results import write_results
+    from daq.recording.run_facts import report_facts
+
     captures = [part.path for part in loaded]
     first = loaded[0].capture
     facts = {"Recordings": ", ".join(map(str, captures))} if first is None else report_facts(first)

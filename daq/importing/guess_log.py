@@ -31,6 +31,7 @@ from daq.importing.log_quantities import POSITION_UNITS
 from daq.importing.unnamed import told_apart
 from daq.recording.errors import CaptureError
 from ident.preparation.outliers import without_outliers
+from ident.signals import decimation_reach
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.loose_urdf import LooseUrdf, read_loose_urdf
@@ -41,6 +42,10 @@ _MOST = 600_000
 """Samples that guesses are proven on: ten minutes at 1 kHz."""
 _SAYING = {"position", "velocity", "torque", "current"}
 """Kinds of which a log with names has one."""
+_SETTLED, _TRIM, _SHORT = 1.2, 50, 30
+"""Periods of the cut-off after which its filter has forgotten an end to a hundredth; the usual trim, samples,
+and the share of a short log that at most is given up at either end.
+"""
 _FASTEST = 10.0
 """rad/s or m/s; of a joint whose limit the URDF does not give."""
 
@@ -264,9 +269,12 @@ def _description(
 ) -> Robot:
     """Write the arm's files."""
     decimation = max(1, int(1 / (2 * log.cutoff * log.period)))
+    unsettled = round(_SETTLED / (log.cutoff * log.period)) + decimation_reach(decimation, "fir")
+    trim = max(_TRIM, min(unsettled, len(log.grid) // _SHORT))
     settings: dict[str, object] = {
         "cutoff_hz": log.cutoff,
         "decimation": decimation,
+        "trim_samples": [trim, trim],
         "friction_width": log.friction_width,
     }
     if hints.sensor:

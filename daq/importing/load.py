@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
-from ident.preparation.held import clipped, not_held
+from ident.preparation.held import clipped, not_held, repeated
 from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
 from robots import Robot
@@ -31,13 +32,20 @@ from robots.arrays import BoolArray, FloatArray
 MAP_NAME = "import.toml"
 
 
-def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+def _nobody(share: float) -> None:
+    """Nobody watches."""
+
+
+def load_recording(
+    path: Path, robot: Robot, columns: Path | None = None, done: Callable[[float], None] = _nobody
+) -> LoadedRecordings:
     """Read a capture, or a log that a column map describes.
 
     Args:
         path: a capture (.mcap), a .mat file, a .csv file, or a folder with .csv files.
         robot: the arm.
         columns: the column map of a log; ``import.toml`` beside the robot's description where None.
+        done: called with the share of a log that is read and looked over.
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
@@ -47,10 +55,12 @@ def load_recording(path: Path, robot: Robot, columns: Path | None = None) -> Loa
         from daq.importing.captures import load_capture  # captures need the drivers; logs do not
 
         return load_capture(path, robot)
-    return load_log(path, robot, columns)
+    return load_log(path, robot, columns, done)
 
 
-def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRecordings:
+def load_log(
+    path: Path, robot: Robot, columns: Path | None = None, done: Callable[[float], None] = _nobody
+) -> LoadedRecordings:
     """Read a recording that armhil did not make.
 
     Args:
@@ -58,6 +68,7 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
             or a folder with a ROS 2 bag.
         robot: the arm; its transmission, gains and joint kinds complete the conversion.
         columns: the column map; ``import.toml`` beside the robot's description where None.
+        done: called with the share that is read and looked over.
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
@@ -68,14 +79,18 @@ def load_log(path: Path, robot: Robot, columns: Path | None = None) -> LoadedRec
     map_path = columns if columns is not None else robot.folder / MAP_NAME
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
-    recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz)
+    recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz, done)
     recordings, dropped = answered_pieces(path, recording, complete)
     recordings = tuple(part for recording in recordings for part in in_parts(recording))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 
 def log_recording(
-    path: Path, robot: Robot, columns: ImportMap, cutoff_hz: float
+    path: Path,
+    robot: Robot,
+    columns: ImportMap,
+    cutoff_hz: float,
+    done: Callable[[float], None] = _nobody,
 ) -> tuple[Recording, BoolArray, tuple[str, ...]]:
     """What a column map makes of a log; for the errors see :func:`load_log`.
 
@@ -84,6 +99,7 @@ def log_recording(
         robot: the arm.
         columns: the column map.
         cutoff_hz: of the positions' low-pass, by which gaps are judged.
+        done: called with the share that is read and looked over.
 
     Returns:
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
@@ -107,6 +123,7 @@ def log_recording(
         raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
     read = source.words
     source.give_up()
+    done(0.25)
     if columns.complete is None:  # otherwise what no drive answered is known, and often held
         kept, stuck = kept_rows(path.name, time, position, control_signal)
         if not kept.all():
@@ -114,7 +131,9 @@ def log_recording(
             reference, complete = None if reference is None else reference[kept], complete[kept]
             beside = {channel: values[kept] for channel, values in beside.items()}
         held = (*stuck, *held)
+    done(0.6)
     held += clipped(path.name, "control signal", control_signal)
+    done(0.8)
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
     step = (
         2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
@@ -122,6 +141,7 @@ def log_recording(
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
+    done(0.95)
     even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz, beside)
     recording, said = with_beside(even, cutoff_hz)
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
@@ -146,12 +166,12 @@ def kept_rows(
     twice[1:] = time[1:] == time[:-1]
     for column in (*position.T, *([] if signal is None else signal.T)):
         twice[1:] &= column[1:] == column[:-1]
+    again = repeated(position) & ~twice
     kept, words = ~twice, list[str]()
-    if twice.any():
-        at = time[int(np.argmax(twice))]
-        words.append(
-            f"{name}: {np.count_nonzero(twice)} rows are written twice (first at {at:.6g} s), left out"
-        )
+    for rows, what in ((twice, "are written twice"), (again, "repeat the one before while the arm moves")):
+        if rows.any():
+            at = time[int(np.argmax(rows))]
+            words.append(f"{name}: {np.count_nonzero(rows)} rows {what} (first at {at:.6g} s), left out")
     for what, values in (("position", position), ("control signal", signal)):
         if values is None:
             continue
@@ -159,4 +179,5 @@ def kept_rows(
         good, said = not_held(name, what, time[once], values[once], position[once])
         kept[~twice] &= good
         words += said
+    kept &= ~again
     return kept, tuple(words)

@@ -15,8 +15,8 @@ from robots.arrays import BoolArray, FloatArray
 
 SHORTEST_PIECE = 2.0
 """s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
-_LONGEST_PART = 500_000
-"""Samples that are filtered together: a quarter of a gigabyte of six axes; the ends cost a thousandth."""
+_LONGEST_PART = 250_000
+"""Samples that are filtered together: an eighth of a gigabyte of six axes; the ends cost two thousandths."""
 _NEAR = 0.75
 """Of a period: a time without a sample that near has none."""
 

@@ -53,6 +53,7 @@ class Cycle:
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?
         clock, sleep: time, s.
+        processor: time of the processor that this thread has used, s.
     """
 
     def __init__(
@@ -64,10 +65,11 @@ class Cycle:
         terminated: Callable[[], bool] = lambda: False,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        processor: Callable[[], float] = time.thread_time,
     ) -> None:
         self.job = job
         self.ring = ring
-        self.clock = clock
+        self.clock, self._processor = clock, processor
         self.exchange = Exchange(port, job.links, job.master_node, clock, sleep)
         self.pace = Pacemaker(job.cycle_time, clock, sleep)
         self.watch = Watch(job, self.exchange, self.pace, ring, parent_alive, terminated, clock)
@@ -87,7 +89,10 @@ class Cycle:
         """SYNCs between the first RPDOs and the record that some drive did not answer in time."""
         self.delays = Delays()
         """Of the recorded part."""
-        self._answered_at = 0.0
+        self._answered_at = self._worked_from = 0.0
+        """When the latest answers were complete or given up: s on the clock, and of the processor."""
+        self._interrupted = 0.0
+        """s between them and the next wait in which this thread had no processor."""
         self._answers_were_late = False
         self._newest: _Row | None = None
         """Recorded since the latest SYNC."""
@@ -105,6 +110,7 @@ class Cycle:
         """Wait, SYNC, TPDOs, checks."""
         pace, period = self.pace, self._period
         self._answers_were_late = self._answered_at > pace.deadline + period
+        self._interrupted = self.clock() - self._answered_at - (self._processor() - self._worked_from)
         self.lateness = pace.wait()
         self.exchange.sync()
         self.latched_before, self.latched = self.latched, self.sent
@@ -120,7 +126,7 @@ class Cycle:
             now if self.watch.any_lost else now + self._patience,
         )
         whole = self.exchange.receive(until)
-        self._answered_at = self.clock()
+        self._answered_at, self._worked_from = self.clock(), self._processor()
         self.incomplete_before += self.commanded and not (whole or self.rows)
         self.watch.check(self.latched_before, self.goals)
 
@@ -183,7 +189,9 @@ class Cycle:
         self.rows += 1
         if self.pace.missed_now:
             self.missed += self.pace.missed_now
-            self.delays.note(self.pace.missed_now, self.pace.overrun, self._answers_were_late)
+            self.delays.note(
+                self.pace.missed_now, self.pace.overrun, self._answers_were_late, self._interrupted
+            )
         self.late += self.pace.late_now
 
     def publish(self) -> None:

@@ -28,6 +28,7 @@ class Loop:
         parent_alive: asked once per cycle.
         terminated: asked once per cycle: was this process told to end?
         clock, sleep: time, s.
+        processor: time of the processor that this thread has used, s.
     """
 
     def __init__(
@@ -39,8 +40,9 @@ class Loop:
         terminated: Callable[[], bool] = lambda: False,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        processor: Callable[[], float] = time.thread_time,
     ) -> None:
-        self.cycle = Cycle(job, frame_port(bus), ring, parent_alive, terminated, clock, sleep)
+        self.cycle = Cycle(job, frame_port(bus), ring, parent_alive, terminated, clock, sleep, processor)
         self._follower = Follower(self.cycle)
         self._notes: list[str] = []
 

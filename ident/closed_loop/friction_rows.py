@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.effects import FrictionSign, SpeedTerm
-from ident.effects.simulated import Bristle, FrictionTorque, SpeedLaw
-from ident.kernels.values import BRISTLE, LAW_CELLS, LINEAR, SLIP, TABULATED, TANH
+from ident.effects.simulated import Bristle, FrictionTorque, SoftConstraint, SpeedLaw
+from ident.kernels.values import BRISTLE, CONSTRAINT, LAW_CELLS, LINEAR, SLIP, TABULATED, TANH
 from robots.arrays import FloatArray
 
 _SHARP = 1e-6
@@ -30,7 +30,7 @@ class FrictionRows:
     speed row of a term never point against each other.
 
     Attributes:
-        heads: (K, 4) 1/width, kind of law, direction, number of the tabulated law or -1.
+        heads: (K, 4) 1/width, kind of law, direction, number of the tabulated law or what is below zero.
         speed, torque: (K, n) rows.
         strength: (K,).
         laws: tabulated laws, (2 · LAW_CELLS + 1,) each.
@@ -79,6 +79,11 @@ def friction_rows(torques: Iterable[FrictionTorque], limits: FloatArray, h: floa
         if isinstance(law, Bristle):
             kind = BRISTLE if law.kind == "exponential" else SLIP
             rows.add((h / law.length, kind, torque.direction, -1), speed, share)
+        elif isinstance(law, SoftConstraint):
+            # v + time·(v − v before)/h, over the width.
+            past = law.time / (h + law.time)
+            scale = (1.0 + law.time / h) / law.width
+            rows.add((scale, CONSTRAINT, torque.direction, -1.0 - past), speed, share)
         elif law is None or isinstance(law, FrictionSign):
             kind, scale = _plain(law)
             rows.add((scale, kind, torque.direction, -1), speed, share)

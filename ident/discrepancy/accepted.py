@@ -31,6 +31,7 @@ class Accepted:
         placed: the effect with its shape.
         linear, linear_sigma, shape_sigma: its parameters and their deviations.
         seen: which of its parameters the data show.
+        linear_of_forms, shape_of_forms: deviations more, of a form that the data hardly choose.
     """
 
     robot: Robot
@@ -41,6 +42,8 @@ class Accepted:
     linear_sigma: FloatArray
     shape_sigma: FloatArray
     seen: BoolArray
+    linear_of_forms: FloatArray
+    shape_of_forms: FloatArray
 
     @classmethod
     def of(cls, robot: Robot, component: Component, basis: Basis, refined: Refined, index: int) -> Accepted:
@@ -63,6 +66,8 @@ class Accepted:
             refined.linear_sigma[index],
             refined.shape_sigma[index],
             refined.seen[index],
+            refined.linear_of_forms[index],
+            refined.shape_of_forms[index],
         )
 
     @property

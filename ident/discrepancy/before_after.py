@@ -17,6 +17,8 @@ import numpy as np
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
 from ident.discrepancy.examination import Examination, examine
+from ident.discrepancy.loop import Standstill
+from ident.discrepancy.loop_parts import simulated_with
 from ident.discrepancy.prepared_recording import (
     PreparedRecording,
     edges_trimmed,
@@ -108,7 +110,7 @@ def before_and_after(
     series = stages(diagnosis)
     checks = []
     for stage in series:
-        gate, reason = _gate(stage, held_out)
+        gate, reason = _gate(stage, held_out, diagnosis.standstill)
         checks.append(
             ModelCheck(
                 _identified(stage, plain, standstill=settings.minimum_speed == 0.0),
@@ -196,14 +198,25 @@ def _independent(rows: Rows) -> BoolArray:
     return np.asarray(np.abs(np.diag(np.linalg.qr(unit, mode="r"))) > _DEPENDENT)
 
 
-def _gate(stage: Stage, prepared: Sequence[PreparedRecording]) -> tuple[Gate | None, str]:
-    """Gate 1 of one model on recordings, or the reason why there is none."""
+def _gate(
+    stage: Stage, prepared: Sequence[PreparedRecording], standstill: Standstill | None = None
+) -> tuple[Gate | None, str]:
+    """Gate 1 of one model on recordings, or the reason why there is none.
+
+    Friction at standstill is no part of an inverse model, and the description's is a guess: where recordings
+    that were fitted have shown it, the arm is simulated with that.
+    """
     base, robot = stage.base, stage.base.model.robot
     if any(piece.recording.reference is None for piece in prepared):
         return None, "no position reference was recorded, so the loop cannot be simulated"
     standard = base.standard_from(stage.beta, base.model.prior())
     try:
-        runs = [simulate(base.model, standard, piece.recording) for piece in prepared]
+        runs = [
+            simulate(base.model, standard, piece.recording)
+            if standstill is None
+            else simulated_with(base, standard, standstill, piece.recording)
+            for piece in prepared
+        ]
     except IdentificationError as error:
         return None, str(error)
     rows = _rows(prepared, base)
@@ -229,10 +242,17 @@ def _gate(stage: Stage, prepared: Sequence[PreparedRecording]) -> tuple[Gate | N
 
 
 def gate_of(
-    base: BaseParameters, beta: FloatArray, prior: Prior | None, recordings: Sequence[Recording]
+    base: BaseParameters,
+    beta: FloatArray,
+    prior: Prior | None,
+    recordings: Sequence[Recording],
+    standstill: Standstill | None = None,
 ) -> tuple[Gate | None, str]:
-    """Gate 1 of a model with base parameters (b,) on recordings, or the reason why there is none."""
-    return _gate(Stage(base, beta, prior), prepared_recordings(base.model.robot, recordings))
+    """Gate 1 of a model with base parameters (b,) on recordings, or the reason why there is none.
+
+    Friction at standstill is that of the description where ``standstill`` does not say it.
+    """
+    return _gate(Stage(base, beta, prior), prepared_recordings(base.model.robot, recordings), standstill)
 
 
 def _margins(robot: Robot) -> GateSettings:

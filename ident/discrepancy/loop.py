@@ -20,7 +20,7 @@ from ident.closed_loop.torque_parts import ModelStructure, TorqueParts
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.effects import FrictionSign, RigidBody
 from ident.effects.chain import chain_frames
-from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
+from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts, SoftConstraint
 from ident.errors import IdentificationError
 from ident.kernels.values import TANH
 from ident.parameters.regressor import RegressorModel
@@ -31,7 +31,7 @@ from robots.description import Robot
 SETTLING = 1.0
 """s after the start until the arm is in its periodic motion and the friction it stood with is forgotten."""
 
-Standstill = tuple[Bristle | FrictionSign, ...]
+Standstill = tuple[Bristle | FrictionSign | SoftConstraint, ...]
 """(n,) how the dry friction of each drive turns its sign at standstill."""
 
 COARSE, FINE = 1, 4

@@ -122,6 +122,7 @@ def examine_in_loop(
     start: FloatArray,
     before: LoopExamination | None = None,
     any_law: bool = False,
+    standstill: Standstill | None = None,
 ) -> LoopExamination:
     """Fit the present model to the recordings in closed loop.
 
@@ -132,6 +133,7 @@ def examine_in_loop(
         start: (b,) parameters to start from.
         before: the same of the model with fewer effects, whose columns still serve.
         any_law: as of :class:`LoopExamination`; that of ``before`` where there is one.
+        standstill: of each drive, as ``before`` has it where there is one; looked for where None.
 
     Raises:
         IdentificationError: the loop cannot be simulated.
@@ -139,7 +141,10 @@ def examine_in_loop(
     any_law = any_law if before is None else before.any_law
     known = None if before is None else before.loop
     loop = Loop.of(base.model, prepared) if known is None else known.loop
-    standstill = standstill_of(loop, base, start, any_law) if known is None else known.standstill
+    if known is not None:
+        standstill = known.standstill
+    elif standstill is None:
+        standstill = standstill_of(loop, base, start, any_law)
     evidence, rest, noise = loop_evidence(loop, base, start, standstill)
     segment = loop.segment()
     used = evidence.moving() if before is None else before.used

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.settings import DEFAULTS, SearchSettings
 from ident.effects.family import EffectFamily
@@ -30,6 +31,7 @@ class Question:
         model: the model that is examined; the arm's usual one where None.
         settings: thresholds.
         at_reversals: look at reversals and standstills, too, where the loop can be simulated.
+        standstill: how each drive's dry friction turns its sign there; None where nobody knows.
     """
 
     robot: Robot
@@ -40,3 +42,4 @@ class Question:
     model: RegressorModel | None = None
     settings: SearchSettings = DEFAULTS
     at_reversals: bool = True
+    standstill: Standstill | None = None

@@ -9,6 +9,7 @@ import numpy as np
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import fitted
+from ident.discrepancy.other_forms import with_other_forms
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.discrepancy.shape_search import best_shapes
 from ident.parameters.present import Present
@@ -49,7 +50,7 @@ def refit(examination: Examination, components: Sequence[Component], present: Pr
     for _ in range(examination.rounds):
         present = _beside(examination, best, present)
         best = best_shapes(examination, best, present, 0.1, _AGAIN)
-    return with_deviations(examination, best, present)
+    return with_other_forms(examination, best, present, with_deviations(examination, best, present))
 
 
 def _beside(examination: Examination, components: Sequence[Component], present: Present) -> Present:

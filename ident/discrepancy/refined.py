@@ -32,6 +32,8 @@ class Refined:
         linear_sigma, shape_sigma: per effect, standard deviations.
         gain: what they take off the residual sum of squares together.
         left: residual sum of squares over noise, per row, once they are added.
+        seen: per effect, which of its parameters the data show.
+        linear_of_forms, shape_of_forms: per effect, deviations more, of a form that the data hardly choose.
     """
 
     effects: tuple[PlacedEffect, ...]
@@ -41,7 +43,8 @@ class Refined:
     gain: float
     left: float
     seen: tuple[BoolArray, ...]
-    """Per effect, which of its parameters the data show."""
+    linear_of_forms: tuple[FloatArray, ...]
+    shape_of_forms: tuple[FloatArray, ...]
 
 
 def with_deviations(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
@@ -51,10 +54,10 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
     slopes, own_slopes = _slopes(examination, components, shapes, present, fit)
     matrix = np.concatenate([fit.columns, slopes], axis=1)
     whole = matrix if own is None else np.concatenate([own, own_slopes], axis=1)
-    change = (fit.columns if own is None else examination.left_of(own)) @ parameters
-    residual = examination.residual - change
+    residual = left_beside(examination, fit)
     left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
-    sigma = deviations(examination, matrix, whole, residual)
+    effects = tuple(component.effect(examination, present) for component in components)
+    sigma = _of_noise(examination, effects, (matrix, whole, residual))
     sigma = np.hypot(sigma, _of_present(examination, components, present, fit, matrix))
     physical = [
         deviation * (value if shape.logarithmic else 1.0)
@@ -62,7 +65,6 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
             sigma[parameters.size :], shapes, values_of(components), strict=True
         )
     ]
-    effects = tuple(component.effect(examination, present) for component in components)
     sigma = np.hypot(sigma, _of_gains(examination, effects, fit, matrix))
     starts = np.cumsum([len(component.shape) for component in components])[:-1]
     factors = fit.of_effects(parameters)
@@ -80,7 +82,46 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
         fit.gain,
         left,
         tuple(factor > 0.0 for factor in fit.of_effects(np.linalg.norm(fit.columns, axis=0))),
+        tuple(np.zeros_like(factor) for factor in factors),
+        tuple(np.zeros_like(one) for one in per_shape),
     )
+
+
+def _of_noise(
+    examination: Examination,
+    effects: Sequence[PlacedEffect],
+    data: tuple[FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Deviations (k,) that come of noise and misfit.
+
+    Of an effect that its shapes alone make, factor and shapes share out one size. Without the effect no shape
+    is left, so whether it is there is asked of the factor beside the shapes as fitted; and the shapes are
+    what the factor of one that it has makes of them. Neither is unknown because the other could be anything.
+
+    Args:
+        examination: of the present model.
+        effects: whose parameters come first, then all their shapes.
+        data: columns, those whose factors they are, and the residual; as of :func:`deviations`.
+    """
+    matrix, whole, residual = data
+    sigma = deviations(examination, matrix, whole, residual)
+    factors = np.concatenate([np.full(len(one.parameters), one.whole) for one in effects])
+    shapes = np.concatenate([np.full(len(one.shape), one.whole) for one in effects])
+    for own, held in (
+        (np.append(factors, 0 * shapes), np.append(0 * factors, shapes)),
+        (np.append(0 * factors, shapes), np.append(factors, 0 * shapes)),
+    ):
+        if held.any():
+            free = 1.0 - held
+            beside = deviations(examination, matrix * free, whole * free, residual)
+            sigma = np.where(own, beside, sigma)
+    return sigma
+
+
+def left_beside(examination: Examination, fit: Fit) -> FloatArray:
+    """(N,) what the present model leaves beside fitted effects."""
+    own = fit.columns if fit.own is None else examination.left_of(fit.own)
+    return np.asarray(examination.residual - own @ fit.parameters)
 
 
 def _of_present(

@@ -9,6 +9,7 @@ from ident.discrepancy.binned_residual import BinnedResidual
 from ident.discrepancy.confirmation import Confirmation
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.gap import Gap, LoopTrace
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
@@ -109,6 +110,8 @@ class Diagnosis:
             be simulated, with the reason in ``loop_reason``.
         base, beta: the final model and its base parameters.
         examinations: of the fit recordings, before the first finding and after the last.
+        standstill: how each drive's dry friction turns its sign there, as the fit recordings show it in the
+            simulated loop; None where that was not asked.
     """
 
     verdict: DiagnosisVerdict
@@ -129,6 +132,7 @@ class Diagnosis:
     covariance: FloatArray
     examinations: tuple[Examination, ...] = field(repr=False, default=())
     notes: tuple[str, ...] = ()
+    standstill: Standstill | None = field(repr=False, default=None)
 
     def nearest(self, joint: int) -> Candidate | None:
         """The best candidate of the ranking that acts on a joint (from 0), alone; None where none scores."""

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.confirmation import Shown, shown_in_torque
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.gap import Gap, torque_floor, torque_gap
+from ident.discrepancy.loop import Loop, Standstill
 from ident.discrepancy.loop_examination import LoopExamination, examine_in_loop, loop_gap
 from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.presliding import standstill_of
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.self_simulation import with_self_simulation
 from ident.effects.placed import Placed
@@ -96,13 +100,26 @@ class Step:
         if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
             return None
         try:
+            known = None if any_law else self.standstill
             examination = examine_in_loop(
-                self.base, prepared, self.prior, self.examination.beta, any_law=any_law
+                self.base, prepared, self.prior, self.examination.beta, any_law=any_law, standstill=known
             )
         except IdentificationError as error:
             _log.info("not examined in closed loop: %s", error)
             return None
         return LoopStep.examined(examination, self.plain)
+
+    @cached_property
+    def standstill(self) -> Standstill | None:
+        """How the dry friction of its drives turns its sign; None where there is no closed loop, as above."""
+        prepared = self.examination.prepared
+        if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
+            return None
+        try:
+            return standstill_of(Loop.of(self.base.model, prepared), self.base, self.examination.beta)
+        except IdentificationError as error:
+            _log.info("friction at standstill is not known: %s", error)
+            return None
 
     def gap_from(
         self, before: Step, prepared: Sequence[PreparedRecording], whitening: Whitening
@@ -129,6 +146,16 @@ class Step:
     def placed(self) -> list[Placed]:
         """Effects that the model has beside the usual ones: found now, or before."""
         return [effect for effect in self.base.model.effects if isinstance(effect, Placed)]
+
+    def misfit_joint(self, share: float) -> int | None:
+        """The joint of which most is left, where more than a share of the rows is; None where it is not.
+
+        What a found effect leaves on its own joint is its form being a little different.
+        """
+        left, rows = self.examination.excess_of_joints.copy(), self.examination.rows_of_joints.copy()
+        found = sorted({joint for effect in self.placed for joint in effect.place.joints})
+        left[found], rows[found] = 0.0, 0
+        return int(np.argmax(left)) if left.sum() > share * rows.sum() else None
 
     @cached_property
     def shown(self) -> FloatArray:

@@ -5,6 +5,12 @@ loop is asked of another arm. The signal is known, though: set-points, positions
 recorded, so what the described law makes of the first two stands beside the third. The difference is the
 controller's alone. A play, a soft gear or a payload moves positions and control signal as the law has it, and
 no part of the difference; where the described gains are wrong, by ΔK, it has ΔK times the following error.
+
+Of a motion that repeats the mean over its periods is taken. Where nothing repeats the difference holds all
+noise of the recorded control signal, which stands in the torque that the arm is judged by, and a loop that is
+led by it would follow that noise. What a controller knows beforehand is the set-points: what is taken then is
+the part that least squares makes of the usual model's columns along them, torque of links, drives and
+friction, each joint's with factors of its own.
 """
 
 from __future__ import annotations
@@ -17,12 +23,22 @@ import numpy as np
 from ident.closed_loop.integral_rule import as_it_integrates, replayed
 from ident.discrepancy.loop import SETTLING
 from ident.discrepancy.repeats import not_repeating, repeat_length
+from ident.effects import State
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
+from ident.signals import motion
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
 _ABOVE = 2.0
 """Times the power of noise from which on a power is not noise's: as much again is something else."""
+
+_THINNED = 4
+"""Samples of which least squares takes one: set-points change little from one to the next."""
+
+_DEPENDENT = 1e-6
+"""Of unit columns: a direction with less is one that the set-points do not show."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +47,8 @@ class FeedForward:
 
     Attributes:
         recording: as it was recorded.
-        beside: (samples, n) control signal, of a repeated motion the mean over its periods.
+        beside: (samples, n) control signal: of a repeated motion the mean over its periods, else what of it
+            the set-points make.
         power: (n,) of that after the settling.
         noise: (n,) power that says nothing: of what does not repeat in the control signal; where nothing
             repeats, of the share that gate 1 lets a model lack.
@@ -61,7 +78,8 @@ def with_feed_forward(
 ) -> tuple[tuple[Recording, ...], tuple[str, ...]]:
     """Recordings with what their drives add beside the described law, and a sentence of what that is.
 
-    Whether there is any is told by motions that repeat; then it is added to the others, too, as measured.
+    Whether there is any is told by motions that repeat, where there are some; it is added to the others as
+    measured: an encoder's noise goes through the described law, so no part of it is in what is beside it.
 
     Args:
         robot: controller and transmission.
@@ -75,20 +93,12 @@ def with_feed_forward(
         return tuple(recordings), ()
     torque = np.sqrt(np.max([one.power for one in known], axis=0)) * np.abs(robot.gains)
     sizes = [f"{torque[k]:.3g} {robot.joint[k].torque_unit} on drive {k + 1}" for k in np.flatnonzero(drives)]
-    words = f"the controller adds an unknown feed-forward of {', '.join(sizes)}, {_SIMULATED[bool(repeated)]}"
-    if not repeated:
-        return tuple(recordings), (words,)
+    words = (
+        f"the controller adds an unknown feed-forward of {', '.join(sizes)}, and the closed loop is simulated"
+        " with what was measured of it"
+    )
     pairs = zip(recordings, found, strict=True)
     return tuple(one if more is None else more.added(drives) for one, more in pairs), (words,)
-
-
-_SIMULATED = {
-    True: "and the closed loop is simulated with what was measured of it",
-    False: (
-        "and the closed loop is simulated without it: nothing repeats, so it cannot be told from noise; two"
-        " periods of one motion would settle that"
-    ),
-}
 
 
 def unknown_feed_forward(robot: Robot, recording: Recording) -> FeedForward | None:
@@ -116,6 +126,7 @@ def unknown_feed_forward(robot: Robot, recording: Recording) -> FeedForward | No
         noise = np.mean(not_repeating(signal, period) ** 2, axis=0)
     else:
         beside = _without_drift(beside, start, signal.shape[0] - start - 1, robot)
+        beside = _of_set_points(robot, recording, beside)
         noise = robot.identification.torque_margin**2 * np.mean(signal**2, axis=0)
     power = np.mean(beside[start:] ** 2, axis=0)
     limits = np.array([joint.torque for joint in robot.joint])
@@ -144,6 +155,23 @@ def _beside_law(robot: Robot, recording: Recording) -> FloatArray:
     if late:
         beside[-late:] = beside[-late - 1]
     return np.asarray(beside)
+
+
+def _of_set_points(robot: Robot, recording: Recording, beside: FloatArray) -> FloatArray:
+    """(samples, n) what of control signals the usual model's columns along the set-points make."""
+    assert recording.reference is not None
+    settings = robot.identification.model_copy(update={"trim_samples": (0, 0)})
+    asked = motion(recording.time, recording.reference, settings)
+    columns = base_parameters(RegressorModel.of(robot)).columns(
+        State(asked.position, asked.velocity, asked.acceleration, asked.time)
+    )
+    torque, found = robot.joint_torque(beside), np.zeros_like(beside)
+    for joint, wanted in enumerate(torque.T):
+        own = np.concatenate([columns[:, joint], np.ones((wanted.size, 1))], axis=1)
+        own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
+        factors = np.linalg.lstsq(own[::_THINNED], wanted[::_THINNED], rcond=_DEPENDENT)[0]
+        found[:, joint] = own @ factors
+    return np.asarray(robot.control_signal(found))
 
 
 def _without_drift(beside: FloatArray, start: int, apart: int, robot: Robot) -> FloatArray:

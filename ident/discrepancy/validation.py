@@ -23,6 +23,7 @@ from ident.discrepancy.results import Finding, FoundParameter
 from ident.discrepancy.step import Step
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.statistics.whitening import Whitening
+from robots.arrays import FloatArray
 from robots.identity_cache import IdentityCache
 
 LoopRun = tuple[LoopGap | None, str]
@@ -88,6 +89,14 @@ class Validation:
             self.prepared, [torque_residual(step.base, step.shown, piece) for piece in self.prepared]
         )
 
+    def changes(self, before: Step, after: Step) -> FloatArray:
+        """(n,) of each joint's torque where it moves, the rms of what one model adds to another."""
+        moving = np.concatenate([piece.moving for piece in self.prepared])
+        torque = np.concatenate([piece.torque for piece in self.prepared])
+        first, last = (np.concatenate(step.residuals(self.prepared)) for step in (before, after))
+        squares = [np.where(moving, values**2, 0.0).sum(axis=0) for values in (first - last, torque)]
+        return np.asarray(np.sqrt(squares[0] / np.maximum(squares[1], 1e-300)))
+
     def finding(
         self, accepted: Accepted, without: Step, whole: Step, loops: tuple[LoopRun, LoopRun]
     ) -> Finding:
@@ -146,8 +155,10 @@ class Validation:
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:
     effect = accepted.placed
     shapes = accepted.component.family.shapes(accepted.robot, effect.place)
-    linear = zip(effect.parameters, accepted.linear, accepted.linear_sigma, strict=True)
-    shaped = zip(shapes, effect.shape, accepted.shape_sigma, strict=True)
+    sigma = np.hypot(accepted.linear_sigma, accepted.linear_of_forms)
+    linear = zip(effect.parameters, accepted.linear, sigma, strict=True)
+    sigma = np.hypot(accepted.shape_sigma, accepted.shape_of_forms)
+    shaped = zip(shapes, effect.shape, sigma, strict=True)
     return (
         *(FoundParameter(p.name, float(v), float(s), p.unit, False) for p, v, s in linear),
         *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),

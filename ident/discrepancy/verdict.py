@@ -11,6 +11,10 @@ from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
 from ident.effects.vocabulary import family_named
 from ident.verdicts import Gate
+from robots.arrays import FloatArray
+
+_INTERVAL = 1.959964
+"""Standard deviations to either side of a 95 % interval."""
 
 
 @dataclass(frozen=True)
@@ -52,23 +56,33 @@ def verdict_of(findings: Sequence[Finding], left: Left) -> DiagnosisVerdict:
 
 
 def lags_of_noise(
-    findings: Sequence[Finding], usual: bool, unexplained: Sequence[Unexplained], margin: float
+    findings: Sequence[Finding],
+    usual: bool,
+    unexplained: Sequence[Unexplained],
+    changes: FloatArray,
+    margin: float,
 ) -> bool:
-    """Whether what was found where nothing repeats goes again: lags that no other data confirm, nothing left.
+    """Whether what was found where nothing repeats goes again: lags that noise has made, nothing left.
 
     An encoder's noise that the loop passes on then looks like a delay of microseconds, on every recording of
-    a clean arm. A model that leaves more than an accepted one keeps its findings, not confirmed.
+    a clean arm. So the rows that are fitted show such a lag, which other data do not confirm, and it explains
+    no more than noise: of rows y = s r + n noise makes a lag of rᵀn/rᵀr, whose torque is not above that of n
+    (Cauchy and Schwarz). A lag that the fit makes nothing of was found for another reason. A model that
+    leaves more than an accepted one keeps its findings, not confirmed.
 
     Args:
         findings: with what the data that was not fitted shows of them.
-        usual: whether the model before leaves no more on the rows that were fitted than an accepted one.
+        usual: whether on the rows that were fitted no more is left than by an accepted model.
         unexplained: by the model before, per joint, on data that was not fitted.
+        changes: (n,) of each joint's torque there, what the findings change.
         margin: share of a joint's torque that a model may lack.
     """
     lags = all(family_named(finding.effect).taken_by_alignment for finding in findings)
     confirmed = any(finding.confirmation.passed for finding in findings)
-    nothing_left = usual and all(one.least <= margin for one in unexplained)
-    return bool(findings) and lags and not confirmed and nothing_left
+    linear = [one for finding in findings for one in finding.parameters if not one.shape]
+    fitted = all(abs(one.value) > _INTERVAL * one.sigma for one in linear)
+    small = all(one.least <= margin and changes[one.joint] <= one.noise for one in unexplained)
+    return bool(findings) and lags and fitted and not confirmed and usual and small
 
 
 def description(verdict: DiagnosisVerdict, left: Left) -> str:

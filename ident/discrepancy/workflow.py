@@ -127,7 +127,7 @@ class Search:
 
     def _tell_loop(self, in_loop: LoopStep) -> None:
         """A simulated loop that leaves more than the model of an arm may is no clean arm's."""
-        joint = self._misfit_joint(in_loop)
+        joint = in_loop.misfit_joint(self.question.settings.unnamed_in_loop)
         if joint is not None:
             self.unnamed = loop_does_otherwise(joint)
 
@@ -153,17 +153,6 @@ class Search:
         if not matches:
             _log.info("no look at reversals: the simulated loop does not do what the arm does")
         return bool(matches)
-
-    def _misfit_joint(self, in_loop: Step) -> int | None:
-        """The joint that the simulated loop moves least as the arm does, where it does not.
-
-        What a found effect leaves on its own joint is its form being a little different.
-        """
-        left, rows = in_loop.examination.excess_of_joints.copy(), in_loop.examination.rows_of_joints.copy()
-        found = sorted({joint for effect in in_loop.placed for joint in effect.place.joints})
-        left[found], rows[found] = 0.0, 0
-        misfits = left.sum() > self.question.settings.unnamed_in_loop * rows.sum()
-        return int(np.argmax(left)) if misfits else None
 
     def _search(self, families: Sequence[EffectFamily], most: int) -> Choice | None:
         """Until nothing more passes."""
@@ -239,10 +228,15 @@ class Search:
         validation = Validation(self.validation, first.examination.whitening)
         findings, rejected, last = self.course.validated(validation)
         self._look_again(findings)
-        margin, of_first = first.base.model.robot.identification.torque_margin, first.examination
-        usual = of_first.excess <= self._misfit_threshold_per_row() * of_first.torque.shape[0]
-        moved_once = self.course.reversing is None and not of_first.repeats
-        nothing = moved_once and lags_of_noise(findings, bool(usual), validation.unexplained(first), margin)
+        margin = first.base.model.robot.identification.torque_margin
+        moved_once = self.course.reversing is None and not first.examination.repeats
+        nothing = moved_once and lags_of_noise(
+            findings,
+            self._leaves_the_usual(),
+            validation.unexplained(first),
+            validation.changes(first, self.step),
+            margin,
+        )
         if nothing:
             self.course = Course.begun(self.prepared, first)
             findings, rejected, last = [], [*rejected, *findings], validation.loop_run(first)
@@ -277,6 +271,10 @@ class Search:
             covariance=examination.covariance,
             examinations=(first.examination, examination),
         )
+
+    def _leaves_the_usual(self) -> bool:
+        """Whether before anything was found rows that are fitted leave no more than an accepted model."""
+        return self.course.first.examination.excess <= self._misfit_threshold()
 
     def _look_again(self, findings: Sequence[Finding]) -> None:
         """What the loop showed has gone again: is the loop then the arm's?"""

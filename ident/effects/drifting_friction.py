@@ -10,6 +10,9 @@ gear was at the start is not known, nor need the warming end within the recordin
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape, State
@@ -78,19 +81,26 @@ def settling_times(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("settling_time", "s", (5.0, 12.0, 30.0, 100.0, 400.0), 2.0, 2000.0, True),)
 
 
+def moving_away(shape: tuple[float, ...]) -> Callable[[FloatArray], FloatArray]:
+    """The share of its way that friction has gone, over the time, s: shape (time_constant[, to_go])."""
+    settling, to_go = (*shape, 1.0)[:2]
+
+    def course(time: FloatArray) -> FloatArray:
+        return np.asarray(1.0 - to_go * np.exp(-time / settling))
+
+    return course
+
+
 def _settling(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """Friction that is the model's at the start, and moves away from it."""
-    row, sign, (settling,) = drive_row(robot, place), friction_sign(robot), shape
+    """Friction that moves away from the model's."""
+    row, sign, course = drive_row(robot, place), friction_sign(robot), moving_away(shape)
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
-
-    def course(time: FloatArray) -> FloatArray:
-        return np.asarray(1.0 - np.exp(-time / settling))
 
     def law(state: State) -> FloatArray:
         speed = state.velocity @ row
-        gone = np.zeros_like(speed) if state.time is None else course(state.time)
+        gone = course(np.zeros_like(speed) if state.time is None else state.time)
         return along(row, gone * sign(speed), gone * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
@@ -110,6 +120,11 @@ def time_constants(robot: Robot, place: Place) -> tuple[Shape, ...]:
     return (Shape("time_constant", "s", (3.0, 8.0, 20.0, 60.0), 1.0, 600.0, True),)
 
 
+def begun_before(robot: Robot, place: Place) -> tuple[Shape, ...]:
+    """Of friction that had gone a part of its way: arms move before they are recorded."""
+    return (*time_constants(robot, place), Shape("to_go", "-", (0.7, 0.3), 0.05, 1.0))
+
+
 SETTLING_FRICTION = Family(
     "drifting_friction",
     "friction that moves away from that of the model",
@@ -120,6 +135,11 @@ SETTLING_FRICTION = Family(
     contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
 )
+SETTLING_BEFORE = replace(
+    SETTLING_FRICTION,
+    sentence="friction that had begun to move away from that of the model before the recording did",
+    shapes_of=begun_before,
+)
 DRIFTING_FRICTION = Family(
     "drifting_friction",
     "friction that changes while the gear warms up",
@@ -129,7 +149,7 @@ DRIFTING_FRICTION = Family(
     settling_times,
     contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
-    further=(SETTLING_FRICTION,),
+    further=(SETTLING_FRICTION, SETTLING_BEFORE),
     history=True,
     settled_by="record the same motion cold and warm: only what drifts has changed",
     equation=(
@@ -138,7 +158,9 @@ DRIFTING_FRICTION = Family(
         "Fv_heat·q̇)·w is what its own heat changes. w is the power of the drive's friction in W,"
         " from `Fc` and `Fv` of the model, behind a first-order lag of settling_time. A recording"
         " that follows another one starts as warm as motions like its own have made the gear by "
-        "then"
+        "then. Or, away from the friction of the model, (Fc_settled·sign(q̇) + Fv_settled·q̇)·(1 − to_go·"
+        "exp(−t/time_constant)): to_go is 1 where it begins with the recording, and less where the arm"
+        " had moved before"
     ),
     row=90,
 )

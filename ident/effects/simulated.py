@@ -68,8 +68,26 @@ class Bristle:
     kind: Literal["exponential", "slip"]
 
 
-SpeedLaw = FrictionSign | Bristle | Callable[[FloatArray], FloatArray] | None
-"""Course over a speed: a friction sign, a bristle, a function of an array of speeds, or the speed itself."""
+@dataclass(frozen=True)
+class SoftConstraint:
+    """Dry friction as a simulation holds its arms: the force of a constraint that gives way a little.
+
+    The constraint v̇ = −v/time is met as well as a force of at most the friction can, and as a soft one it is
+    short of it in proportion to that force (MuJoCo's documentation, "Computation: constraint model": a₁ +
+    R f = a_ref): clip((v + time·v̇)/width, ±1). So such an arm creeps where another sticks, and answers to
+    acceleration.
+
+    Attributes:
+        width: speed in rad/s (or m/s) at which it saturates while that is steady.
+        time: s, in which what moves comes to rest.
+    """
+
+    width: float
+    time: float
+
+
+SpeedLaw = FrictionSign | Bristle | SoftConstraint | Callable[[FloatArray], FloatArray] | None
+"""Over a speed: a friction sign, what has a past, a function of an array of speeds, or the speed itself."""
 
 
 @dataclass(frozen=True, eq=False)

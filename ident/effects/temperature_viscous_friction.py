@@ -8,9 +8,11 @@ dry friction: what is left of the start's, and the power of friction behind a la
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from ident.effects.drifting_friction import settling_times, time_constants
+from ident.effects.drifting_friction import begun_before, moving_away, settling_times, time_constants
 from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     ANY,
@@ -74,16 +76,13 @@ def _make(
 def _settling(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """Oil as warm as the model's at the start, and warmer or colder from then on."""
-    row, (settling,) = drive_row(robot, place), shape
+    """Oil that becomes warmer or colder than the model's."""
+    row, course = drive_row(robot, place), moving_away(shape)
     unit = f"{torque_unit(robot, place)}·s/{angle_unit(robot, place)}"
-
-    def course(time: FloatArray) -> FloatArray:
-        return np.asarray(-np.expm1(-time / settling))
 
     def law(state: State) -> FloatArray:
         speed = state.velocity @ row
-        return along(row, 0.0 * speed if state.time is None else course(state.time) * speed)
+        return along(row, course(np.zeros_like(speed) if state.time is None else state.time) * speed)
 
     def parts(values: FloatArray) -> SimulatedParts:
         table = over_time(course)
@@ -103,6 +102,11 @@ OIL_THAT_SETTLES = Family(
     contains=("viscous_friction",),
     history=True,
 )
+OIL_THAT_SETTLED_BEFORE = replace(
+    OIL_THAT_SETTLES,
+    sentence="viscous friction that had begun to move away from that of the model before the recording did",
+    shapes_of=begun_before,
+)
 TEMPERATURE_VISCOUS_FRICTION = Family(
     "temperature_viscous_friction",
     "viscous friction that falls as the oil warms, beside dry friction that stays",
@@ -112,7 +116,7 @@ TEMPERATURE_VISCOUS_FRICTION = Family(
     settling_times,
     contains=("viscous_friction",),
     confused_with=("viscous_friction", "drifting_friction"),
-    further=(OIL_THAT_SETTLES,),
+    further=(OIL_THAT_SETTLES, OIL_THAT_SETTLED_BEFORE),
     history=True,
     settled_by="record the same motion cold and warm: it has changed, and nothing has at creeping speed",
     told_from={
@@ -122,7 +126,7 @@ TEMPERATURE_VISCOUS_FRICTION = Family(
     },
     equation=(
         "q̇·(Fv_oil_cold·exp(−t/settling_time) + Fv_oil_heat·w) with the warmth w of `drifting_friction`; or,"
-        " of oil that was as warm as the model's at the start, Fv_oil_settled·q̇·(1 − exp(−t/time_constant))"
+        " of oil that moves away from the model's, Fv_oil_settled·q̇·(1 − to_go·exp(−t/time_constant))"
     ),
     row=92,
 )

@@ -75,5 +75,12 @@ def stack(rows: Rows) -> Stacked:
 
 
 def stack_columns(regressor: FloatArray, used: BoolArray) -> FloatArray:
-    """samples × joints × b to (r, b), joint by joint."""
-    return np.ascontiguousarray(regressor.transpose(1, 0, 2)[used.T])
+    """samples × joints × b to (r, b), joint by joint; where all rows are used it is the same memory."""
+    by_columns = regressor.transpose(2, 1, 0)
+    if used.all():
+        return by_columns.reshape(len(by_columns), -1).T
+    ends = np.cumsum([0, *used.sum(axis=0)])
+    found = np.zeros((len(by_columns), ends[-1]))
+    for joint, column in np.argwhere(regressor.any(axis=0)):
+        found[column, ends[joint] : ends[joint + 1]] = by_columns[column, joint, used[:, joint]]
+    return found.T

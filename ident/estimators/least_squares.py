@@ -31,14 +31,15 @@ def joint_deviations(stacked: Stacked, kind: ErrorDeviation = "unbiased") -> Flo
     sigma = np.empty(stacked.joints)
     blocks = zip(stacked.split(stacked.x), stacked.split(stacked.y), strict=True)
     for joint, (x, y) in enumerate(blocks):
-        seen = np.linalg.norm(x, axis=0) > 0
-        beta, _, rank, _ = np.linalg.lstsq(x[:, seen], y, rcond=_DEPENDENT)
+        seen, (r, shares) = x.any(axis=0), triangle_beside(x, y)
+        beta = np.zeros(x.shape[1])
+        beta[seen], _, rank, _ = np.linalg.lstsq(r[:, seen], shares, rcond=_DEPENDENT)
         freedom = y.size - (int(rank) if kind == "unbiased" else 1)
         if y.size <= rank:
             raise IdentificationError(
                 f"joint {joint + 1}: {y.size} rows for {rank} parameters; record for longer"
             )
-        residual = y - x[:, seen] @ beta
+        residual = y - x @ beta
         sigma[joint] = np.sqrt(residual @ residual / freedom)
         if sigma[joint] == 0.0:
             raise IdentificationError(

@@ -25,7 +25,6 @@ from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import differentiate, low_pass
 from ident.statistics.covariance import weighted_score_covariance
-from ident.statistics.restricted import regression_whitening
 from ident.statistics.triangle import triangle_beside
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray
@@ -99,7 +98,8 @@ def estimate_lag(
         settings: filter, decimation and the given lag.
     """
     robot = base.model.robot
-    weights = stacked.spread(1.0 / _error_deviations(stacked))
+    deviations = _error_deviations(stacked)
+    weights = stacked.spread(1.0 / deviations)
     reference = _along_reference(base, recordings, rows, stacked, settings)
     given, sample_time = settings.control_signal_lag, recordings[0].sample_time
     row = sample_time * settings.decimation
@@ -119,7 +119,8 @@ def estimate_lag(
             break
     converged = abs(step) < _STILL * sigma and abs(lag - given) <= _FARTHEST
     if converged and abs(lag - given) > _OTHER_ERRORS * row:
-        errors = regression_whitening(torque, rows.regressor, rows.segment, rows.used)
+        smaller = _error_deviations(replace(stacked, y=_stack(rows, torque))) / deviations
+        errors = replace(whitening, sigma=whitening.sigma * smaller)
         sigma = _deviation(rows, probe, weights, errors) / abs(float(probe @ rate))
     return LagEstimate(lag, sigma, given, sample_time, converged)
 

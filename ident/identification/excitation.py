@@ -13,6 +13,7 @@ import numpy as np
 
 from ident.effects import State
 from ident.errors import IdentificationError
+from ident.estimators.fit import Stacked
 from ident.listing import listed
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows
@@ -81,7 +82,7 @@ class _Moved:
 
 
 def rank_of(
-    base: BaseParameters, rows: Rows, recordings: tuple[Recording, ...], spectrum: PositionSpectrum
+    base: BaseParameters, stacked: Stacked, recordings: tuple[Recording, ...], spectrum: PositionSpectrum
 ) -> Rank:
     """Rank of the observation matrix against the noise of its own columns.
 
@@ -90,7 +91,7 @@ def rank_of(
 
     Args:
         base: the parameters.
-        rows: of the recordings.
+        stacked: rows of the recordings.
         recordings: measured positions.
         spectrum: of these positions, for their noise.
 
@@ -99,9 +100,7 @@ def rank_of(
     """
     settings = base.model.robot.identification
     moved = _Moved.of(recordings, settings)
-    x = rows.regressor[rows.used]
-    triangle, count = triangle_of(x), len(x)
-    del x
+    triangle, count = triangle_of(stacked.x), len(stacked.x)
     scale = np.linalg.norm(triangle, axis=0)
     silent = scale == 0.0
     if silent.any():

@@ -84,7 +84,7 @@ def all_fits(
     """
     base, stacked = prepared.base, prepared.stacked
     settings = base.model.robot.identification
-    progress("least squares", 0.35)
+    progress("least squares", 0.65)
     plain = weighted_least_squares(stacked, base.names, settings.error_deviation)
     least_squares = _with_covariance(prepared, plain, None)
     others = {
@@ -111,16 +111,12 @@ def _with_covariance(prepared: Prepared, fit: LinearFit, instruments: FloatArray
     if name == "block":  # the estimators' own
         return fit
     z = rows.regressor if instruments is None else instruments
-    residual = rows.torque - rows.regressor @ fit.beta
+    residual = rows.torque - rows.predicted(fit.beta)
     if name == "ar":
         errors = prepared.errors
         if instruments is not None:
             errors = regression_whitening(residual, instruments, rows.segment, rows.used)
-        x = rows.regressor
-        if not rows.used.all():  # of hours each copy of the rows is half a gigabyte
-            used = rows.used[:, :, None]
-            z, x = z * used, x * used
-        covariance = instrumental_covariance(z, x, fit.sigma, errors, rows.segment)
+        covariance = instrumental_covariance(z, rows.regressor, fit.sigma, errors, rows.segment, rows.used)
         return replace(fit, covariance=covariance, covariance_kind=errors.describe())
     kind = covariance_named(name)
     estimated = estimated_rows(rows.regressor, z, residual, fit.sigma, rows.segment, rows.used)
@@ -145,7 +141,7 @@ def _instrumental(
         from ident.closed_loop.compiled import is_compiled
 
         first = "" if iteration > 1 or is_compiled(prepared.base.model.robot) else ", compiled once"
-        progress(f"closed-loop simulation {iteration}{first}", 0.4 + 0.5 * min(1.0, iteration / 4))
+        progress(f"closed-loop simulation {iteration}{first}", 0.65 + 0.2 * min(1.0, iteration / 4))
 
     def nearest_arm(fit: LinearFit) -> FloatArray:
         return consistent_fit(prepared.base, fit, prepared.stacked).standard

@@ -29,13 +29,19 @@ def driven_by_friction(estimate: Estimate, rows: Rows) -> tuple[tuple[str, ...],
     for joint in range(rows.joints):
         used = rows.used[:, joint]
         viscous = [places[name] for s in _VISCOUS if (name := f"{s}{joint + 1}") in places]
+        if not viscous:
+            continue
         all_of = viscous + [places[name] for s in _DRY if (name := f"{s}{joint + 1}") in places]
-        speed = rows.regressor[used, joint][:, viscous].sum(axis=1)
-        weight = rows.regressor[used, joint][:, all_of].T @ speed
+        speed = rows.regressor[:, joint, viscous][used].sum(axis=1)
+        weight = rows.regressor[:, joint, all_of][used].T @ speed
         power = weight @ estimate.values[all_of]
         deviation = np.sqrt(weight @ estimate.covariance[np.ix_(all_of, all_of)] @ weight)
-        if viscous and power < -_SAID * deviation:
-            found.append((joint + 1, float(-power / deviation)))
+        size = -power / deviation
+        values = estimate.values[all_of]
+        if (values < 0.0).all():  # at no speed would it brake: then what each says alone counts too
+            size = max(size, float((-values / np.sqrt(np.diag(estimate.covariance)[all_of])).max()))
+        if size > _SAID:
+            found.append((joint + 1, float(size)))
     if not found:
         return (), False
     named = ", ".join(f"joint {joint} by {size:.3g} σ" for joint, size in found)

@@ -126,7 +126,7 @@ def identify(
     )
     kept, alone = KeptEffects.of(base, options.found), fits
     fits = fits.each(kept.in_fit)
-    progress("revised Durbin-Wu-Hausman test", 0.9)
+    progress("revised Durbin-Wu-Hausman test, intervals", 0.85)
     test, textbook = _test(prepared, recordings, fits)
     half = half_widths(prepared, recordings, fits.least_squares, None, fits.of_loads, alone.least_squares)
     least_squares = estimate_of("ls", base, stacked, fits.least_squares, half)
@@ -204,13 +204,17 @@ def _prepare(
     """Rows under the arm's settings; made again where their lag is to be found in the data."""
     progress("observation matrix", 0.1)
     robot = base.model.robot
-    rows, taken_up = observe(base, recordings, robot.identification), TakenUp()
+
+    def made(share: float) -> None:
+        progress("observation matrix", 0.1 + 0.4 * share)
+
+    rows, taken_up = observe(base, recordings, robot.identification, made), TakenUp()
     if any(isinstance(effect, Found) for effect in base.model.effects):
         base, rows, taken_up = without_taken_up(base, rows, known)
-    rank = rank_of(base, rows, recordings, spectrum)
-    require_enough_rows(rows, len(base.names))
     stacked = stack(rows)
-    progress("errors and alignment", 0.25)
+    rank = rank_of(base, stacked, recordings, spectrum)
+    require_enough_rows(rows, len(base.names))
+    progress("errors and alignment", 0.5)
     errors = regression_whitening(rows.torque, rows.regressor, rows.segment, rows.used)
     lag = estimate_lag(base, recordings, rows, stacked, errors, robot.identification)
     if robot.identification.alignment == "estimate":

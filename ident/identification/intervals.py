@@ -25,6 +25,7 @@ from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import decimate_index, decimation_reach, low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance
+from ident.statistics.triangle import weighted_product
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification
 
@@ -77,7 +78,7 @@ def deviations(
     """
     rows = prepared.rows
     z = rows.regressor if instruments is None else instruments
-    residual = rows.torque - rows.regressor @ fit.beta
+    residual = rows.torque - rows.predicted(fit.beta)
     gamma = windowed_autocovariance(residual, z, rows.segment, rows.used)
     weight = rows.used / fit.sigma
     whole = _Map(z, rows.regressor, weight, weight)
@@ -141,9 +142,9 @@ class _Map:
         self._z, self._weight = z, z_weight
         both, joints = z_weight * x_weight, range(x.shape[1])
         self._cross = sum(
-            (z[:, j].T @ (x[:, j] * both[:, j, np.newaxis]) for j in joints), np.zeros((x.shape[2],) * 2)
+            (weighted_product(z[:, j], x[:, j], both[:, j]) for j in joints), np.zeros((x.shape[2],) * 2)
         )
-        used = int(np.count_nonzero((z_weight != 0.0) & np.any(z != 0.0, axis=2)))
+        used = sum(int(np.count_nonzero((z_weight[:, j] != 0.0) & z[:, j].any(axis=1))) for j in joints)
         scale = np.sqrt(np.abs(np.diag(self._cross)))
         scale[scale == 0.0] = 1.0
         values = np.linalg.svd(self._cross / np.outer(scale, scale), compute_uv=False)

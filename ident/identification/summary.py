@@ -164,7 +164,7 @@ def _parameters(
 
 def trace_of(rows: Rows, beta: FloatArray) -> TorqueTrace:
     """Measured and predicted torque of all rows, those left out included."""
-    return TorqueTrace(rows.time, rows.torque, np.asarray(rows.regressor @ beta))
+    return TorqueTrace(rows.time, rows.torque, rows.predicted(beta))
 
 
 def poorly_seen(estimate: Estimate) -> tuple[str, ...]:

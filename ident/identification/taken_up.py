@@ -82,7 +82,7 @@ def without_taken_up(
     solved = np.linalg.lstsq(columns[:, told] / scale, columns[:, ~told], rcond=None)[0]
     factors: FloatArray = np.asarray(solved / scale[:, np.newaxis], dtype=np.float64)
     names = tuple(name for name, own in zip(base.names, told, strict=True) if not own)
-    rest = replace(rows, regressor=np.ascontiguousarray(rows.regressor[:, :, told]))
+    rest = replace(rows, regressor=rows.regressor.transpose(2, 1, 0)[told].transpose(2, 1, 0))
     return base_parameters(model), rest, TakenUp(names, factors, tuple(sentences))
 
 

@@ -13,14 +13,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.estimators.fit import stack_columns
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.cutoff import propose_cutoff
 from ident.preparation.observation import Rows, observe
 from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
+from ident.statistics.triangle import triangle_beside
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
+
+_MOST = 1_000_000
+"""Samples, a quarter of an hour at 1 kHz, of whole recordings on which cut-offs are tried."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,7 @@ def tried_cutoff(base: BaseParameters, recordings: tuple[Recording, ...], propos
         IdentificationError: the given cut-off cannot be used with these recordings.
     """
     given = base.model.robot.identification.cutoff_hz
+    recordings = _spread_over(recordings)
     before = left_of_halves(base, recordings, given)
     best = TriedCutoff(given, before, before)
     for hz in (float(f"{np.sqrt(given * proposed_hz):.2g}"), proposed_hz):
@@ -54,6 +60,15 @@ def tried_cutoff(base: BaseParameters, recordings: tuple[Recording, ...], propos
         if left < best.left:
             best = TriedCutoff(hz, left, before)
     return best
+
+
+def _spread_over(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
+    """All recordings, or of hours a few that are spread over them."""
+    samples = sum(recording.time.size for recording in recordings)
+    count = max(2, round(_MOST * len(recordings) / samples))
+    if count >= len(recordings):
+        return recordings
+    return tuple(recordings[k] for k in np.linspace(0, len(recordings) - 1, count).round().astype(int))
 
 
 def left_of_halves(base: BaseParameters, recordings: tuple[Recording, ...], cutoff_hz: float) -> float:
@@ -86,14 +101,17 @@ def _predicted(rows: Rows, fitted: BoolArray) -> tuple[float, float]:
         [float(np.std(rows.torque[used, j])) if used.any() else 0.0 for j, used in enumerate(rows.used.T)]
     )
     spread[spread == 0.0] = 1.0
-    y, x = rows.torque / spread, rows.regressor / spread[:, np.newaxis]
     there = rows.used & fitted[:, np.newaxis]
-    scale = np.linalg.norm(x[there], axis=0)
+    weights = np.repeat(1.0 / spread, there.sum(axis=0))
+    r, shares = triangle_beside(
+        stack_columns(rows.regressor, there), rows.torque.T[there.T] * weights, weights
+    )
+    scale = np.linalg.norm(r, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)
-    beta = np.linalg.lstsq(x[there] / scale, y[there], rcond=1e-8)[0] / scale
+    beta = np.linalg.lstsq(r / scale, shares, rcond=1e-8)[0] / scale
     other = rows.used & ~fitted[:, np.newaxis]
-    rest = y[other] - x[other] @ beta
-    return float(rest @ rest), float(y[other] @ y[other])
+    y, rest = ((values / spread)[other] for values in (rows.torque, rows.torque - rows.predicted(beta)))
+    return float(rest @ rest), float(y @ y)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ def worst_joint_of(estimate: Estimate, rows: Rows, recordings: Sequence[Recordin
         return None
     joint = int(np.nanargmax(errors))
     used = rows.used[:, joint]
-    predicted = rows.regressor @ estimate.values
+    predicted = rows.predicted(estimate.values)
     left = (rows.torque - predicted)[used, joint]
     position = _at_rows(rows, recordings)
     speed = np.concatenate([np.gradient(position[k], rows.time[k], axis=0) for k in _segments(rows)])

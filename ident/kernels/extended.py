@@ -23,6 +23,7 @@ from ident.kernels.readings import read, read_with_extras, record_with_extras, s
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias, turn_on
 from ident.kernels.values import (
     BRISTLE,
+    CONSTRAINT,
     NOT_POSITIVE_DEFINITE,
     RUNS,
     UNSTABLE,
@@ -156,7 +157,9 @@ def move_with_extras(  # noqa: C901
         )
         if bristles:
             for k in range(terms.shape[0]):
-                if terms[k, 1] >= BRISTLE:
+                if terms[k, 1] == CONSTRAINT:
+                    work[BRISTLES, k] = (-1.0 - terms[k, 3]) * work[here, k]
+                elif terms[k, 1] >= BRISTLE:
                     work[BRISTLES, k] = work[here + 1, k]
         if len(foot.axes) > 0:
             follow(foot, v, last, n, h)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ident.kernels.compilation import compiled
-from ident.kernels.values import BRISTLE, LAW_CELLS, SLIP, TABULATED, TERM_HEAD, Axes
+from ident.kernels.values import BRISTLE, CONSTRAINT, LAW_CELLS, SLIP, TABULATED, TERM_HEAD, Axes
 from robots.arrays import FloatArray, IntArray
 
 _NEWTON_STEPS = 50
@@ -20,7 +20,8 @@ WORK_ROWS = 12
 """Rows of the scratch array of :func:`implicit_step`."""
 
 SHARES, BRISTLES = 10, 11
-"""Its rows of step times strength of the terms, as far as implicit, and of the bristles' deflections (±1)."""
+"""Its rows of step times strength of the terms, as far as implicit, and of the past of laws that have one (of
+bristles their deflection, ±1)."""
 
 
 @compiled
@@ -29,7 +30,8 @@ def other_laws(terms: FloatArray, laws: FloatArray, work: FloatArray, into: int)
 
     ``TABULATED``: x is a share of the table's range; its points are spaced by squares, close to standstill.
     ``BRISTLE``: x is the way over this step in bristle lengths; the deflection after it, which creeps towards
-    ±1 (Dahl). ``SLIP``: the same, but elastic until ±1 and slipping then.
+    ±1 (Dahl). ``SLIP``: the same, but elastic until ±1 and slipping then. ``CONSTRAINT``: x is of the speed
+    and what it would gain in the time of the constraint, of which the past has the part before the step.
     """
     for k in range(terms.shape[0]):
         kind, x = terms[k, 1], work[into, k]
@@ -52,6 +54,11 @@ def other_laws(terms: FloatArray, laws: FloatArray, work: FloatArray, into: int)
             work[into + 1, k], work[into + 2, k] = moved, 1.0
             if abs(moved) > 1.0:
                 work[into + 1, k], work[into + 2, k] = math.copysign(1.0, moved), 0.0
+        elif kind == CONSTRAINT:
+            asked = x - work[BRISTLES, k]
+            work[into + 1, k], work[into + 2, k] = asked, 1.0
+            if abs(asked) > 1.0:
+                work[into + 1, k], work[into + 2, k] = math.copysign(1.0, asked), 0.0
 
 
 @compiled

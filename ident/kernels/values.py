@@ -13,8 +13,8 @@ from robots.arrays import FloatArray, IntArray
 RUNS, NOT_POSITIVE_DEFINITE, UNSTABLE = 0, 1, 2
 """What the closed loop ends with."""
 
-TANH, LINEAR, TABULATED, BRISTLE, SLIP = 0, 1, 2, 3, 4
-"""Laws of a speed term."""
+TANH, LINEAR, TABULATED, BRISTLE, SLIP, CONSTRAINT = 0, 1, 2, 3, 4, 5
+"""Laws of a speed term; from ``BRISTLE`` on they have a past."""
 
 TERM_HEAD = 4
 """Columns of a speed term before its speed row."""
@@ -57,7 +57,10 @@ class Dynamics(NamedTuple):
     constant: FloatArray
     """(m,) torque."""
     terms: FloatArray
-    """(K, 4 + 2m) speed terms: 1/width, law, direction, number of a tabulated law, speed row, torque row."""
+    """(K, 4 + 2m) speed terms: 1/width, law, direction, number of a tabulated law, speed row, torque row.
+
+    In place of that number a ``CONSTRAINT`` has −1 less the share of x that it goes on with.
+    """
     spans: IntArray
     """(K, 4) begin and end of what is not zero in speed row and torque row."""
     strength: FloatArray

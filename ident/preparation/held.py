@@ -19,6 +19,10 @@ _USUAL_SPEED = 0.5
 """Of the median speed; slower, a joint may be at rest."""
 _AT_END = 10
 """Samples at the end of a range, and times those of the values next to it: there it is clipped."""
+_STEPS = 20.0
+"""Times the smallest step of a joint, by which it moves before and behind a sample that is repeated."""
+_FEWEST = 4
+"""Samples of which one may be repeated."""
 _NEXT = 5
 """Values next to the end of a range."""
 
@@ -52,6 +56,27 @@ def not_held(
                 f" {time[start[longest]]:.6g} s ({np.count_nonzero(stuck)} times in all), set aside"
             )
     return good, tuple(words)
+
+
+def repeated(position: FloatArray) -> BoolArray:
+    """Which samples are the one before once more, though the arm moves: published again, not measured.
+
+    Every joint stands for one sample, and half of them or more came there and left it by many of the smallest
+    steps that they make at all.
+
+    Args:
+        position: samples × joints.
+    """
+    again = np.zeros(len(position), dtype=np.bool_)
+    if len(position) < _FEWEST:
+        return again
+    step = np.abs(np.diff(position, axis=0))
+    least = np.array([float(column[column > 0.0].min(initial=np.inf)) for column in step.T])
+    moved = step > _STEPS * least
+    stands = np.flatnonzero(~step[1:-1].any(axis=1)) + 1
+    around = moved[stands - 1] & moved[stands + 1]
+    again[stands[np.count_nonzero(around, axis=1) >= position.shape[1] / 2] + 1] = True
+    return again
 
 
 def clipped(name: str, what: str, values: FloatArray) -> tuple[str, ...]:

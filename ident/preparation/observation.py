@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from ident.filters import near
 from ident.parameters.base import BaseParameters, random_states
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.observed_torque import load_torque, observed_torque
+from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
 from ident.signals import (
     Motion,
@@ -70,7 +71,8 @@ class Rows:
         time: (samples,) s, of each recording.
         segment: (samples,) which recording a sample comes from.
         torque: samples × joints, N·m (or N).
-        regressor: samples × joints × b.
+        regressor: samples × joints × b. In memory time is last: columns that are zero by structure, half of
+            them, are then whole runs of memory that nobody writes to, which cost none.
         used: samples × joints, false where a row is left out because its friction is not defined: the
             joint, or a drive that moves with it, is slower than the arm's ``minimum_speed``.
     """
@@ -90,28 +92,43 @@ class Rows:
         """r, the number of rows in eq. 6."""
         return int(self.used.sum())
 
+    def predicted(self, beta: FloatArray) -> FloatArray:
+        """X β of parameters (b,): samples × joints, N·m (or N)."""
+        return torques_of(self.regressor, beta)
 
-def observe(base: BaseParameters, recordings: tuple[Recording, ...], settings: Identification) -> Rows:
+
+def observe(
+    base: BaseParameters,
+    recordings: tuple[Recording, ...],
+    settings: Identification,
+    done: Callable[[float], None] = lambda share: None,
+) -> Rows:
     """Rows of eq. 6 from measured positions and control signals.
 
     Args:
         base: the base parameters, one column each.
         recordings: each filtered, differentiated and decimated on its own.
         settings: cut-off, decimation, trim.
+        done: called with the share of the recordings that have their rows.
 
     Raises:
         IdentificationError: no recording, a joint count that is not the arm's, or one that is too short.
     """
     if not recordings:
         raise IdentificationError("no recording to identify from")
-    parts = [_rows_of(base, index, recording, settings) for index, recording in enumerate(recordings)]
-    return Rows(
-        np.concatenate([part.time for part in parts]),
-        np.concatenate([part.segment for part in parts]),
-        np.concatenate([part.torque for part in parts]),
-        np.concatenate([part.regressor for part in parts]),
-        np.concatenate([part.used for part in parts]),
-    )
+    parts = []
+    for index, recording in enumerate(recordings):
+        parts.append(_rows_of(base, index, recording, settings))
+        done((index + 1) / len(recordings))
+    if len(parts) == 1:
+        return parts[0]
+    time = np.concatenate([part.time for part in parts])
+    segment = np.concatenate([part.segment for part in parts])
+    torque = np.concatenate([part.torque for part in parts])
+    used = np.concatenate([part.used for part in parts])
+    columns = [part.regressor for part in parts]
+    del parts  # so that each piece goes when it is copied
+    return Rows(time, segment, torque, one_after_the_other(columns), used)
 
 
 def observed_columns(base: BaseParameters, recording: Recording, settings: Identification) -> FloatArray:
@@ -148,19 +165,20 @@ def _columns(base: BaseParameters, state: State, settings: Identification) -> Fl
 def _columns_at_once(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
     (samples, joints), count = state.position.shape, len(base.names)
     present, series = _series(base, state)
-    thin = np.zeros((decimate_index(samples, settings.decimation).size, joints * count))
+    joint, column = np.divmod(present, count)
+    thin = np.zeros((count, joints, decimate_index(samples, settings.decimation).size))
     for start in range(0, present.size, _COLUMNS_AT_ONCE):
         part = slice(start, start + _COLUMNS_AT_ONCE)
         rows = decimate(series[part], settings.decimation, settings.decimation_filter, axis=1)
-        thin[:, present[part]] = rows.T
-    return thin.reshape(-1, joints, count)
+        thin[column[part], joint[part]] = rows
+    return thin.transpose(2, 1, 0)
 
 
 def _long_columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
     """The same of a long motion, block by block, each with ends that the filter has forgotten in its core."""
     kept = decimate_index(state.position.shape[0], settings.decimation)
     rows = max(_LONG // settings.decimation // 2, 4 * _FORGOTTEN)
-    thin = np.empty((kept.size, state.position.shape[1], len(base.names)))
+    parts = []
     for first in range(0, kept.size, rows):
         last = min(first + rows, kept.size)
         begin = kept[first - _FORGOTTEN] if first > _FORGOTTEN else 0
@@ -168,8 +186,8 @@ def _long_columns(base: BaseParameters, state: State, settings: Identification) 
         part = slice(begin, kept[end - 1] + 1)  # its last sample is kept, as that of every record is
         piece = State(state.position[part], state.velocity[part], state.acceleration[part])
         found = _columns_at_once(base, piece, settings)
-        thin[first:last] = found[len(found) - (end - first) : len(found) - (end - last)]
-    return thin
+        parts.append(found[len(found) - (end - first) : len(found) - (end - last)])
+    return one_after_the_other(parts)
 
 
 def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ident.errors import IdentificationError
 from ident.recording import JITTER_ALLOWED, Recording
-from robots.arrays import BoolArray, FloatArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 _COST = 0.01
 """Share of the motion that a spline across a gap may lose; beyond it, the recording is cut there."""
@@ -26,6 +26,8 @@ _NEAR = 9
 """Samples among which the middle one says how many are missing before."""
 _FEW = 64
 """Samples by whose phases the clock is found."""
+_FAR_SMOOTHER = 0.5
+"""Times the roughness of positions by their stamps, below which stamps do not say when they were taken."""
 _BACK = 2.0
 """Periods by which stamps may be out of order where the number of samples says when they were taken."""
 
@@ -129,6 +131,7 @@ def clock_of(name: str, time: FloatArray, position: FloatArray) -> Clock:
     """
     steps = np.diff(time)
     number, period = _numbered(name, time, steps)
+    number, period = _smoother(time, position, number, period)
     even = time[0] + period * number
     even += np.median(time - even)
     jitter = float(np.abs(time - even).max())
@@ -171,6 +174,26 @@ def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArra
     return np.asarray(some, dtype=np.float64), period
 
 
+def _smoother(
+    time: FloatArray, position: FloatArray, number: FloatArray, period: float
+) -> tuple[FloatArray, float]:
+    """The even clock without any missing sample, where positions are far smoother on it.
+
+    What reads a slower source at a rate of its own meets some samples twice: without these, stamps have gaps
+    that the samples do not have.
+    """
+    none = np.arange(len(time), dtype=np.float64)
+    if number[-1] == none[-1]:
+        return number, period
+    whole, steps = float(np.polyfit(none, time, 1)[0]), np.diff(number)
+    gap = np.flatnonzero(steps > steps.min())[:, np.newaxis] + np.arange(
+        -1, 3
+    )  # which have it among their five
+    near = np.unique(np.clip(gap, 2, len(time) - 3)) - 2
+    with_gaps, without = (_roughness(clock, position, near) for clock in (period * number, whole * none))
+    return (none, whole) if without < _FAR_SMOOTHER * with_gaps else (number, period)
+
+
 def _off(time: FloatArray, number: FloatArray, period: float) -> float:
     return float(np.std(time - period * number))
 
@@ -190,9 +213,10 @@ def _clock(time: FloatArray, near: float) -> tuple[float, float]:
         count = min(2 * count, len(time))
 
 
-def _roughness(time: FloatArray, position: FloatArray) -> float:
+def _roughness(time: FloatArray, position: FloatArray, at: IntArray | None = None) -> float:
     """How far samples are from the cubic through their two neighbours on each side: the median over samples,
-    each joint beside how much it moves from sample to sample."""
+    those ``at`` from the third one on where given, each joint beside how much it moves from sample to sample.
+    """
     nodes = [time[k : len(time) - 4 + k] for k in range(5)]
     guess = np.zeros_like(position[2:-2])
     for k in (0, 1, 3, 4):
@@ -201,7 +225,8 @@ def _roughness(time: FloatArray, position: FloatArray) -> float:
             if other != k:
                 weight *= (nodes[2] - nodes[other]) / (nodes[k] - nodes[other])
         guess += weight[:, np.newaxis] * position[k : len(time) - 4 + k]
-    off = np.median(np.abs(position[2:-2] - guess), axis=0)
+    off = np.abs(position[2:-2] - guess)
+    off = np.median(off if at is None else off[at], axis=0)
     step = np.mean(np.abs(np.diff(position, axis=0)), axis=0)
     moved = step > 0
     return float(np.mean(off[moved] / step[moved])) if moved.any() else 0.0

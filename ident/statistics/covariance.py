@@ -11,28 +11,37 @@ import numpy as np
 
 from ident.filters import recursion
 from ident.statistics.toeplitz import spectrum, times
+from ident.statistics.triangle import weighted_product
 from ident.statistics.whitening import Whitening
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 
 _NEGLIGIBLE = 1e-6
 """An AR process's impulse response is cut where it has decayed to this."""
 
 
 def weighted_score_covariance(
-    instruments: FloatArray, sigma: FloatArray, whitening: Whitening, segment: IntArray
+    instruments: FloatArray,
+    sigma: FloatArray,
+    whitening: Whitening,
+    segment: IntArray,
+    used: BoolArray | None = None,
 ) -> FloatArray:
     """Covariance (b, b) of ZᵀΩ⁻¹ε: Σ_j Z_jᵀ Γ_j Z_j / σ_j⁴, with Γ_j the errors' autocovariance.
 
     Args:
-        instruments: samples × joints × b, zero where a row is left out.
+        instruments: samples × joints × b.
         sigma: (n,) the deviations that make Ω.
         whitening: the AR process per joint.
         segment: (samples,) recordings; errors of different ones are independent.
+        used: samples × joints, false where a row is left out; all are used where None.
     """
     total = np.zeros((instruments.shape[2], instruments.shape[2]))
     for joint, coefficients in enumerate(whitening.coefficients):
         for index in np.unique(segment):
-            z = instruments[segment == index, joint] / sigma[joint] ** 2
+            own = segment == index
+            z = instruments[own, joint] / sigma[joint] ** 2
+            if used is not None:
+                z *= used[own, joint, np.newaxis]
             gamma = autocovariance(coefficients, float(whitening.sigma[joint]), z.shape[0])
             total += z.T @ times(gamma, spectrum(z))
     return total
@@ -52,7 +61,12 @@ def autocovariance(coefficients: FloatArray, sigma: float, lags: int) -> FloatAr
 
 
 def instrumental_covariance(
-    instruments: FloatArray, regressor: FloatArray, sigma: FloatArray, whitening: Whitening, segment: IntArray
+    instruments: FloatArray,
+    regressor: FloatArray,
+    sigma: FloatArray,
+    whitening: Whitening,
+    segment: IntArray,
+    used: BoolArray | None = None,
 ) -> FloatArray:
     """Covariance (b, b) of the IV estimate when errors are AR: (ZᵀΩ⁻¹X)⁻¹ S (XᵀΩ⁻¹Z)⁻¹.
 
@@ -62,12 +76,13 @@ def instrumental_covariance(
         sigma: (n,) the deviations that make Ω.
         whitening: the AR process per joint.
         segment: (samples,) recordings.
+        used: samples × joints, false where a row is left out; all are used where None.
     """
-    weights = 1.0 / sigma**2
+    weights = (np.ones(regressor.shape[:2]) if used is None else used) / sigma**2
     cross = np.zeros((instruments.shape[2], regressor.shape[2]))
-    for joint, weight in enumerate(weights):
-        cross += weight * (instruments[:, joint].T @ regressor[:, joint])
-    score = weighted_score_covariance(instruments, sigma, whitening, segment)
+    for joint in range(regressor.shape[1]):
+        cross += weighted_product(instruments[:, joint], regressor[:, joint], weights[:, joint])
+    score = weighted_score_covariance(instruments, sigma, whitening, segment, used)
     # Columns of kilogrammes beside columns of friction, and products by fast convolution: rounding is a share
     # of the largest, and took variances of small ones below zero. The root of the score has no such side.
     scale = np.sqrt(np.maximum(np.diag(score), 0.0))

@@ -5,14 +5,22 @@ a low-pass has a spectrum with an edge, which six coefficients do not follow: th
 where the motion is, comes out up to 40 % too small. A variance needs no filter. Each pair of rows tells of
 the autocovariance, whatever lies between them; lags beyond the memory are noise and are windowed away
 (Politis and Romano 1995), the memory being read off the correlogram (Politis 2003).
+
+Errors that forget exponentially have a tail below what a correlogram shows, a tenth of the variance where
+they remember 50 ms of 12 s. So the window is put on what an AR(1) filter leaves of the autocovariance, and
+the result filtered back (prewhitening, Andrews and Monahan 1992): on numbers, so that it needs no unbroken
+rows.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors
-from ident.statistics.toeplitz import circle, spectrum, times
+from ident.preparation.row_memory import torques_of
+from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors, products_of
+from ident.statistics.toeplitz import ComplexArray, circle, spectrum, times
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LONGEST = 200
@@ -20,6 +28,12 @@ _LONGEST = 200
 
 _QUIET = 5
 """So many lags in a row without correlation end the memory."""
+
+_LARGEST_ROOT = 0.97
+"""Of the AR(1); Andrews and Monahan's, so that what is filtered back stays finite."""
+
+_STILL = 0.01
+"""Deviations of an autocovariance; a smaller change ends the steps."""
 
 _STEPS = 4
 """Of what the fit has taken from the errors; each changes the last by a share of parameters in rows."""
@@ -41,7 +55,7 @@ def windowed_autocovariance(
     target, regressor, segment, used = of_the_errors(target, regressor, segment, used)
     omega = independent_whitening(target, regressor, segment, used)
     fit = fit_of(omega, target, regressor, used)
-    residual = np.where(used, target - regressor @ fit.beta, 0.0)[:, :, np.newaxis]
+    residual = np.where(used, target - torques_of(regressor, fit.beta), 0.0)[:, :, np.newaxis]
     taken = Taken.of(fit.basis, segment)
     longest = max(1, min(_LONGEST, int(used.sum(axis=0).min()) // 4))
     joints = range(used.shape[1])
@@ -52,7 +66,11 @@ def windowed_autocovariance(
     for _ in range(_STEPS):
         hidden = _hidden(gamma, taken, omega.sigma, used, longest)
         whole = zip(seen, hidden, pairs, strict=True)
+        before = gamma
         gamma = tuple(_windowed((one + other) / count, count[0]) for one, other, count in whole)
+        steps = zip(before, gamma, pairs, strict=True)
+        if all(_stands(old, new, float(count[0])) for old, new, count in steps):
+            break
     return gamma
 
 
@@ -72,6 +90,11 @@ def variances(weights: FloatArray, gamma: tuple[FloatArray, ...], segment: IntAr
     return np.maximum(total, 0.0)
 
 
+def _stands(before: FloatArray, after: FloatArray, rows: float) -> bool:
+    """Whether no autocovariance has changed by a good part of its own deviation, γ₀/√rows."""
+    return bool(np.abs(after - before).max() <= _STILL * after[0] / np.sqrt(rows))
+
+
 def _padded(gamma: FloatArray, lags: int) -> FloatArray:
     found = np.zeros(lags)
     count = min(lags, gamma.size)
@@ -79,11 +102,17 @@ def _padded(gamma: FloatArray, lags: int) -> FloatArray:
     return found
 
 
-def _lagged(one: FloatArray, other: FloatArray, pieces: tuple[IntArray, ...], longest: int) -> FloatArray:
-    """½ Σ (a_t·b_{t−k} + b_t·a_{t−k}) within recordings and over columns, k = 0 … longest."""
+def _lagged(
+    one: FloatArray | Sequence[ComplexArray], other: FloatArray, pieces: tuple[slice, ...], longest: int
+) -> FloatArray:
+    """½ Σ (a_t·b_{t−k} + b_t·a_{t−k}) within recordings and over columns, k = 0 … longest.
+
+    Of ``one`` the spectra, piece by piece, will do.
+    """
     sums = np.zeros(longest + 1)
-    for chosen in pieces:
-        first, samples = spectrum(one[chosen]), chosen.size
+    for number, chosen in enumerate(pieces):
+        samples = chosen.stop - chosen.start
+        first = spectrum(one[chosen]) if isinstance(one, np.ndarray) else one[number]
         second = first if one is other else spectrum(other[chosen])
         density = np.sum(first.real * second.real + first.imag * second.imag, axis=1)
         count = min(longest + 1, samples)
@@ -92,10 +121,18 @@ def _lagged(one: FloatArray, other: FloatArray, pieces: tuple[IntArray, ...], lo
 
 
 def _windowed(gamma: FloatArray, rows: float) -> FloatArray:
-    """Flat to the end of the memory, then straight down to zero at twice that."""
-    memory = max(1, memory_of(gamma / gamma[0], rows)) if gamma[0] > 0.0 else 1
-    window = np.clip(2.0 - np.arange(gamma.size) / memory, 0.0, 1.0)
-    return np.asarray(gamma * window)
+    """Of what an AR(1) leaves: flat to the end of the memory, then straight down to zero at twice that."""
+    if gamma[0] <= 0.0 or gamma.size < 3:
+        return np.asarray(gamma * (np.arange(gamma.size) == 0))
+    root = float(np.clip(gamma[1] / gamma[0], -_LARGEST_ROOT, _LARGEST_ROOT))
+    before = np.concatenate([gamma[1:2], gamma[:-2]])
+    white = (1.0 + root**2) * gamma[:-1] - root * (before + gamma[1:])
+    memory = max(1, memory_of(white / white[0], rows)) if white[0] > 0.0 else 1
+    white = white * np.clip(2.0 - np.arange(white.size) / memory, 0.0, 1.0)
+    both = np.concatenate([white[:0:-1], white])
+    answer = root ** np.abs(np.arange(-2 * gamma.size, 2 * gamma.size + 1)) / (1.0 - root**2)
+    start = 2 * gamma.size + white.size - 1
+    return np.asarray(np.convolve(both, answer)[start : start + gamma.size])
 
 
 def memory_of(correlation: FloatArray, rows: float) -> int:
@@ -122,11 +159,10 @@ def _hidden(
     """Per joint: lagged products of the errors that the fit has taken, were ``gamma`` right."""
     moved = taken.moved(lambda joint, lags: _padded(gamma[joint], lags) / omega[joint] ** 2)
     moved *= used[:, :, np.newaxis]
-    basis, columns = taken.basis, taken.basis.shape[2]
-    between = basis.reshape(-1, columns).T @ moved.reshape(-1, columns)
+    basis, between = taken.basis, products_of(taken.basis, moved)
     found = []
     for joint in range(used.shape[1]):
-        one = basis[:, joint] * omega[joint]
-        other = moved[:, joint] * omega[joint] - 0.5 * one @ between
-        found.append(2.0 * _lagged(one, other, taken.pieces, longest))
+        other = moved[:, joint] - 0.5 * basis[:, joint] @ between
+        known = [spectra[:, joint] for spectra in taken.spectra]
+        found.append(2.0 * omega[joint] ** 2 * _lagged(known, other, taken.pieces, longest))
     return found

@@ -9,6 +9,8 @@ from ident.statistics.whitening import (
 )
 from robots.arrays import BoolArray, FloatArray, IntArray
 
+_SAMPLES_AT_ONCE = 256
+"""Samples whose products at all lags are summed while they stay in the cache."""
 _COLUMNS_AT_ONCE = 16
 """Columns whose lagged products are summed together: bounds the memory."""
 
@@ -41,9 +43,12 @@ def _products_without_gaps(one: FloatArray, other: FloatArray, largest: int) -> 
     """The same where every sample counts: one row and column of sums, the others by what comes and goes."""
     last = one.shape[0]
     products = np.zeros((largest + 1, largest + 1))
-    for lag in range(largest + 1):
-        products[0, lag] = np.vdot(one[largest:], other[largest - lag : last - lag])
-        products[lag, 0] = np.vdot(one[largest - lag : last - lag], other[largest:])
+    for begin in range(largest, last, _SAMPLES_AT_ONCE):
+        end = min(begin + _SAMPLES_AT_ONCE, last)
+        for lag in range(largest + 1):
+            products[0, lag] += np.vdot(one[begin:end], other[begin - lag : end - lag])
+            products[lag, 0] += np.vdot(one[begin - lag : end - lag], other[begin:end])
+    products[0, 0] /= 2.0
     before, after = slice(largest - 1, None, -1), slice(last - 1, last - largest - 1, -1)
     change = one[before][:largest] @ other[before][:largest].T - one[after] @ other[after].T
     for k in range(largest):

@@ -17,10 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from ident.preparation.row_memory import torques_of
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
 from ident.statistics.toeplitz import ComplexArray, spectrum, times
@@ -41,7 +43,7 @@ _STILL = 1e-4
 _ORDERS_BEYOND = 4
 """Orders that are tried beyond the one that the residuals themselves ask for."""
 
-_MOST_SAMPLES = 40_000
+_MOST_SAMPLES = 20_000
 """Of which a model of the errors is made."""
 _DEPENDENT = 1e-12
 """Eigenvalues of the scaled XᵀΩ⁻¹X below this share of the largest are no information."""
@@ -64,7 +66,7 @@ def regression_whitening(
     target, regressor, segment, used = of_the_errors(target, regressor, segment, used)
     omega = independent_whitening(target, regressor, segment, used)
     fit = fit_of(omega, target, regressor, used)
-    residual = target - regressor @ fit.beta
+    residual = target - torques_of(regressor, fit.beta)
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
     products = [
@@ -85,7 +87,7 @@ def of_the_errors(
 ) -> tuple[FloatArray, FloatArray, IntArray, BoolArray]:
     """The rows that a model of the errors is fitted to: all, or of hours whole recordings spread over them.
 
-    An AR coefficient is known to one over the root of the samples: 0.5 % at so many. More would cost memory
+    An AR coefficient is known to one over the root of the samples: 0.7 % at so many. More would cost memory
     for six copies of the rows and change no deviation by as much.
 
     Args:
@@ -112,7 +114,7 @@ def independent_whitening(
     parts = _normal_parts(target, regressor, used)
     for _ in range(2):
         beta = _beta_of(whitening.sigma, *parts)
-        whitening = block_whitening(target - regressor @ beta, used, regressor.shape[2])
+        whitening = block_whitening(target - torques_of(regressor, beta), used, regressor.shape[2])
     return whitening
 
 
@@ -159,18 +161,18 @@ def _start(target: FloatArray, used: BoolArray) -> Whitening:
 
 
 def fit_of(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> OmegaFit:
-    weight = used / omega.sigma
-    x = regressor * weight[:, :, np.newaxis]
-    scale = np.sqrt(np.einsum("ijk,ijk->k", x, x))
+    weight = (used / omega.sigma).T
+    x = regressor.transpose(2, 1, 0) * weight
+    flat = x.reshape(len(x), -1)
+    scale = np.sqrt(np.einsum("kr,kr->k", flat, flat))
     scale[scale == 0.0] = 1.0
-    x /= scale
-    flat = x.reshape(-1, x.shape[2])
-    values, directions = np.linalg.eigh(flat.T @ flat)
+    flat /= scale[:, np.newaxis]
+    values, directions = np.linalg.eigh(flat @ flat.T)
     held = values > _DEPENDENT * values[-1]
     root = directions[:, held] / np.sqrt(values[held])
-    basis = x @ root
-    shares = basis.reshape(flat.shape[0], -1).T @ (target * weight).ravel()
-    return OmegaFit((root @ shares) / scale, np.asarray(basis))
+    basis = root.T @ flat
+    shares = basis @ (target.T * weight).ravel()
+    return OmegaFit((root @ shares) / scale, basis.reshape(-1, *weight.shape).transpose(2, 1, 0))
 
 
 @dataclass(frozen=True)
@@ -178,12 +180,13 @@ class Taken:
     """U with its Fourier transforms per recording: samples × joints × b', and frequencies × joints × b'."""
 
     basis: FloatArray
-    pieces: tuple[IntArray, ...]
+    pieces: tuple[slice, ...]
     spectra: tuple[ComplexArray, ...]
 
     @classmethod
     def of(cls, basis: FloatArray, segment: IntArray) -> Taken:
-        pieces = tuple(np.flatnonzero(segment == name) for name in np.unique(segment))
+        ends = [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), segment.size]
+        pieces = tuple(slice(begin, end) for begin, end in pairwise(ends))
         spectra = tuple(spectrum(basis[chosen]) for chosen in pieces)
         return cls(basis, pieces, spectra)
 
@@ -196,8 +199,16 @@ class Taken:
         moved = np.empty_like(self.basis)
         for chosen, spectra in zip(self.pieces, self.spectra, strict=True):
             for joint in range(self.basis.shape[1]):
-                moved[chosen, joint] = times(covariance(joint, chosen.size), spectra[:, joint])
+                moved[chosen, joint] = times(covariance(joint, chosen.stop - chosen.start), spectra[:, joint])
         return moved
+
+
+def products_of(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(b, b) over samples and joints, of samples × joints × b each, whose time is last in memory."""
+    columns = one.shape[2]
+    return np.asarray(
+        one.transpose(2, 1, 0).reshape(columns, -1) @ other.transpose(2, 1, 0).reshape(columns, -1).T
+    )
 
 
 def _missing(
@@ -215,8 +226,7 @@ def _missing(
         return autocovariance(whitening.coefficients[joint], sigma, lags)
 
     basis, moved = taken.basis, taken.moved(covariance)
-    columns = basis.shape[2]
-    between = basis.reshape(-1, columns).T @ moved.reshape(-1, columns)
+    between = products_of(basis, moved)
     found = []
     for joint in _axes(used):
         one = basis[:, joint] * omega[joint]

@@ -25,8 +25,8 @@ def circle(samples: int) -> int:
 
 
 def spectrum(series: FloatArray) -> ComplexArray:
-    """Of series (samples, …) on their circle."""
-    return np.fft.rfft(series, circle(series.shape[0]), axis=0)
+    """Of series (samples, …) on their circle; time, and so frequency, is best last in memory."""
+    return np.moveaxis(np.fft.rfft(np.moveaxis(series, 0, -1), circle(series.shape[0])), -1, 0)
 
 
 def times(gamma: FloatArray, series: ComplexArray) -> FloatArray:
@@ -41,5 +41,5 @@ def times(gamma: FloatArray, series: ComplexArray) -> FloatArray:
     """
     samples, around = gamma.size, circle(gamma.size)
     whole = np.concatenate([gamma, np.zeros(around - 2 * samples + 1), gamma[:0:-1]])
-    gain = np.fft.rfft(whole).real[:, np.newaxis]
-    return np.asarray(np.fft.irfft(series * gain, around, axis=0)[:samples])
+    gain = np.fft.rfft(whole).real
+    return np.fft.irfft(np.moveaxis(series, 0, -1) * gain, around)[..., :samples].T

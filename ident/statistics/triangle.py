@@ -1,4 +1,4 @@
-"""The triangle of a tall matrix, block by block: what least squares needs of it without another copy."""
+"""Triangle and products of tall matrices, block by block: what least squares needs without another copy."""
 
 from __future__ import annotations
 
@@ -6,16 +6,23 @@ import numpy as np
 
 from robots.arrays import FloatArray
 
-_ROWS = 20_000
-"""Rows of one block."""
+_ROWS = 4000
+"""Rows of one block: mostly of one joint, where half of the columns are zero."""
 
 
 def triangle_of(x: FloatArray) -> FloatArray:
     """R of x = Q R (r, b), at most b × b, by blocks of rows (Golub and Van Loan, 5.2)."""
-    found = np.linalg.qr(x[:_ROWS], mode="r")
-    for start in range(_ROWS, len(x), _ROWS):
-        found = np.linalg.qr(np.vstack([found, x[start : start + _ROWS]]), mode="r")
-    return np.asarray(found)
+    parts = (x[start : start + _ROWS] for start in range(0, len(x), _ROWS))
+    return np.asarray(np.linalg.qr(np.vstack([_of_block(part) for part in parts]), mode="r"))
+
+
+def _of_block(block: FloatArray) -> FloatArray:
+    """Few rows with the products of the block's columns; those that are zero are left out of the work."""
+    alive = block.any(axis=0)
+    r = np.asarray(np.linalg.qr(block[:, alive], mode="r"))
+    found = np.zeros((len(r), block.shape[1]))
+    found[:, alive] = r
+    return found
 
 
 def triangle_beside(
@@ -28,12 +35,28 @@ def triangle_beside(
         y: (r,), weighted already.
         weights: (r,) of the rows of x; 1 where None.
     """
-    found = np.empty((0, x.shape[1] + 1))
+    count = x.shape[1]
+    found = np.empty((0, count + 1))
     for start in range(0, len(x), _ROWS):
         part = slice(start, start + _ROWS)
         block = x[part] if weights is None else x[part] * weights[part, np.newaxis]
-        block = np.column_stack([block, y[part]])
-        rows = np.vstack([found, block]) if len(found) else block
-        found = np.asarray(np.linalg.qr(rows, mode="r"))
-    count = x.shape[1]
+        rows = np.vstack([found, _of_block(np.column_stack([block, y[part]]))])
+        found = np.asarray(np.linalg.qr(rows, mode="r")) if len(rows) > count else rows
+    if len(found) and np.tril(found, -1).any():
+        found = np.asarray(np.linalg.qr(found, mode="r"))
     return np.asarray(found[:count, :count]), np.asarray(found[:count, count])
+
+
+def weighted_product(z: FloatArray, x: FloatArray, weights: FloatArray) -> FloatArray:
+    """Zᵀ W X (a, b).
+
+    Args:
+        z: (r, a).
+        x: (r, b).
+        weights: (r,) diagonal of W.
+    """
+    total = np.zeros((z.shape[1], x.shape[1]))
+    for start in range(0, len(x), _ROWS):
+        part = slice(start, start + _ROWS)
+        total += z[part].T @ (x[part] * weights[part, np.newaxis])
+    return total

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,3 +48,14 @@ def test_friction_that_drives_is_said(sigma: float, said: bool, sure: bool) -> N
     words, beyond = driven_by_friction(_estimate(-3.0, -2.0, sigma), _rows())
     assert (bool(words), beyond) == (said, sure)
     assert not said or words[0].startswith("friction comes out below zero (joint 1 by ")
+
+
+@pytest.mark.parametrize(("viscous", "said"), [(-7.0, True), (7.0, False)])
+def test_dry_friction_below_zero_is_said_where_no_speed_makes_up_for_it(viscous: float, said: bool) -> None:
+    """The power alone drowns in a viscous friction that a slow motion does not show."""
+    estimate = _estimate(viscous, -2.0, 0.2)
+    estimate = replace(estimate, covariance=np.diag([1.0, 4900.0, 0.22]))
+    words, beyond = driven_by_friction(estimate, _rows())
+    assert bool(words) == said
+    assert not beyond
+    assert not said or "joint 1 by 4.26 σ" in words[0]

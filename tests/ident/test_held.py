@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ident.preparation.held import clipped, not_held
+from ident.preparation.held import clipped, not_held, repeated
+from robots.arrays import FloatArray
 
 TIME = np.arange(3000) * 0.002
 MOVING = np.stack([0.5 * np.sin(2 * np.pi * 0.8 * TIME), 0.3 * np.cos(2 * np.pi * 1.1 * TIME)], axis=1)
@@ -63,3 +64,29 @@ def test_a_clipped_torque_is_said(digits: int) -> None:
     assert clipped("log", "control signal", np.round(5 * MOVING + 0.1 * NOISE, digits)) == ()
     good, _ = not_held("log", "control signal", TIME, values, MOVING)
     assert good.all()
+
+
+def read_again(samples: int = 700, joints: int = 3) -> tuple[FloatArray, list[int]]:
+    """A source of 34 ms that is read every 33 ms: some of its samples are met twice. And which."""
+    lot = np.random.default_rng(8)
+    taken = 0.034 * np.arange(samples)
+    q = sum(np.sin(2 * np.pi * lot.uniform(0.1, 0.5, joints) * taken[:, np.newaxis] + k) for k in range(3))
+    reading = np.minimum((0.033 * np.arange(samples) / 0.034).astype(int), samples - 1)
+    return np.asarray(q)[reading], (np.flatnonzero(np.diff(reading) == 0) + 1).tolist()
+
+
+def test_samples_that_are_read_again_are_told() -> None:
+    position, again = read_again()
+    found = np.flatnonzero(repeated(position)).tolist()
+    assert len(again) > 15
+    assert set(found) <= set(again)
+    assert len(found) >= len(again) - 2  # nothing before the first one, nothing where the arm turns
+
+
+def test_what_rests_or_is_coarse_repeats_nothing() -> None:
+    lot, time = np.random.default_rng(9), 0.002 * np.arange(3000)
+    slow = np.sin(time)[:, np.newaxis] * np.array([1.0, 0.7])
+    coarse = np.round(slow / 1e-3) * 1e-3
+    resting = np.where(time[:, np.newaxis] < 2.0, slow[1000], slow)
+    for position in (slow, coarse, resting, slow + 1e-5 * lot.standard_normal(slow.shape), slow[:3]):
+        assert not repeated(position).any()

@@ -15,7 +15,7 @@ from daq.cli.demonstration import true_base_parameters
 from ident import Fitted, Recording, identify
 from ident.identification.intervals import QUANTILE, _settled, _turns
 from ident.statistics.covariance import autocovariance
-from ident.statistics.lag_window import memory_of, variances, windowed_autocovariance
+from ident.statistics.lag_window import _windowed, memory_of, variances, windowed_autocovariance
 from ident.statistics.restricted import regression_whitening
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -74,6 +74,26 @@ def test_variances_are_those_of_the_estimates_whatever_the_errors_remember(kind:
     assert np.mean(np.mean(claimed, axis=0) / spread) == pytest.approx(1.0, abs=0.2)
     if kind == "edge":
         assert np.mean(np.mean(short, axis=0) / spread) < 0.75
+
+
+def test_a_tail_that_no_correlogram_shows_is_part_of_the_variance() -> None:
+    """AR(1) of 0.67 on 500 rows: four lags show, the window without prewhitening leaves a tenth out."""
+    root, rows = 0.67, 500.0
+    gamma = root ** np.arange(120.0)
+    found = _windowed(gamma, rows)
+    assert 2.0 * found.sum() - found[0] == pytest.approx((1.0 + root) / (1.0 - root), rel=0.01)
+    assert found == pytest.approx(gamma, abs=1e-6)
+    cut = gamma * np.clip(2.0 - np.arange(120) / memory_of(gamma, rows), 0.0, 1.0)
+    assert 2.0 * cut.sum() - cut[0] < 0.92 * (1.0 + root) / (1.0 - root)
+
+
+@pytest.mark.parametrize("root", [0.0, 0.5, -0.4])
+def test_an_autocovariance_that_ends_is_found_as_it_is(root: float) -> None:
+    """ARMA(1, 1): what an AR(1) leaves of it has a lag or two."""
+    shocks, answer = np.array([1.0, 0.6]), root ** np.arange(150.0)
+    series = np.convolve(shocks, answer)[:150]
+    gamma = np.array([series[: 150 - k] @ series[k:] for k in range(80)])
+    assert _windowed(gamma, 1e6) == pytest.approx(gamma, abs=5e-3)
 
 
 def test_the_memory_ends_before_five_quiet_lags() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident import IdentificationError
-from ident.preparation.resampling import Uniform, longest_gap, uniform_recording
+from ident.preparation.resampling import Uniform, clock_of, longest_gap, uniform_recording
 
 PERIOD, CUTOFF = 0.002, 20.0
 EVEN = np.arange(2000) * PERIOD
@@ -119,3 +119,20 @@ def test_time_that_goes_back_is_refused_with_the_place(time: np.ndarray, said: s
     with pytest.raises(IdentificationError, match=said) as caught:
         call(time)
     assert "\n" not in str(caught.value)
+
+
+def test_gaps_of_stamps_that_the_samples_do_not_have_are_none() -> None:
+    """A source of 34 ms read every 33 ms, less what was read twice: stamps have gaps, the samples none."""
+    samples = 700
+    taken = 0.034 * np.arange(samples)
+    ticks = np.ceil(taken / 0.033)  # the first reading of each sample
+    stamps = 0.033 * ticks
+    assert np.ptp(np.diff(ticks)) == 1.0
+    position = np.stack([np.sin(2.0 * taken), np.cos(3.1 * taken)], axis=1)
+    clock = clock_of("log", stamps, position)
+    assert not clock.stamped
+    assert clock.period == pytest.approx(0.034, rel=1e-3)
+    assert np.ptp(clock.taken - taken) < 1e-3
+    there = clock_of("log", stamps, np.stack([np.sin(2.0 * stamps), np.cos(3.1 * stamps)], axis=1))
+    assert there.period == pytest.approx(0.033, rel=1e-3)
+    assert np.ptp(there.taken - stamps) < 1e-6

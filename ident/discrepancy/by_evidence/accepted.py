@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.instruments import fitted_motion
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
-from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.prior import Prior
 from ident.parameters.base import BaseParameters
 from ident.recording import Recording
@@ -29,7 +29,7 @@ def prior_by_evidence(base: BaseParameters, recordings: Sequence[Recording]) -> 
     Raises:
         IdentificationError: recordings that do not fit the arm.
     """
-    return prior_of(pose(base, None, prepare(base.model.robot, recordings), None))
+    return prior_of(pose(base, None, fitted_motion(base, None, recordings), None))
 
 
 def prior_of(problem: Problem) -> Prior:

@@ -19,7 +19,12 @@ from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named
 from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_square
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.reversals import by_any_law, likeliest_in_loop, posed_in_loop
+from ident.discrepancy.by_evidence.reversals import (
+    by_any_law,
+    likeliest_in_loop,
+    posed_in_loop,
+    standstill_in,
+)
 from ident.discrepancy.by_evidence.workflow import (
     ABOVE,
     above_accepted,
@@ -29,6 +34,7 @@ from ident.discrepancy.by_evidence.workflow import (
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.step import LoopStep
@@ -70,19 +76,25 @@ def diagnose_with_evidence(
     recordings, notes = with_feed_forward(question.robot, (*question.fit, *question.validation))
     count = len(question.fit)
     question = replace(question, fit=recordings[:count], validation=recordings[count:])
-    answer = diagnose_by_evidence(question, lambda step, share: progress(step, 0.6 * share), simulated=False)
-    led = _Led(question, answer, lambda step, share: progress(step, 0.6 + 0.4 * share))
-    return replace(led.run(), notes=(*notes, *led.notes)), answer
+    led = _Led(question, lambda step, share: progress(step, 0.6 + 0.4 * share))
+    known = replace(question, standstill=led.step.standstill if question.at_reversals else None)
+    answer = diagnose_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
+    led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
+    diagnosis, standstill = led.run(), led.standstill or known.standstill
+    return replace(diagnosis, notes=(*notes, *led.notes), standstill=standstill), answer
 
 
 class _Led(Search):
     """A search whose effects of motion are those of the evidence."""
 
-    def __init__(self, question: Question, answer: EvidenceAnswer, progress: Progress) -> None:
+    answer: EvidenceAnswer
+
+    def __init__(self, question: Question, progress: Progress) -> None:
         super().__init__(question, progress)
-        self.answer = answer
         self.notes: tuple[str, ...] = ()
         """What is said of the arm beside what its model lacks."""
+        self.standstill: Standstill | None = None
+        """As of a diagnosis."""
 
     def _search_in_motion(self) -> None:
         found = [one for one in self.answer.findings if one.something >= SURE and self._has_size(one)]
@@ -144,6 +156,7 @@ class _Led(Search):
             # Parameters that the loop's rows want can be none that an arm has: a gap of less than nothing.
             _log.info("no look at reversals: %s", error)
             return
+        self.standstill = in_loop.examination.loop.standstill
         self._leave_to_motion()
         families = [family for family in self.question.families if family.shows != "motion"]
         joints = set(range(problem.rows.n)) - self.settled
@@ -167,14 +180,27 @@ class _Led(Search):
         other = by_any_law(self.step, problem)
         if other is not None and not _beyond_margin(other):
             self.unnamed, self.notes = "", (*self.notes, ANY_LAW)
+            self.standstill = standstill_in(other)
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
             return _candidates(self.answer.ranking)
         return _candidates(self.answer.beside)
 
+    def _leaves_the_usual(self) -> bool:
+        """Beside what was found: where nothing repeats a residual is its own noise, but misfit is learned."""
+        return all(one.above <= 1.0 - SURE for one in self.answer.joints)
+
     def _more_in_motion(self) -> bool:
-        return self.answer.verdict != "clean"
+        """What shows at reversals alone is asked of the simulated loop, where there is one."""
+        answer = self.answer
+        if answer.verdict == "clean":
+            return False
+        if self.standstill is None or answer.findings or not self._leaves_the_usual():
+            return True
+        robot = self.step.base.model.robot
+        moving = sum(one.probability for one in answer.ranking if not _is_of_reversals(robot, one))
+        return answer.probability_clean < SURE * moving
 
 
 def _otherwise(problem: Problem) -> str:
@@ -202,8 +228,13 @@ def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
         and one.log_odds > 0.0
         and one.joints == finding.key[1]
         and one.key != finding.key
-        and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
+        and _is_of_reversals(robot, one)
     ]
+
+
+def _is_of_reversals(robot: Robot, one: Named) -> bool:
+    """Whether a name shows at reversals alone."""
+    return one.placed is not None and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
 
 
 def _component(robot: Robot, placed: PlacedEffect) -> Component:

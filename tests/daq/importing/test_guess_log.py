@@ -228,6 +228,28 @@ def test_rows_written_twice_and_stuck_samples_change_nothing(
     assert recording.position == pytest.approx(motion[1], abs=1e-4)
 
 
+def test_rows_that_were_read_again_are_left_out_and_the_clock_is_that_of_the_others(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    """A topic at a rate of its own met three samples twice, and stamped them anew."""
+    t, q, _, torque = motion
+    rows = np.sort(np.concatenate([np.arange(ROWS), [300, 1000, 1700]]))
+    columns = {
+        "t": t[1] * np.arange(len(rows)),
+        **numbered("q", q[rows], 1),
+        **numbered("tau", torque[rows], 1),
+    }
+    found = guessed(tmp_path, columns)
+    loaded = load_recording(tmp_path / "log.csv", found.robot)
+    assert (
+        "3 rows repeat the one before while the arm moves (first at 1.204 s), left out" in loaded.warnings[0]
+    )
+    (recording,) = loaded.recordings
+    assert recording.time.size == ROWS
+    assert recording.sample_time == pytest.approx(t[1], rel=2e-3)
+    assert recording.position == pytest.approx(q, abs=1e-3)
+
+
 def test_a_log_that_was_cut_off_ends_with_its_last_whole_row(
     tmp_path: Path, motion: tuple[FloatArray, ...]
 ) -> None:

@@ -1,11 +1,11 @@
-"""Missed deadlines are told by what kept the process: late waking, late answers, long work."""
+"""Missed deadlines are told by what kept the process: late waking, late answers, long or interrupted work."""
 
 from __future__ import annotations
 
 import pytest
 
 from drivers import Budgets
-from drivers.cyclic.delays import ANSWERS, WOKEN, WORK, Delays
+from drivers.cyclic.delays import ANSWERS, INTERRUPTED, WOKEN, WORK, Delays
 from drivers.cyclic.pacemaker import Pacemaker
 from tests.drivers.cyclic.test_loop import PERIOD, Run, run
 from tests.drivers.fake_arm import Clock, FakeArm
@@ -35,13 +35,35 @@ def test_drives_that_answer_late_are_to_blame() -> None:
 
 
 @pytest.mark.parametrize(
-    ("overrun", "late_answers", "cause"),
-    [(-0.001, False, WOKEN), (0.0, False, WOKEN), (0.003, True, ANSWERS), (0.003, False, WORK)],
+    ("share", "cause"), [(1.0, WORK), (0.2, WORK), (0.05, INTERRUPTED), (0.0, INTERRUPTED)]
 )
-def test_one_cause_for_each(overrun: float, late_answers: bool, cause: str) -> None:
+def test_work_that_was_interrupted_is_not_long_work(share: float, cause: str) -> None:
+    """Of 29 ms after the answers some 3 ms were left in the period: a tenth of it fits in."""
+
+    def long(arm: FakeArm) -> bool:
+        if arm.syncs == 400:
+            arm.clock.now += 0.029
+        return True
+
+    whole = run(alive=long, budgets=BUSY, processor=lambda clock: share * clock())
+    assert causes(whole) == {cause: 6}
+
+
+@pytest.mark.parametrize(
+    ("overrun", "late_answers", "interrupted", "cause"),
+    [
+        (-0.001, False, 0.0, WOKEN),
+        (0.0, False, 0.0, WOKEN),
+        (0.003, True, 0.0, ANSWERS),
+        (0.003, True, 0.004, ANSWERS),
+        (0.003, False, 0.002, WORK),
+        (0.003, False, 0.003, INTERRUPTED),
+    ],
+)
+def test_one_cause_for_each(overrun: float, late_answers: bool, interrupted: float, cause: str) -> None:
     delays = Delays()
-    delays.note(3, overrun, late_answers)
-    assert delays.missed == {WOKEN: 0, ANSWERS: 0, WORK: 0, cause: 3}
+    delays.note(3, overrun, late_answers, interrupted)
+    assert delays.missed == {WOKEN: 0, ANSWERS: 0, WORK: 0, INTERRUPTED: 0} | {cause: 3}
     assert delays.words() == f"deadlines missed: 3 {cause}"
 
 

@@ -59,6 +59,7 @@ def run(
     capacity: int = 4096,
     path: np.ndarray | None = None,
     budgets: Budgets | None = None,
+    processor: Callable[[Clock], float] = lambda clock: clock(),
     **changes: Any,
 ) -> Run:
     job = stream_job(capacity, path, budgets)
@@ -74,7 +75,16 @@ def run(
     arm = FakeArm(NODES, clock, whole_script)
     try:
         job = replace(job, **changes)
-        result = Loop(job, arm, ring, lambda: alive(arm), clock=clock, sleep=clock.sleep).run()
+        loop = Loop(
+            job,
+            arm,
+            ring,
+            lambda: alive(arm),
+            clock=clock,
+            sleep=clock.sleep,
+            processor=lambda: processor(clock),
+        )
+        result = loop.run()
         return Run(result, ring.read(), arm)
     finally:
         arm.shutdown()

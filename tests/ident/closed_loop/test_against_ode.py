@@ -25,6 +25,7 @@ from ident.effects.simulated import (
     GearSpring,
     PositionTorque,
     SimulatedParts,
+    SoftConstraint,
     Table,
 )
 from robots.description import Robot
@@ -141,6 +142,19 @@ def elastic(stiffness: float, damping: float, gap: float) -> Rates:
     return rates
 
 
+def giving_way(size: float, width: float, time: float) -> Rates:
+    """A soft constraint: its force follows the acceleration that it makes."""
+
+    def rates(t: float, x: np.ndarray, u: float) -> list[float]:
+        rest = GAIN * u - friction(x[1])
+        slow = (rest - size * x[1] / width) / (MASS + size * time / width)
+        if abs(x[1] + time * slow) > width:
+            slow = (rest - np.copysign(size, x[1] + time * slow)) / MASS
+        return [x[1], slow]
+
+    return rates
+
+
 def dahl(size: float, length: float) -> Rates:
     def rates(t: float, x: np.ndarray, u: float) -> list[float]:
         acceleration = (GAIN * u - friction(x[1]) - size * x[2]) / MASS
@@ -203,6 +217,7 @@ PARTS: dict[str, tuple[SimulatedParts, Callable[[], np.ndarray]]] = {
         lambda: solved(torque(lambda t, q, v: 10 * np.tanh(v / WIDTH) * np.exp(-t / 0.2)), 2),
     ),
     "bristle": (dry(Bristle(2e-3, "exponential")), lambda: solved(dahl(10.0, 2e-3), 3)),
+    "soft constraint": (dry(SoftConstraint(0.02, 0.008)), lambda: solved(giving_way(10.0, 0.02, 0.008), 2)),
     "elastic gear": (
         SimulatedParts(springs=(GearSpring(0, 1 / 2e5, 200.0),)),
         lambda: solved(elastic(2e5, 200.0, 0.0), 4, lambda x: float(x[2])),

@@ -12,9 +12,12 @@ import pytest
 import robots
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.basis import Basis
+from ident.discrepancy.by_evidence.decide.names import Named
+from ident.discrepancy.by_evidence.diagnosis import _Led
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
+from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import Left, beside_gate, description, lags_of_noise, verdict_of
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
@@ -102,22 +105,81 @@ def share(joint: int, least: float) -> Unexplained:
     return Unexplained(joint, 0.2, 0.01, 0.19, least, False)
 
 
-def test_a_lag_that_no_other_data_confirm_goes_again_where_nothing_is_left() -> None:
+def test_a_lag_that_noise_has_made_goes_again_where_nothing_is_left() -> None:
     no = Confirmation(Shown(0.2, 0.1), None)
-    lag, delay = (replace_effect(finding(no), name) for name in ("current_loop_lag", "time_delay"))
-    good = replace_effect(finding(Confirmation(SURE, None)), "time_delay")
-    friction = replace_effect(finding(no), "stribeck_friction")
-    small, large = share(3, 0.049), share(0, 0.051)
-    assert lags_of_noise([lag, delay], True, [small], 0.05)
-    assert not lags_of_noise([lag, friction], True, [small], 0.05)
-    assert not lags_of_noise([lag, good], True, [small], 0.05)
-    assert not lags_of_noise([lag], False, [small], 0.05)
-    assert not lags_of_noise([lag], True, [small, large], 0.05)
-    assert not lags_of_noise([], True, [small], 0.05)
+    lag, delay = (lag_of(no, name, 2e-5) for name in ("current_loop_lag", "time_delay"))
+    good = lag_of(Confirmation(SURE, None), "time_delay", 2e-5)
+    friction = lag_of(no, "stribeck_friction", 2e-5)
+    small, large, noise = share(3, 0.049), share(0, 0.051), np.array([0.0, 0.0, 0.0, 0.0099])
+    assert lags_of_noise([lag, delay], True, [small], noise, 0.05)
+    assert not lags_of_noise([lag, friction], True, [small], noise, 0.05)
+    assert not lags_of_noise([lag, good], True, [small], noise, 0.05)
+    assert not lags_of_noise([lag], False, [small], noise, 0.05)
+    assert not lags_of_noise([lag], True, [small, large], noise, 0.05)
+    assert not lags_of_noise([], True, [small], noise, 0.05)
 
 
-def replace_effect(one: Any, name: str) -> Any:
-    one.effect = name
+@pytest.mark.parametrize(("size", "changed"), [(0.0, 0.0), (1.9e-5, 0.0), (2e-5, 0.0101)])
+def test_no_lag_goes_again_that_the_fit_makes_nothing_of_or_that_is_above_the_noise(
+    size: float, changed: float
+) -> None:
+    """A gravity spring that passed for a lag of 12 ms, and of which a fit made none."""
+    lag = lag_of(Confirmation(Shown(0.2, 0.1), None), "current_loop_lag", size)
+    assert not lags_of_noise([lag], True, [share(0, 0.04)], np.array([changed]), 0.05)
+
+
+@pytest.mark.parametrize(("above", "usual"), [(0.09, True), (0.25, False)])
+def test_what_evidence_leaves_beside_a_lag_is_misfit(above: float, usual: bool) -> None:
+    """Where nothing repeats the rules' own measure is of no use: the residual is taken for the noise."""
+    joints = [SimpleNamespace(above=0.0), SimpleNamespace(above=above)]
+    led: Any = SimpleNamespace(answer=SimpleNamespace(joints=joints))
+    assert _Led._leaves_the_usual(led) is usual
+
+
+@pytest.mark.parametrize(
+    ("rival", "standstill", "above", "more"),
+    [
+        ("static_friction", (), 0.0, False),
+        ("static_friction", None, 0.0, True),
+        ("static_friction", (), 0.5, True),
+        ("stribeck_friction", (), 0.0, True),
+    ],
+)
+def test_what_shows_at_reversals_alone_is_asked_of_the_loop_where_there_is_one(
+    rival: str, standstill: Any, above: float, more: bool
+) -> None:
+    """A clean arm that creeps had static friction with 0.09 in its moving rows; its loop left noise alone."""
+    robot = robots.load("emps")
+    family, place = family_named(rival), Place("drive", (0,))
+    placed: Any = SimpleNamespace(shape_names=tuple(shape.name for shape in family.shapes(robot, place)))
+    ranking = (Named("nothing", (), 0.88), Named(rival, (0,), 0.12, placed))
+    answer = SimpleNamespace(
+        verdict="unnamed",
+        findings=(),
+        ranking=ranking,
+        probability_clean=0.88,
+        joints=[SimpleNamespace(above=above)],
+    )
+    step = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robot)))
+    led: Any = SimpleNamespace(answer=answer, standstill=standstill, step=step)
+    led._leaves_the_usual = lambda: _Led._leaves_the_usual(led)
+    assert _Led._more_in_motion(led) is more
+    answer.verdict = "clean"
+    assert not _Led._more_in_motion(led)
+
+
+def test_what_a_lag_changes_is_a_share_of_the_torque_where_the_joint_moves() -> None:
+    torque = np.array([[3.0, 1.0], [-3.0, 1.0], [90.0, 1.0]])
+    moving = np.array([[True, True], [True, True], [False, True]])
+    piece: Any = SimpleNamespace(moving=moving, torque=torque)
+    before, after = (SimpleNamespace(residuals=lambda _, v=value: [v + 0.0 * torque]) for value in (0.5, 0.2))
+    changed = Validation((piece,), Any).changes(before, after)  # type: ignore[arg-type]
+    np.testing.assert_allclose(changed, [0.1, 0.3])
+
+
+def lag_of(confirmation: Confirmation, name: str, size: float) -> Any:
+    one = finding(confirmation)
+    one.effect, one.parameters = name, (SimpleNamespace(value=size, sigma=1e-5, shape=False),)
     return one
 
 
@@ -194,6 +256,8 @@ def accepted(
         np.array(sigma),
         np.array(spread or (0.0,) * len(chosen)),
         np.ones(len(linear), dtype=np.bool_),
+        np.zeros(len(linear)),
+        np.zeros(len(chosen)),
     )
 
 

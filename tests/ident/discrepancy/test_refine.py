@@ -11,13 +11,14 @@ import pytest
 
 import robots
 from ident.discrepancy import refine as module
-from ident.discrepancy import shape_search
+from ident.discrepancy import refined, shape_search
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.loop_examination import LoopExamination
 from ident.discrepancy.refine import added_values, refine
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
+from robots.arrays import FloatArray
 
 ABOUT, TRUE = (0.15, 2.0), (0.06, 1.0)
 """Stribeck speed and exponent: where the screening's gain is largest, and where the simulation's is."""
@@ -38,6 +39,7 @@ def test_the_simulation_has_the_last_word_on_a_shape(
 
     monkeypatch.setattr(shape_search, "solve", solve)
     monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
+    monkeypatch.setattr(module, "with_other_forms", lambda examination, components, present, found: found)
     monkeypatch.setattr(module, "_beside", lambda examination, components, present: present)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
@@ -68,3 +70,26 @@ def test_what_was_named_stays_in_the_model_even_if_no_parameter_alone_is_sure(
         seen=(np.array([True, True]),),
     )
     assert added_values(found)[0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_factor_and_shape_that_share_out_one_size_are_not_unknown_by_each_other(
+    monkeypatch: pytest.MonkeyPatch, whole: bool
+) -> None:
+    """Friction of a load was 0.91 ± 1 of itself, ± 0.02 where its share of the load is what it is."""
+
+    def of_columns(examination: Any, matrix: FloatArray, own: FloatArray, residual: FloatArray) -> FloatArray:
+        seen = np.linalg.norm(matrix, axis=0) > 0.0
+        sigma = np.zeros(seen.size)
+        sigma[seen] = np.sqrt(np.diag(np.linalg.inv(matrix[:, seen].T @ matrix[:, seen])))
+        return sigma
+
+    monkeypatch.setattr(refined, "deviations", of_columns)
+    column = np.random.default_rng(1).normal(size=100)
+    slope = column + 1e-3 * np.random.default_rng(2).normal(size=100)
+    matrix = np.stack([column, slope], axis=1)
+    effect: Any = SimpleNamespace(parameters=("factor",), shape=(0.15,), whole=whole)
+    sigma = refined._of_noise(None, (effect,), (matrix, matrix, column))  # type: ignore[arg-type]
+    alone = 1.0 / np.linalg.norm(matrix, axis=0)
+    assert np.allclose(sigma, alone) is whole
+    assert bool((sigma > 50.0 * alone).all()) is not whole

@@ -21,6 +21,9 @@ ROBOT = robots.load("emps")
 START = 1000
 """Samples of the settling."""
 
+_SPOILED = 100
+"""Samples at the end of a record that a filter of set-points spoils."""
+
 
 @cache
 def led() -> Recording:
@@ -28,12 +31,12 @@ def led() -> Recording:
     return Recording("led", run.time, run.reference, run.position, run.control_signal)
 
 
-def recorded(fed: FloatArray | None, heavier: float = 1.0) -> Recording:
+def recorded(fed: FloatArray | None, heavier: float = 1.0, noise: float = 1e-3) -> Recording:
     """What another arm does of the same motion, whose controller adds something that is not said."""
     model = RegressorModel.of(ROBOT)
     run = simulate(model, heavier * model.prior(), replace(led(), added=fed))
-    noise = 1e-3 * np.random.default_rng(1).normal(size=run.control_signal.shape)
-    return replace(led(), position=run.position, control_signal=run.control_signal + noise)
+    noisy = run.control_signal + noise * np.random.default_rng(1).normal(size=run.control_signal.shape)
+    return replace(led(), position=run.position, control_signal=noisy)
 
 
 def computed(share: float) -> FloatArray:
@@ -74,19 +77,24 @@ def test_what_is_known_of_it_is_no_part_of_it() -> None:
     assert with_feed_forward(ROBOT, [found]) == ((found,), ())
 
 
-def test_where_nothing_repeats_it_is_said_and_not_simulated() -> None:
-    fed = computed(0.1)
-    once = recorded(fed).piece(slice(led().time.shape[0] * 3 // 5))
-    (found,), (words,) = with_feed_forward(ROBOT, [once])
-    assert found.added is None
-    assert "nothing repeats" in words
+def test_where_nothing_repeats_it_is_simulated_without_the_noise_of_the_record() -> None:
+    """A loop without it is that of another arm, and would speak against whatever is found on this one."""
+    fed, noise = computed(0.1), 0.01
+    part = slice(led().time.shape[0] * 3 // 5)
+    one, other = (
+        with_feed_forward(ROBOT, [recorded(fed, noise=size).piece(part)])[0][0].added for size in (0.0, noise)
+    )
+    assert one is not None and other is not None
+    left = (one - fed[part])[START:-_SPOILED]
+    assert float((left - left.mean(axis=0)).std()) < 0.05 * float(fed[START:].std())
+    assert float((one - other).std()) < 0.1 * noise
 
 
 def test_a_motion_that_repeats_tells_it_for_one_that_does_not() -> None:
     whole = recorded(computed(0.1))
     once = whole.piece(slice(led().time.shape[0] * 3 // 5))
-    (_, found), (words,) = with_feed_forward(ROBOT, [whole, once])
-    assert found.added is not None and "nothing repeats" not in words
+    (_, found), _ = with_feed_forward(ROBOT, [whole, once])
+    assert found.added is not None
 
 
 def test_more_than_a_joint_can_do_is_another_law() -> None:

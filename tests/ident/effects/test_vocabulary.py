@@ -14,10 +14,12 @@ from scipy.integrate import solve_ivp
 import robots
 from ident import RegressorModel, effects
 from ident.effects import State
+from ident.effects.drifting_friction import DRIFTING_FRICTION
 from ident.effects.entry import EffectEntry
 from ident.effects.family import Place
 from ident.effects.gain_drift import GAIN_DRIFT, UNNAMED_FAMILIES
 from ident.effects.placed import Family, Placed
+from ident.effects.temperature_viscous_friction import TEMPERATURE_VISCOUS_FRICTION
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, effect_from, entry_of, family_named
 from ident.errors import IdentificationError
@@ -85,7 +87,8 @@ def on_joints(row: FloatArray, *values: FloatArray) -> FloatArray:
 def test_every_file_of_an_effect_is_found() -> None:
     """One that forgets its row, or takes that of another, is not lost without a word."""
     files = [path.read_text() for path in Path(effects.__path__[0]).glob("*.py")]
-    declared = sum(text.count(" = Family(\n") + text.count("late_form(_") for text in files)
+    says = (" = Family(\n", " = replace(\n", "late_form(_")
+    declared = sum(text.count(word) for text in files for word in says)
     forms = {id(form) for family in VOCABULARY for form in family.nested}
     assert declared == len(forms | {id(form) for form in UNNAMED_FAMILIES})
     assert len(NAMES) == len(set(NAMES)) == len({family.row for family in VOCABULARY})
@@ -579,3 +582,24 @@ def test_a_placed_effect_comes_back_from_plain_values() -> None:
     assert entry == EffectEntry("contact", (3,), {"contact_angle": 1.5, "side": -1.0})
     again = effect_from(TX40, entry, present("tx40"))
     np.testing.assert_array_equal(again.columns(MOTION), effect.columns(MOTION))
+
+
+@pytest.mark.parametrize(
+    "family", [DRIFTING_FRICTION, TEMPERATURE_VISCOUS_FRICTION], ids=lambda one: one.name
+)
+def test_friction_that_began_to_move_before_the_recording(family: Family) -> None:
+    """What is recorded late of a motion has the columns that the whole motion has there."""
+    begun, before = family.further
+    place = family.places(TX40)[1]
+    late = TIME >= 1.2
+    rest = State(
+        MOTION.position[late],
+        MOTION.velocity[late],
+        MOTION.acceleration[late],
+        TIME[late] - 1.2,
+        MOTION.torque[late],
+    )
+    whole = begun.effect(TX40, place, (4.0,), present("tx40"))
+    part = before.effect(TX40, place, (4.0, float(np.exp(-1.2 / 4.0))), present("tx40"))
+    assert np.allclose(part.columns(rest), whole.columns(MOTION)[late], rtol=1e-12, atol=1e-14)
+    assert not np.allclose(whole.columns(rest), part.columns(rest))

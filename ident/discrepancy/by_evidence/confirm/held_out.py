@@ -93,6 +93,19 @@ class HeldOut:
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
 
+    def score(self, found: Found, excess: FloatArray) -> float:
+        """Log likelihood of the rows as a set predicts them, nats, up to a constant.
+
+        Args:
+            found: the set.
+            excess: (n,) s of each joint, the same for all sets that are compared.
+        """
+        k, own, total = self.rows.precision.size, self._effects(found), 0.0
+        for j, white in enumerate(self.rows.white):
+            left = white[:, -1] - _prediction(white[:, :k], own, j, found)
+            total += float(left @ left) / float(excess[j]) ** 2
+        return -0.5 * total
+
     def residual(self, found: Found) -> FloatArray:
         """Rows × joints, N·m (or N), that a set leaves of the torque."""
         known = self.rows.known

@@ -19,11 +19,17 @@ from robots.identity_cache import IdentityCache
 
 @dataclass(frozen=True)
 class PresentWith:
-    """A model with effects of given values; see :class:`ident.effects.family.PresentModel`."""
+    """A model with effects of given values; see :class:`ident.effects.family.PresentModel`.
+
+    Attributes:
+        model: without them.
+        beside: effects and values.
+        apart: whether no sample's own noise is in the motion that it is asked about.
+    """
 
     model: Present
     beside: Sequence[tuple[PlacedEffect, FloatArray]]
-    repeats: bool
+    apart: bool
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
     def torque(self, state: State) -> FloatArray:
@@ -37,11 +43,11 @@ class PresentWith:
         return total
 
     def low_cutoff(self, state: State) -> State:
-        """The motion for rates of torques: that of other periods needs no filter of its own for its noise.
+        """The motion for rates of torques: one without a sample's own noise needs no filter of its own.
 
         Such a filter takes a third off a torque near its cut-off, and the rest would look for another name.
         """
-        return state if self.repeats else self.model.low_cutoff(state)
+        return state if self.apart else self.model.low_cutoff(state)
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
@@ -97,7 +103,7 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
     model = Present(base.model, standard)
     # Made of the model alone: of each other they would ask on without end, twice as long with every fit.
     beside = [(m.candidate.at(robot, m.entry.placed.shape, model), values) for m, values in torques]
-    return PresentWith(model, tuple(beside), problem.prepared.repeats)
+    return PresentWith(model, tuple(beside), problem.prepared.apart)
 
 
 def _in_links(problem: Problem, links: FloatArray) -> FloatArray:

@@ -9,9 +9,9 @@ import numpy as np
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit, fitted
 from ident.discrepancy.by_evidence.evidence.known import Beta, known_columns
-from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
+from ident.discrepancy.by_evidence.evidence.misfit import joined, misfit_columns
 from ident.discrepancy.by_evidence.evidence.noise import Noise
-from ident.discrepancy.by_evidence.evidence.prepared import Prepared, joined
+from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.residual import first_noise, noise_beside
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
@@ -72,7 +72,7 @@ def pose(
         prepared: recordings to fit.
         accepted: (n,) κ of an accepted run, N·m (or N); the noise's deviation where None.
     """
-    values = _first_values(base, prior, prepared)
+    values = first_values(base, prior, prepared)
     present = Present(base.model, base.standard_from(values, base.model.prior()))
     prepared = prepared.asked(present)
     known, beta = known_columns(prepared, base, prior, values, present)
@@ -115,7 +115,7 @@ def root_mean_square(prepared: Prepared) -> FloatArray:
     return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=0), 1)))
 
 
-def _first_values(base: BaseParameters, prior: Prior | None, prepared: Prepared) -> FloatArray:
+def first_values(base: BaseParameters, prior: Prior | None, prepared: Prepared) -> FloatArray:
     """β (b,): that of the prior, and least squares for what it leaves open."""
     regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
     used, torque = prepared.used, prepared.torque

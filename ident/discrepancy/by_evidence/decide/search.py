@@ -79,7 +79,7 @@ class Search:
             better = better or self._swapped(found, entries)
             if better is None:
                 break
-            fitted, beside = self._pruned(*self._refitted(better))
+            fitted, beside = self.settled(better)
             if fitted.log_posterior <= found.log_posterior:
                 break
             found, present = fitted, beside
@@ -136,6 +136,10 @@ class Search:
         members = (*found.members[:last], member)
         shaped = found_set(self.problem, members, found.level, joints_of(member))
         return self._seen(max(shaped, found, key=lambda one: one.log_posterior))
+
+    def settled(self, found: Found) -> tuple[Found, PresentWith]:
+        """A set fitted again, without the members that are superfluous then."""
+        return self._pruned(*self._refitted(found))
 
     def _refitted(self, found: Found) -> tuple[Found, PresentWith]:
         """Columns made of the model with the rest of the set, shapes one after the other, κ of all joints."""

@@ -8,6 +8,8 @@ that turns over other speeds and other ways, sooner or later, and departs from o
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
@@ -16,19 +18,19 @@ from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.effects import FrictionSign
 from ident.effects.family import Place
 from ident.effects.scales import dry_friction
-from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
+from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts, SoftConstraint
 from robots.arrays import FloatArray
 
 _SHARES = (0.1, 0.3, 0.6, 1.5, 2.2, 3.3, 5.0)
 """Of the size that goes best with the drive."""
 _WAYS = (1e-4, 1e-3)
-"""rad (or m), for a drive whose friction is smoothed over a speed; longer ones have a name, hysteresis."""
+"""rad (or m), for a drive whose friction turns its sign over a speed; longer ones have a name, hysteresis."""
 _SPEEDS = (5e-4, 2e-3, 8e-3, 3.2e-2)
 """rad/s (or m/s), for a drive whose friction builds up over a way: of others."""
 _STEP = 0.1
 """Of the Coulomb friction: what a column is simulated with stays within what is linear."""
 
-_Law = Bristle | FrictionSign
+_Law = Bristle | FrictionSign | SoftConstraint
 
 
 def law_columns(evidence: LoopEvidence) -> FloatArray:
@@ -65,5 +67,5 @@ def _others(own: _Law) -> list[_Law]:
     if isinstance(own, Bristle):
         laws = [Bristle(share * own.length, own.kind) for share in _SHARES]
         return [*laws, *(FrictionSign("tanh", speed) for speed in _SPEEDS)]
-    laws = [FrictionSign(own.kind, share * own.width) for share in _SHARES]
+    laws = [replace(own, width=share * own.width) for share in _SHARES]
     return [*laws, *(Bristle(way, "exponential") for way in _WAYS)]

@@ -15,9 +15,9 @@ from scipy.interpolate import CubicSpline
 from ident.discrepancy.by_evidence.evidence.known import Beta, arm_lag, beta_of, lag_columns
 from ident.discrepancy.by_evidence.evidence.law_columns import law_columns
 from ident.discrepancy.by_evidence.evidence.load_memory import simulated_memory
-from ident.discrepancy.by_evidence.evidence.misfit import misfit_columns
+from ident.discrepancy.by_evidence.evidence.misfit import joined, misfit_columns
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
-from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, joined
+from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
 from ident.discrepancy.loop import FINE
 from ident.discrepancy.loop_evidence import LoopEvidence

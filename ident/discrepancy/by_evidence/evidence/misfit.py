@@ -10,6 +10,8 @@ square of the misfit in N·m (or N), and none of its courses is likelier than an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.interpolate import BSpline
 
@@ -30,6 +32,15 @@ _SHARED = 0.1
 """Of a column's mean square: a direction with less is a difference of columns that are nearly the same."""
 
 _NOTHING = 1e-9
+
+
+def joined(states: Sequence[State]) -> State:
+    """Motions one after the other."""
+    position, velocity, acceleration, time = (
+        np.concatenate([getattr(state, name) for state in states])
+        for name in ("position", "velocity", "acceleration", "time")
+    )
+    return State(position, velocity, acceleration, time)
 
 
 def misfit_columns(

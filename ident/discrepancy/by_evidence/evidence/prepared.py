@@ -6,7 +6,7 @@ nothing above the rate of the rows is left to be folded down. No second filter i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -48,18 +48,24 @@ _MARGIN = 0.08
 filtered signs look like friction that falls with speed."""
 
 
+Simulated = Callable[[Recording], FloatArray | None]
+"""Of a recording: positions (samples, n) without noise, rad (or m); None where there are none."""
+
+
 @dataclass(frozen=True)
 class Part:
     """One recording.
 
     Attributes:
         own: motion at the rows, of this sample.
-        other: motion at ``finer`` times the rows, as the other periods show it where the trajectory repeats.
+        other: motion at ``finer`` times the rows without this sample's noise: that of the other periods where
+            the trajectory repeats, of a simulation where there is one.
         torque: rows × joints, N·m (or N).
         used: rows × joints, away from standstills.
         period: rows per period of the trajectory, None where it does not repeat.
         finer: samples of ``other`` per row.
         sample_time: of the recording, s.
+        simulated: whether ``other`` is of a simulation.
     """
 
     own: State
@@ -69,6 +75,7 @@ class Part:
     period: int | None
     finer: int
     sample_time: float
+    simulated: bool = False
 
     @property
     def rows(self) -> int:
@@ -117,6 +124,11 @@ class Prepared:
         """Whether every trajectory repeats, so that noise is told from what does not."""
         return all(part.period is not None for part in self.parts)
 
+    @property
+    def apart(self) -> bool:
+        """Whether no sample's own noise is in the motion that columns are made of."""
+        return all(part.simulated or part.period is not None for part in self.parts)
+
     def asked(self, present: PresentModel) -> Prepared:
         """With the torque that a model predicts where no other period shows what was asked of the drives."""
         parts = [
@@ -152,12 +164,13 @@ def settings_for(robot: Robot, recording: Recording) -> Robot:
     return robot.model_copy(update={"identification": settings.model_copy(update=changed)})
 
 
-def prepare(robot: Robot, recordings: Sequence[Recording]) -> Prepared:
+def prepare(robot: Robot, recordings: Sequence[Recording], simulated: Simulated | None = None) -> Prepared:
     """Filter and thin recordings, as if recorded without a pause.
 
     Args:
         robot: with the settings of :func:`settings_for`.
         recordings: one or more.
+        simulated: shows the motion of a recording that does not repeat without its noise; its own where None.
 
     Raises:
         IdentificationError: no recording, or one that is too short.
@@ -166,16 +179,17 @@ def prepare(robot: Robot, recordings: Sequence[Recording]) -> Prepared:
         raise IdentificationError("no recording to examine")
     parts, started = [], 0.0
     for recording in recordings:
-        parts.append(_part(robot, recording, started))
+        parts.append(_part(robot, recording, started, simulated))
         started += float(recording.time[-1] - recording.time[0])
     return Prepared(robot, tuple(parts))
 
 
-def _part(robot: Robot, recording: Recording, started: float) -> Part:
+def _part(robot: Robot, recording: Recording, started: float, simulated: Simulated | None) -> Part:
     settings = robot.identification
     step = recording.sample_time
     stride = _stride(recording, settings.decimation)
-    whole = motion(recording.time, recording.position, settings.model_copy(update={"trim_samples": (0, 0)}))
+    untrimmed = settings.model_copy(update={"trim_samples": (0, 0)})
+    whole = motion(recording.time, recording.position, untrimmed)
     everything = settings.model_copy(
         update={"decimation": 1, "trim_samples": (0, 0), "torque_filter": "positions"}
     )
@@ -193,6 +207,11 @@ def _part(robot: Robot, recording: Recording, started: float) -> Part:
     other = _of_other_periods(own, period)
     if period is not None:
         other = expected_motion(own, other, used, settings.cutoff_hz, step, period)
+    positions = simulated(recording) if simulated is not None and period is None else None
+    if positions is not None:
+        found = motion(recording.time, positions, untrimmed)
+        other = State(found.position, found.velocity, found.acceleration, time, None, recording.load)
+        other = _every(other, keep, 1)
     return Part(
         own=_every(own, slice(None), stride),
         other=_every(other, slice(None), stride // finer),
@@ -201,6 +220,7 @@ def _part(robot: Robot, recording: Recording, started: float) -> Part:
         period=None if period is None else period // stride,
         finer=finer,
         sample_time=step,
+        simulated=positions is not None,
     )
 
 
@@ -275,12 +295,3 @@ def _without_slow(part: Part, noise: FloatArray, period: int) -> FloatArray:
         fit = np.linalg.lstsq(basis[used] / scale, noise[used, joint], rcond=1e-6)[0]
         rest[:, joint] -= basis / scale @ fit
     return rest
-
-
-def joined(states: Sequence[State]) -> State:
-    """Motions one after the other."""
-    position, velocity, acceleration, time = (
-        np.concatenate([getattr(state, name) for state in states])
-        for name in ("position", "velocity", "acceleration", "time")
-    )
-    return State(position, velocity, acceleration, time)

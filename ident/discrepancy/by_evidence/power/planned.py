@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.by_evidence.accepted import SPREAD, prior_of
+from ident.discrepancy.by_evidence.decide.instruments import fitted_motion
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis, pose, usual_misfit
@@ -55,7 +56,7 @@ def known_from_run(robot: Robot, recordings: Sequence[Recording]) -> KnownBefore
     """
     settled = settings_for(robot, recordings[0])
     base = base_parameters(RegressorModel.of(settled))
-    problem = pose(base, None, prepare(settled, recordings), None)
+    problem = pose(base, None, fitted_motion(base, None, recordings), None)
     return KnownBefore(problem.rows.noise, prior_of(problem))
 
 
@@ -99,7 +100,7 @@ def planned_sizes(
         prior = _of_this_motion(base, values, prepared, present, known.noise)
     rows = _rows(base, prior, values, prepared, present, known.noise)
     misfit = usual_misfit(known.noise) if prior.misfit is None else prior.misfit
-    model = PresentWith(present, (), prepared.repeats)
+    model = PresentWith(present, (), prepared.apart)
     entries = library(rows, candidates(settled, families), model)
     sizes = smallest_sizes(rows, Level(misfit, np.ones_like(misfit)), (), entries, SURE, chance)
     return sizes if lag_is_known(robot) else _beside_alignment(sizes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from ident.discrepancy.by_evidence.confirm.borne_out import Refuted
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.power.smallest import Smallest
@@ -149,6 +150,7 @@ class EvidenceAnswer:
     Attributes:
         verdict: of the whole.
         findings: effects of the best set, in the order in which they came.
+        refuted: effects that the fitted rows want beside these, and other motion does not.
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
         beside: names for one effect more beside the set, each against nothing, the likeliest first.
         joints: worst first.
@@ -161,6 +163,7 @@ class EvidenceAnswer:
 
     verdict: EvidenceVerdict
     findings: tuple[EvidenceFinding, ...]
+    refuted: tuple[Refuted, ...]
     ranking: tuple[Named, ...]
     beside: tuple[Named, ...]
     joints: tuple[JointMisfit, ...]

@@ -15,6 +15,7 @@ def answer_json(answer: EvidenceAnswer) -> dict[str, Any]:
         "verdict": answer.verdict,
         "probability_clean": answer.probability_clean,
         "findings": [_finding(finding) for finding in answer.findings],
+        "refuted": [one.words() for one in answer.refuted],
         "ranking": [_named(one) for one in answer.ranking[:_LISTED]],
         "joints": [
             {

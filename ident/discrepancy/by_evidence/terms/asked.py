@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.instruments import prepared_beside
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.state import without_effects
-from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.terms.propose import propose
 from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, posed
@@ -21,7 +21,7 @@ def proposed_terms(question: Question) -> tuple[Proposal, ...]:
     """
     problem = posed(question)
     nothing = without_effects(problem)
-    present = PresentWith(problem.present, (), problem.prepared.repeats)
+    present = PresentWith(problem.present, (), problem.prepared.apart)
     joints = np.flatnonzero(above_accepted(problem, nothing) > ABOVE)
-    validation = prepare(problem.prepared.robot, question.validation)
+    validation = prepared_beside(problem.base, problem.start, question.validation)
     return propose(problem, nothing, present, validation, [int(joint) for joint in joints])

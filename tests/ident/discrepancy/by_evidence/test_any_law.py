@@ -59,6 +59,7 @@ def test_an_arm_whose_friction_creeps_is_no_other_arm() -> None:
     told = told_of(creeping())
     assert not told.unnamed
     assert told.notes == (diagnosis.ANY_LAW,)
+    assert told.standstill != clean().examination.loop.standstill, "the gate is asked with this one's"
 
 
 def test_a_law_that_is_known_needs_no_other() -> None:

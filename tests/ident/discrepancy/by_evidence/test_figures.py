@@ -14,7 +14,7 @@ import robots
 from ident import Recording
 from ident.discrepancy.by_evidence import diagnosis, reversals, workflow
 from ident.discrepancy.by_evidence.decide import problem
-from ident.discrepancy.by_evidence.evidence import lag, misfit
+from ident.discrepancy.by_evidence.evidence import lag, misfit, residual
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, prepare, settings_for
 from ident.discrepancy.by_evidence.terms import propose
@@ -269,3 +269,18 @@ def test_at_most_two_terms_are_chosen_and_ten_halves_choose_again(monkeypatch: p
     posed: Any = SimpleNamespace(rows=None)
     propose._stability(posed, chosen([], 0.0), (), (), {}, 0)  # type: ignore[arg-type]
     assert len(set(halves)) == 10
+
+
+def test_what_is_slow_is_no_noise_where_nothing_repeats() -> None:
+    """Else a spring that the model lacks is taken for noise that remembers for seconds."""
+    random = np.random.default_rng(3)
+    log = recording(7.0)
+    data = prepare(settings_for(EMPS, log), [log])
+    rows = data.torque.shape[0]
+    noise = 0.01 * random.normal(size=(rows, 1))
+    for hz, kept in ((0.5, 0.0), (1.0, 0.0), (12.0, 1.0)):
+        wave = np.sin(2.0 * np.pi * hz * np.asarray(data.parts[0].own.time))[:, np.newaxis]
+        (found,) = residual._noise(data, noise + wave, np.zeros(1))
+        (alone,) = residual._noise(data, noise, np.zeros(1))
+        power = (found.marginal**2 - alone.marginal**2) / 0.5
+        assert power == pytest.approx(kept, abs=0.35 if kept else 0.02), hz

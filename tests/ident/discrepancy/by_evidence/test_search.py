@@ -12,7 +12,12 @@ import robots
 from drivers.simulated.scenario import Scenario
 from ident import Recording
 from ident.discrepancy import Question
-from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy.by_evidence import (
+    EvidenceAnswer,
+    diagnose_by_evidence,
+    prior_by_evidence,
+    workflow,
+)
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.state import Found
@@ -60,6 +65,12 @@ def test_a_clean_arm_gets_no_name() -> None:
     assert answer.probability_clean > 0.9
     assert answer.joints[0].above < 0.1
     assert answer.joints[0].after < 0.01
+
+
+def test_an_arm_that_gate_1_rejects_is_not_clean(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workflow, "_gate_one_rejects", lambda *given: True)
+    answer = search({})
+    assert (answer.verdict, answer.gate_one_rejected, answer.findings) == ("unnamed", True, ())
 
 
 def test_the_size_that_would_still_be_named_is_said_and_holds() -> None:

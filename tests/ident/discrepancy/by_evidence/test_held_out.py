@@ -1,0 +1,104 @@
+"""What a set predicts of recordings that were not fitted, against draws of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.evidence.gram import Level
+from ident.discrepancy.by_evidence.evidence.noise import Noise
+from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
+from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from ident.effects import State
+from robots.arrays import FloatArray
+
+ROWS, KNOWN, MISFIT, DRAWS = 200, 2, 3, 4000
+KAPPA, SPREAD, SIZE = 0.18, 0.06, 0.8
+NOISE = Noise(np.zeros(0), 1.0)
+RANDOM = np.random.default_rng(3)
+COLUMNS, SMOOTH, COURSE = (RANDOM.normal(size=(ROWS, count)) for count in (KNOWN, MISFIT, 1))
+SMOOTH[:, 0] += COURSE[:, 0]  # misfit that the effect looks like
+COLUMNS[:, 0] += COURSE[:, 0]  # and a parameter
+
+
+def held_out(target: FloatArray) -> HeldOut:
+    still = State(*(np.zeros((ROWS, 1)) for _ in range(3)), np.arange(ROWS) * 0.008)
+    used = np.ones((ROWS, 1), dtype=np.bool_)
+    data = Prepared(None, (Part(still, still, target, used, None, 1, 0.008),))  # type: ignore[arg-type]
+    known = Known(COLUMNS[:, np.newaxis], np.ones(KNOWN), target)
+    return HeldOut(None, Rows(data, known, (SMOOTH,), (NOISE,)))  # type: ignore[arg-type]
+
+
+def a_set(size: float | None, excess: float = 1.0) -> Any:
+    """With an effect of a size or without any; its posterior."""
+    placed = SimpleNamespace(
+        columns=lambda state: COURSE[:, np.newaxis],
+        scale=(1.0,),
+        bounds=((-np.inf, np.inf),),
+        centre=(0.0,),
+        of_measured=False,
+    )
+    members = () if size is None else (SimpleNamespace(entry=SimpleNamespace(placed=placed)),)
+    theta = np.array([] if size is None else [size])
+    posterior = SimpleNamespace(
+        known=np.array([0.3, -0.2]), theta=theta, covariance=SPREAD**2 * np.eye(KNOWN + theta.size)
+    )
+    level = Level(np.array([KAPPA]), np.array([excess]))
+    return SimpleNamespace(
+        members=members,
+        posterior=posterior,
+        level=level,
+        theta=lambda k: (theta[k : k + 1], np.zeros((1, 1))),
+    )
+
+
+def drawn(random: np.random.Generator) -> FloatArray:
+    """Recordings as the posterior of the set predicts them."""
+    factors = np.array([0.3, -0.2, SIZE]) + SPREAD * random.normal(size=KNOWN + 1)
+    smooth = SMOOTH @ random.normal(size=MISFIT) * KAPPA / np.sqrt(MISFIT)
+    torque = np.column_stack([COLUMNS, COURSE]) @ factors + smooth + random.normal(size=ROWS)
+    return np.asarray(torque[:, np.newaxis])
+
+
+def test_what_leaving_an_effect_out_costs_is_predicted_with_its_deviation() -> None:
+    """Noise, misfit and what is not known of the parameters each have their part in it."""
+    random = np.random.default_rng(5)
+    whole, without = a_set(SIZE), a_set(None)
+    held = held_out(drawn(random))
+    said = held.confirmation(whole, 0, without)
+    white = held.rows.white[0]
+    costs = []
+    for _ in range(DRAWS):
+        white[:, -1] = drawn(random)[:, 0]
+        costs.append(held.confirmation(whole, 0, without).observed)
+    assert np.mean(costs) == pytest.approx(said.predicted, abs=4.0 * said.deviation / np.sqrt(DRAWS))
+    assert np.std(costs) == pytest.approx(said.deviation, rel=0.04)
+    change = SIZE * COURSE[:, 0]
+    parts = (
+        change @ change,
+        KAPPA**2 / MISFIT * np.sum((SMOOTH.T @ change) ** 2),
+        SPREAD**2 * np.sum((np.column_stack([COLUMNS, COURSE]).T @ change) ** 2),
+    )
+    assert min(parts) > 0.15 * sum(parts), "each part shows"
+
+
+def test_what_is_not_smooth_may_all_be_the_forms_own_error() -> None:
+    """Then it goes along with the effect, row by row: ‖d‖² N (s² − 1) in the variance."""
+    held, change = held_out(drawn(np.random.default_rng(5))), SIZE * COURSE[:, 0]
+    plain, rough = (held.confirmation(a_set(SIZE, s), 0, a_set(None)).deviation for s in (1.0, 1.5))
+    more = change @ change * (1.5**2 - 1.0) * (1.0 + ROWS)
+    assert rough**2 - plain**2 == pytest.approx(more)
+
+
+def test_noise_is_no_part_of_what_stays_unexplained() -> None:
+    rows = held_out(COLUMNS @ np.array([[0.3], [-0.2]]) + 2.0 * COURSE)
+    still = replace(rows.rows, noise=(Noise(np.zeros(0), 0.5),))
+    left = float(np.mean((2.0 * COURSE) ** 2))
+    power = float(np.mean(rows.rows.prepared.torque**2))
+    found = HeldOut(None, still).unexplained(a_set(None))  # type: ignore[arg-type]
+    assert found[0] == pytest.approx(np.sqrt((left - 0.25) / power))

@@ -1,0 +1,196 @@
+"""What the search over sets does, on an axis whose effects are waves over its position."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from ident.discrepancy.by_evidence.decide import names
+from ident.discrepancy.by_evidence.decide import search as module
+from ident.discrepancy.by_evidence.decide.names import simplified, slot
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.shapes import refined
+from ident.discrepancy.by_evidence.decide.state import Member, found_set, without_effects
+from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.effects.family import Shape
+from ident.effects.placed import Family
+from tests.ident.discrepancy.by_evidence.toy_effects import (
+    family,
+    names_of,
+    problem_of,
+    searching,
+    torque,
+    wave,
+    waves,
+)
+
+
+def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:
+    """Alone neither has anything of what both leave of each other."""
+    hidden = [waves("both", w9=200.0, w11=1.0), waves("one", w9=200.0)]
+    found = searching(problem_of(lambda q: torque(q, w11=1.0)), hidden).run()
+    assert names_of(found) == ["both", "one"]
+
+
+def test_what_came_first_and_is_superfluous_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mixture is likeliest until all that it is a mixture of is there."""
+    monkeypatch.setattr(module, "_PAIRED", 1)
+    parts = [waves("mixture", w9=1.0, w11=1.0, w13=0.4), waves("nine", w9=1.0), waves("eleven", w11=1.0)]
+    found = searching(problem_of(lambda q: torque(q, w9=1.0, w11=1.0)), parts).run()
+    assert names_of(found) == ["eleven", "nine"]
+
+
+def test_what_came_first_is_changed_for_what_is_a_little_likelier(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One more effect costs more than the difference; in the place of the other it costs nothing."""
+    monkeypatch.setattr(module, "_PAIRED", 1)
+    parts = [waves("first", w9=1.0, w11=0.5, w13=0.011), waves("nine", w9=1.0), waves("eleven", w11=1.0)]
+    found = searching(problem_of(lambda q: torque(q, w9=1.0, w11=0.6)), parts).run()
+    assert names_of(found) == ["eleven", "nine"]
+
+
+def of_torque(force: np.ndarray) -> np.ndarray:
+    """Torque of an effect that follows the model's torque in waves of 4 N."""
+    return np.asarray(np.sin(0.5 * np.pi * force))
+
+
+def test_columns_of_a_member_are_made_of_the_model_with_the_rest_of_the_set() -> None:
+    """With the other member in the model, and without its own torque: else its size and form are others."""
+
+    def hidden(position: np.ndarray) -> np.ndarray:
+        speed = np.gradient(
+            position
+        )  # the viscous friction of the axis, whose sign the position does not have
+        rest = 10.0 * speed / np.abs(speed).max() + torque(position, w9=3.0)
+        return torque(position, w9=3.0) + 1.5 * of_torque(rest)
+
+    follows = family("follows", lambda q, shape: q, of_model=of_torque)
+    found = searching(problem_of(hidden), [waves("nine", w9=1.0), follows]).run()
+    assert names_of(found) == ["follows", "nine"]
+    sizes = {m.candidate.family.name: found.found.theta(k)[0][0] for k, m in enumerate(found.found.members)}
+    assert sizes["follows"] == pytest.approx(1.5, rel=0.05)
+    assert sizes["nine"] == pytest.approx(3.0, rel=0.05)
+
+
+WIDTH = (8.0, 12.0)
+
+
+def number(grid: tuple[float, ...]) -> Shape:
+    return Shape("number", "1", grid, *WIDTH)
+
+
+def of_any_number(grid: tuple[float, ...]) -> Family:
+    return family("any", lambda q, shape: wave(shape[0], q), (number(grid),))
+
+
+def screened(one: Family, number_of_waves: float = 9.0) -> Screened:
+    problem = problem_of(lambda q: torque(q, **{f"w{number_of_waves}": 1.0}))
+    empty = without_effects(problem)
+    wanted = candidates(problem.prepared.robot, [one])
+    return screen(problem, empty, library(problem.rows, wanted, present_with(problem, empty)))[0]
+
+
+def test_shapes_are_averaged_over_their_grid() -> None:
+    """One of four is right: a quarter of its likelihood."""
+    alone, four = screened(waves("nine", w9=1.0)), screened(of_any_number((8.0, 9.0, 10.0, 11.0)))
+    assert alone.gain - four.gain == pytest.approx(np.log(4.0), abs=1e-6)
+
+
+def test_a_screened_candidate_is_as_likely_as_its_set() -> None:
+    problem = problem_of(lambda q: torque(q, w9=0.3))
+    empty = without_effects(problem)
+    wanted = candidates(problem.prepared.robot, [waves("nine", w9=1.0)])
+    (one,) = screen(problem, empty, library(problem.rows, wanted, present_with(problem, empty)))
+    alone = found_set(problem, (one.best,), problem.level, ())
+    assert one.log_odds == pytest.approx(alone.log_posterior - empty.log_posterior, abs=1e-6)
+
+
+def test_the_best_shape_costs_what_integrating_over_all_costs() -> None:
+    """Laplace's method against an integral over the width of the prior."""
+    problem = problem_of(lambda q: torque(q, w9=0.5))
+    empty = without_effects(problem)
+    present = present_with(problem, empty)
+    (one,) = candidates(problem.prepared.robot, [of_any_number((9.1,))])
+
+    def set_of(value: float) -> tuple[Member, float]:
+        placed = one.at(problem.prepared.robot, (value,), present)
+        member = Member(Entry(one, placed, problem.rows.effect(placed)), 0.0)
+        return member, found_set(problem, (member,), problem.level, ()).log_evidence
+
+    start, _ = set_of(9.1)
+    first = found_set(problem, (start,), problem.level, ())
+    best = refined(problem, (start,), 0, first, present)
+    value = best.entry.placed.shape[0]
+    assert value == pytest.approx(9.0, abs=0.05)
+    reference = set_of(value)[1]
+    whole, _ = quad(lambda x: float(np.exp(set_of(x)[1] - reference)), 8.7, 9.3, limit=30, epsrel=1e-2)
+    assert best.volume == pytest.approx(np.log(whole / (WIDTH[1] - WIDTH[0])), abs=0.25)
+
+
+def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() -> None:
+    """What explains nine tenths of it is fitted as it would be alone, not with the misfit of its absence."""
+    problem = problem_of(lambda q: torque(q, w9=1.0))
+    families = [waves("payload", w9=1.0), waves("contact", w9=1.0, w13=0.1), waves("backlash", w17=1.0)]
+    search = searching(problem, families)
+    searched = search.run()
+    assert names_of(searched) == ["payload"]
+    empty = search.without(searched.found, 0)
+    said = slot(search, searched, 0, empty)
+    assert {one.name for one in said.names} == {"nothing", "payload", "contact", "backlash"}
+    (entry,) = (one for one in searched.entries if one.candidate.family.name == "contact")
+    alone = found_set(problem, (Member(entry, 0.0),), empty.level, (0,))
+    fitted = alone.log_posterior - empty.log_posterior
+    assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
+    one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
+    assert one > fitted + 2.0 and other < 0.0
+    assert said.probability(("payload", (0,))) == pytest.approx(1.0 / (1.0 + np.exp(fitted - one)), abs=0.01)
+
+
+@pytest.mark.parametrize(("more", "kept"), [(0.1, "stribeck_friction"), (0.0, "coulomb_friction")])
+def test_a_form_stays_where_it_is_sure_and_is_its_limit_where_it_is_not(
+    monkeypatch: pytest.MonkeyPatch, more: float, kept: str
+) -> None:
+    """However much the reported set holds: a form with nine tenths of the probability is no limit."""
+    monkeypatch.setattr(names, "HELD", 2.0)
+    limit = waves("coulomb_friction", w9=1.0)
+    part = Shape("part", "1", (0.0, 0.1, 0.2), 0.0, 1.0)
+    form = family(
+        "stribeck_friction",
+        lambda q, shape: wave(9.0, q) + shape[0] * wave(13.0, q),
+        (part,),
+        ("coulomb_friction",),
+    )
+    problem = problem_of(lambda q: torque(q, w9=1.0, w13=more))
+    search = searching(problem, [form])
+    searched = search.run()
+    assert names_of(searched) == ["stribeck_friction"]
+    wanted = candidates(problem.prepared.robot, [form, limit])
+    both = replace(searched, entries=library(problem.rows, wanted, searched.present))
+    assert names_of(simplified(search, both)) == [kept]
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_rates_are_made_of_a_lower_cut_off_where_nothing_repeats(repeats: bool) -> None:
+    """Noise at half the rows' cut-off is gone then; what repeats has none of it, and keeps all it has."""
+    problem = problem_of(lambda q: torque(q, w9=1.0))
+    state = problem.prepared.parts[0].other
+    random = np.random.default_rng(0)
+    state.acceleration[:] = random.normal(size=state.acceleration.shape)
+    seen = PresentWith(problem.present, (), repeats).low_cutoff(state).acceleration
+    assert bool(np.std(seen) < 0.7 * np.std(state.acceleration)) is not repeats
+
+
+def test_links_that_are_found_are_in_the_model() -> None:
+    """Friction of a load is that of the payload, too: so it is no torque beside the links."""
+    heavier = family("payload", lambda q, shape: wave(9.0, q), links=np.ones((1, 10)))
+    problem = problem_of(lambda q: torque(q, w9=1.0))
+    searched = searching(problem, [heavier]).run()
+    assert names_of(searched) == ["payload"]
+    state = problem.prepared.parts[0].at_rows
+    model, plain = (present_with(problem, searched.found, but=but) for but in (None, 0))
+    more = model.link_torque(state) - plain.link_torque(state)
+    assert not model.beside
+    assert more[:, 0] == pytest.approx(searched.found.theta(0)[0][0] * state.acceleration[:, 0], abs=1e-6)

@@ -1,0 +1,63 @@
+"""What an answer says beside names: what another recording leaves, what is misfit, how sure a size is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.search import Searched
+from ident.discrepancy.by_evidence.decide.state import without_effects
+from ident.discrepancy.by_evidence.evidence.gram import Level
+from ident.discrepancy.by_evidence.evidence.prepared import prepare
+from ident.discrepancy.by_evidence.workflow import _finding, _shrinks, above_accepted
+from tests.ident.discrepancy.by_evidence.toy_effects import (
+    EMPS,
+    problem_of,
+    recording,
+    searching,
+    torque,
+    waves,
+)
+
+NINE = [waves("payload", w9=1.0)]
+
+
+def held(searched_in: float, other: float) -> tuple[Searched, HeldOut]:
+    """A wave of 1 N that was found, and another recording that has it or has another size of it."""
+    problem = problem_of(lambda q: torque(q, w9=searched_in))
+    validation = prepare(problem.prepared.robot, [recording(lambda q: torque(q, w9=other))])
+    return searching(problem, NINE).run(), HeldOut.of(problem, validation)
+
+
+@pytest.mark.parametrize(("other", "shrinks"), [(1.0, True), (0.7, True), (0.3, False), (0.0, False)])
+def test_a_set_leaves_less_than_no_effect_where_more_than_half_of_it_is_there(
+    other: float, shrinks: bool
+) -> None:
+    searched, validation = held(1.0, other)
+    assert _shrinks(searched, validation, 0) is shrinks
+
+
+def test_what_repeats_and_is_not_smooth_is_misfit_though_no_smooth_part_is() -> None:
+    problem = problem_of(lambda q: 0.0 * q)
+    clean = without_effects(problem)
+    accepted = problem.misfit.accepted
+    for excess, above in ((1.0, 0.0), (3.0, 1.0)):
+        rough = replace(clean, level=Level(accepted, np.array([excess])))
+        assert above_accepted(problem, rough)[0] == pytest.approx(above, abs=0.2)
+
+
+def test_a_gain_that_is_known_to_a_share_leaves_a_torque_known_to_that_share() -> None:
+    problem = problem_of(lambda q: torque(q, w9=3.0), accepted=True)
+    search = searching(problem, NINE)
+    searched = search.run()
+    validation = prepare(problem.prepared.robot, [recording(lambda q: torque(q, w9=3.0))])
+    found = _finding(search, searched, HeldOut.of(problem, validation), 0)
+    (size,) = found.parameters
+    alone = np.sqrt(searched.found.theta(0)[1][0, 0])
+    share = EMPS.drive[0].gain_relative_uncertainty
+    assert size.value == pytest.approx(3.0, rel=0.05)
+    assert size.sigma == pytest.approx(np.hypot(alone, share * size.value), rel=0.1)
+    assert size.sigma > 1.5 * alone
