@@ -133,8 +133,8 @@ def test_decimation_is_matlabs(samples: int, factor: int) -> None:
         expected = smooth[(len(smooth) - 1) % stage :: stage]
         smooth = filtfilt(*cheby1(*design), direct, axis=0, padlen=24)
         direct = smooth[(len(smooth) - 1) % stage :: stage]
-    # Of the direct form, which MATLAB's is too. Which of two direct forms rounds worse depends on the processor
-    # (fused products or not): ten times, where a filter of another order or ripple is off by 10⁻³ and more.
+    # Of the direct form, which MATLAB's is too. Which of two direct forms rounds worse depends on the
+    # processor (fused products or not): ten times, where another order or ripple is off by 10⁻³ and more.
     rounding = 10.0 * float(np.abs(direct - expected).max())
     assert rounding < 1e-4
     assert decimate(values, factor) == pytest.approx(expected, abs=rounding)
