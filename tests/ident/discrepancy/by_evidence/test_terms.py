@@ -102,14 +102,14 @@ def test_what_the_other_recording_does_not_bear_out_is_no_term() -> None:
 
 
 def test_what_halves_of_the_recording_do_not_choose_is_no_term(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = module._stability
+    original = module.stability
     asked_of: list[float] = []
 
-    def unstable(*arguments: Any) -> list[float]:
-        asked_of.extend(original(*arguments))
-        return [module.STABLE - 0.1 for _ in asked_of]
+    def unstable(*arguments: Any) -> float:
+        asked_of.append(original(*arguments))
+        return module.STABLE - 0.1
 
-    monkeypatch.setattr(module, "_stability", unstable)
+    monkeypatch.setattr(module, "stability", unstable)
     assert asked(dragged(0, 2), dragged(1, 3), recorded({}, 501, 0, 1)) == ()
     assert asked_of
 
