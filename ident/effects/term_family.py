@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
-from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, joint_row, over_time
+from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts, along, joint_row, over_time
 from ident.effects.simulated import (
     Bristle,
     DriveChange,
@@ -98,7 +98,9 @@ def _make(
         def parts(values: FloatArray) -> SimulatedParts:
             return simulated_term(robot, term, float(values[0]), present.offset_torque())
 
-        return Parameters((f"{term.formula}@",), (term.unit,), (ANY,), (term.scale,)), law, parts
+        # A drive whose constant grows with its torque is none.
+        bounds = POSITIVE if any(one.quantity == "torque" for one in term.factors) else ANY
+        return Parameters((f"{term.formula}@",), (term.unit,), (bounds,), (term.scale,)), law, parts
 
     return make
 

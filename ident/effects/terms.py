@@ -147,12 +147,17 @@ def _unit(robot: Robot, joint: int, below: Sequence[float]) -> str:
     """Torque over the unit of the formula."""
     own = robot.joint[joint]
     parts = ((own.torque_unit, 1 - below[0]), ("s", -below[2]), (own.unit, -below[1]))
-    above = [word + _HIGH[power] for word, power in parts if power > 0]
-    under = [word + _HIGH[-power] for word, power in parts if power < 0]
+    above = [_power(word, power) for word, power in parts if power > 0]
+    under = [_power(word, -power) for word, power in parts if power < 0]
     top, bottom = "·".join(above) or "1", "·".join(under)
-    if "·" in bottom:
+    if "·" in bottom and not (len(under) == 1 and bottom.startswith("(")):
         bottom = f"({bottom})"
     return f"{top}/{bottom}" if bottom else top
+
+
+def _power(unit: str, power: float) -> str:
+    """Of a unit, which may be a product."""
+    return f"({unit}){_HIGH[power]}" if "·" in unit and power != 1.0 else unit + _HIGH[power]
 
 
 def _powers(words: Sequence[str]) -> list[str]:

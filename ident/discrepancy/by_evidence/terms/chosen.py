@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Membe
 from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.library.candidates import Entry
 from ident.effects.terms import Term
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 
 MOST = 2
 """Terms of one joint: more is no description."""
@@ -118,7 +118,7 @@ def _gain_of_one(own: FloatArray, score: FloatArray) -> FloatArray:
     return np.asarray(0.5 * score**2 / (1.0 + own) - 0.5 * np.log1p(own))
 
 
-def _gain_of_two(own: FloatArray, score: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+def _gain_of_two(own: FloatArray, score: FloatArray, first: IntArray, second: IntArray) -> FloatArray:
     """The same of pairs."""
     a, b, c = 1.0 + own[first, first], 1.0 + own[second, second], own[first, second]
     x, y, volume = score[first], score[second], a * b - c**2

@@ -1,4 +1,4 @@
-"""Which terms are chosen: of a pair neither need be best alone, and the simplest of what is not told apart."""
+"""Which terms are chosen: of two neither need be best alone, and the simplest of what is not told apart."""
 
 from __future__ import annotations
 
