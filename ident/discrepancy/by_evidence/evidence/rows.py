@@ -231,7 +231,9 @@ class Rows:
 
 def _shown(white: Columns | None) -> Columns | None:
     """White columns of a joint; None where there is nothing in them."""
-    return None if white is None or max(white.max(initial=0.0), -white.min(initial=0.0)) <= _NOTHING else white
+    if white is None or max(white.max(initial=0.0), -white.min(initial=0.0)) <= _NOTHING:
+        return None
+    return white
 
 
 def effect_rows(prepared: Prepared, effect: PlacedEffect) -> FloatArray:
