@@ -264,10 +264,40 @@ RULES = (
         "",
     ),
     Broken(
-        "confirmed only where leaving it out costs",
-        f"{_BY}confirm/held_out.py",
-        "max(0.0, self.predicted - _DEVIATIONS * self.deviation)",
-        "self.predicted - _DEVIATIONS * self.deviation",
+        "other motion speaks for a name or for nothing",
+        f"{_BY}decide/names.py",
+        "elsewhere = TEMPERATURE * seen.nats",
+        "elsewhere = 0.0",
+    ),
+    Broken(
+        "other motion speaks for a name or for another",
+        f"{_BY}decide/names.py",
+        "            value -= TEMPERATURE * held.confirmation(found, other).shown.nats\n",
+        "",
+    ),
+    Broken(
+        "other motion speaks for a name or for what has none",
+        f"{_BY}decide/names.py",
+        "TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))",
+        "float(np.log(OUTSIDE))",
+    ),
+    Broken(
+        "of eleven effects one has no name",
+        f"{_BY}decide/names.py",
+        "TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))",
+        "TEMPERATURE * seen.nats_of_no_name",
+    ),
+    Broken(
+        "a limit that is shown stays beside its likelier forms",
+        f"{_BY}decide/names.py",
+        "forms=tuple(one for one in more if one.log_odds > first.log_odds)",
+        "forms=()",
+    ),
+    Broken(
+        "a limit that is shown has its forms' probability",
+        f"{_BY}decide/names.py",
+        "return Slot(as_limit(probabilities(odds, forms), own))",
+        "return Slot(as_limit(probabilities(odds, forms)))",
     ),
     Broken(
         "the prediction has noise",
@@ -302,8 +332,8 @@ RULES = (
     Broken(
         "the whole set has to leave less",
         f"{_BY}report/answer.py",
-        "return self.confirmation.confirmed and self.shrinks",
-        "return self.confirmation.confirmed",
+        "return Slot(self.names).named >= SURE and self.shrinks",
+        "return Slot(self.names).named >= SURE",
     ),
     Broken(
         "the set is compared with the model without any effect",
@@ -326,8 +356,8 @@ RULES = (
     Broken(
         "what is named is confirmed",
         f"{_BY}report/answer.py",
-        "return self.sure and self.held_up",
-        "return self.sure",
+        "return self.sure and self.held_up and",
+        "return self.sure and",
     ),
     Broken(
         "clean needs a probability",
@@ -440,7 +470,7 @@ RULES = (
     Broken(
         "a rival takes a finding's place where loop and rows together say so",
         f"{_BY}diagnosis.py",
-        "shown.there and shown.outweighs(nats - rival.log_odds)",
+        "shown.there and shown.nats > nats - rival.log_odds",
         "shown.there",
     ),
     Broken(
@@ -542,8 +572,8 @@ RULES = (
     Broken(
         "a rival outweighs the rows by (2r − 1) / 2σ² nats",
         "ident/discrepancy/confirmation.py",
-        "2.0 * self.sigma**2 * nats",
-        "self.sigma**2 * nats",
+        "(2.0 * self.share - 1.0) / (2.0 * self.sigma**2)",
+        "(2.0 * self.share - 1.0) / self.sigma**2",
     ),
     Broken(
         "nothing is clean of which more than the margin stays unexplained",

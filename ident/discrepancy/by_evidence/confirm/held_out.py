@@ -24,13 +24,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
+from ident.discrepancy.confirmation import Shown
 from robots.arrays import FloatArray
 
 @dataclass(frozen=True)
@@ -48,36 +48,11 @@ class Confirmation:
     observed: float
 
     @property
-    def told(self) -> bool:
-        """Whether these recordings can show any of it."""
-        return self.predicted > 0.0 and self.deviation > 0.0
-
-    @property
-    def share(self) -> float:
+    def shown(self) -> Shown:
         """Of what the effect changes, how much is there."""
-        return 0.5 * (1.0 + self.observed / self.predicted)
-
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of the share."""
-        return 0.5 * self.deviation / self.predicted
-
-    @property
-    def log_odds(self) -> float:
-        """Nats for the effect against none, or against what it is compared with."""
-        return (2.0 * self.share - 1.0) / (2.0 * self.sigma**2) if self.told else 0.0
-
-    @property
-    def log_odds_of_no_name(self) -> float:
-        """Nats for something that has no name, whose share is anywhere from 0 to 1, against the effect."""
-        if not self.told:
-            return 0.0
-        low, high = -self.share / self.sigma, (1.0 - self.share) / self.sigma
-        density = -0.5 * high**2 - np.log(self.sigma * np.sqrt(2.0 * np.pi))
-        # On the side on which a difference of two logarithms keeps its digits.
-        low, high = (low, high) if low + high < 0.0 else (-high, -low)
-        ends = np.array([log_ndtr(high), log_ndtr(low)])
-        return float(ends[0] + np.log1p(-np.exp(ends[1] - ends[0])) - density)
+        if self.predicted <= 0.0:
+            return Shown(0.0, 0.0)
+        return Shown(0.5 * (1.0 + self.observed / self.predicted), 0.5 * self.deviation / self.predicted)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,6 +50,7 @@ class Named:
     Attributes:
         placed: the effect with its likeliest shape; None for nothing.
         log_odds: against nothing, coarsened, with its prior.
+        forms: that it stands for and that are likelier than itself; they are in its probability.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Named:
     probability: float
     placed: PlacedEffect | None = field(default=None, repr=False, compare=False)
     log_odds: float = 0.0
+    forms: tuple[Named, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def key(self) -> Key:
@@ -76,6 +78,10 @@ class Slot:
     def log_odds(self, key: Key) -> float:
         """Of a name against nothing, coarsened, with its prior."""
         return next((one.log_odds for one in self.names if one.key == key), 0.0)
+
+    def forms(self, key: Key) -> tuple[Named, ...]:
+        """That a name stands for, and that are likelier than itself."""
+        return next((one.forms for one in self.names if one.key == key), ())
 
     @property
     def named(self) -> float:
@@ -119,8 +125,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     """
     found = searched.found
     own = found.members[number].candidate.key
-    seen = held.confirmation(found, without)
-    elsewhere = TEMPERATURE * seen.log_odds
+    seen = held.confirmation(found, without).shown
+    elsewhere = TEMPERATURE * seen.nats
     odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior + elsewhere}
     forms = {own: found.members[number].entry.placed}
     candidates = screen(search.problem, without, searched.entries)
@@ -134,12 +140,12 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         if rank < _FITTED:
             other = search.replaced(without, one)
             value = max(value, other.log_posterior - without.log_posterior + elsewhere)
-            value -= TEMPERATURE * held.confirmation(found, other).log_odds
+            value -= TEMPERATURE * held.confirmation(found, other).shown.nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    no_name = TEMPERATURE * seen.log_odds_of_no_name + float(np.log(OUTSIDE))
+    no_name = TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))
     odds[NO_NAME, own[1]] = odds[own] + no_name
-    return Slot(as_limit(probabilities(odds, forms)))
+    return Slot(as_limit(probabilities(odds, forms), own))
 
 
 def simplified(search: Search, searched: Searched, held: HeldOut) -> Searched:
@@ -153,8 +159,7 @@ def simplified(search: Search, searched: Searched, held: HeldOut) -> Searched:
         without = search.without(searched.found, number)
         names = slot(search, searched, number, without, held)
         own, kept = member.candidate.key, {one.key for one in names.held}
-        # Where the likeliest name is a limit of its own, that stands for it, and it is not in the list.
-        if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:
+        if names.probability(own) >= SURE:
             continue
         limits = [
             one
@@ -171,27 +176,30 @@ def simplified(search: Search, searched: Searched, held: HeldOut) -> Searched:
     return searched
 
 
-def as_limit(names: tuple[Named, ...]) -> tuple[Named, ...]:
-    """Names of which the likeliest stands for every form that contains it at its place.
+def as_limit(names: tuple[Named, ...], shown: Key | None = None) -> tuple[Named, ...]:
+    """Names of which the one that is shown stands for every form that contains it at its place.
 
     Friction that falls with speed holds Coulomb friction and something more: where these data show Coulomb
-    friction and are even about the rest, it is what they show.
+    friction and are even about the rest, it is what they show. What is shown has the probability of all that
+    it stands for; what of it is likelier than itself stays beside it, as what it cannot be told from.
 
     Args:
         names: the likeliest first.
+        shown: key of the name that is shown; the likeliest where it is not said.
     """
-    rest = [one for one in names if one.name != NO_NAME]
-    first = rest[0]
+    first = next(one for one in names if one.key == shown or (shown is None and one.name != NO_NAME))
     if first.key == NOTHING:
         return names
-    more = [
-        one
-        for one in rest[1:]
-        if one.key != NOTHING and one.joints == first.joints and first.name in family_named(one.name).contains
-    ]
-    whole = replace(first, probability=first.probability + sum(one.probability for one in more))
+    more = tuple(one for one in names if one.joints == first.joints and first.name in _contained(one.name))
+    total = first.probability + sum(one.probability for one in more)
+    whole = replace(first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds))
     kept = [whole if one is first else one for one in names if one not in more]
     return tuple(sorted(kept, key=lambda one: -one.probability))
+
+
+def _contained(name: str) -> tuple[str, ...]:
+    """Limits of a name; what has no name has none."""
+    return () if name in (NOTHING[0], NO_NAME) else family_named(name).contains
 
 
 def probabilities(odds: Mapping[Key, float], forms: Mapping[Key, PlacedEffect] = _NONE) -> tuple[Named, ...]:

@@ -101,14 +101,14 @@ class EvidenceFinding:
 
     @property
     def named(self) -> bool:
-        return self.sure and self.held_up
+        return self.sure and self.held_up and not Slot(self.names).forms(self.key)
 
     @property
     def doubt(self) -> str:
         """Why it is not confirmed, in words; empty where it is."""
-        seen = self.confirmation
+        seen = self.confirmation.shown
         if Slot(self.names).named < SURE:
-            shown = f"{100.0 * seen.share:.0f} ± {100.0 * seen.sigma:.0f} % of it" if seen.told else "nothing of it"
+            shown = f"{100.0 * seen.share:.0f} ± {100.0 * seen.sigma:.0f} % of it" if seen.sigma > 0.0 else "nothing of it"
             return (
                 f"recordings that were not fitted show {shown};"
                 f" something that has no name is there with probability {self.no_name:.2f}"
