@@ -259,8 +259,7 @@ RULES = (
     Broken(
         "a form that is sure stays",
         f"{_BY}decide/names.py",
-        "        if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:\n"
-        "            continue\n",
+        "        if names.probability(own) >= SURE:\n            continue\n",
         "",
     ),
     Broken(

@@ -36,7 +36,7 @@ from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.results import Candidate, Diagnosis, Possible
 from ident.discrepancy.step import LoopStep
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.validation import Validation
@@ -260,6 +260,9 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         ranking=_candidates(place.names),
         probability=place.probability(key),
         doubt=doubt,
+        held=tuple(
+            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability) for one in place.held
+        ),
     )
 
 
