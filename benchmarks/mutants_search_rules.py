@@ -271,7 +271,7 @@ RULES = (
     Broken(
         "other motion speaks for a name or for another",
         f"{_BY}decide/names.py",
-        "            value -= TEMPERATURE * held.confirmation(found, other).shown.nats\n",
+        "            value -= TEMPERATURE * held.shown(found, other).nats\n",
         "",
     ),
     Broken(

@@ -90,8 +90,9 @@ def calibration(lines: Sequence[Line]) -> str:
     if not said:
         return "no names of the evidence to calibrate"
     probability, right = np.array(said), np.array(true, dtype=float)
+    error = calibration_error(probability, right)
     return (
-        f"evidence: {len(said)} names, expected calibration error {calibration_error(probability, right):.3f};"
+        f"evidence: {len(said)} names, expected calibration error {error:.3f};"
         f" 95 % sets hold the truth in {np.mean(held):.0%}, mean size {np.mean(sizes):.2f}"
     )
 

@@ -86,7 +86,7 @@ def confirmed_words(finding: Finding) -> str:
 
 
 def sure_words(finding: Finding) -> str:
-    """How sure a name is, and what else is possible there at 95 %; a p-value where the search gives no more."""
+    """How sure a name is, and what else is possible at 95 %; a p-value where the search gives no more."""
     if finding.probability is None:
         return probability(finding.p_value)
     own = (finding.effect, finding.joints)

@@ -261,7 +261,8 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         probability=place.probability(key),
         doubt=doubt,
         held=tuple(
-            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability) for one in place.held
+            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)
+            for one in place.held
         ),
     )
 

@@ -14,8 +14,8 @@ is not smooth may all be that (a lag of 5 ms is not quite 5 ms times the torque'
 along with d on other motions, too.
 
 Of d the recordings show the share ½ (1 + Δ/‖d‖²), with the deviation σ/‖d‖². It is 1 where the effect is
-what it is called, 0 where it is nothing, or what it is compared with, and anywhere between where it is something
-that has no name: of what the nearest name says of other motion some is right.
+what it is called, 0 where it is nothing, or what it is compared with, and anywhere between where it is
+something that has no name: of what the nearest name says of other motion some is right.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
 from ident.discrepancy.confirmation import Shown
 from robots.arrays import FloatArray
+
 
 @dataclass(frozen=True)
 class Confirmation:
@@ -88,6 +89,10 @@ class HeldOut:
             shown += np.concatenate([white[:, :k].T @ change, *(_seen(one, j, change) for one in own)])
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        """Of what a set predicts otherwise than another one, how much is there."""
+        return self.confirmation(found, other).shown
 
     def score(self, found: Found, excess: FloatArray) -> float:
         """Log likelihood of the rows as a set predicts them, nats, up to a constant.

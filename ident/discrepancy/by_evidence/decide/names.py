@@ -2,7 +2,7 @@
 
 Two motions decide, that of the rows which were fitted and that of recordings which were not. Something that
 has no name looks on the first like the name that comes nearest, so it has that one's evidence there; on the
-second only some of what this name says is right (:mod:`..confirm.held_out`).
+second only some of what this name says is right.
 """
 
 from __future__ import annotations
@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.confirmation import Shown
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import family_named
 
@@ -41,6 +42,13 @@ HELD = 0.95
 
 SURE = 0.9
 """Probability from which on a name is given, or an arm called clean."""
+
+
+class OtherMotion(Protocol):
+    """Recordings that nothing was fitted to (:mod:`ident.discrepancy.by_evidence.confirm.held_out`)."""
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        """Of what a set predicts otherwise than another one, how much is there."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,7 @@ def smallest(names: tuple[Named, ...]) -> tuple[Named, ...]:
     return tuple(kept)
 
 
-def slot(search: Search, searched: Searched, number: int, without: Found, held: HeldOut) -> Slot:
+def slot(search: Search, searched: Searched, number: int, without: Found, held: OtherMotion) -> Slot:
     """Names for one member of the set that a search ended with, by both motions.
 
     Its own name is asked again as the others are. Shapes of a member are always refined, at the price of the
@@ -125,7 +133,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     """
     found = searched.found
     own = found.members[number].candidate.key
-    seen = held.confirmation(found, without).shown
+    seen = held.shown(found, without)
     elsewhere = TEMPERATURE * seen.nats
     odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior + elsewhere}
     forms = {own: found.members[number].entry.placed}
@@ -140,7 +148,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         if rank < _FITTED:
             other = search.replaced(without, one)
             value = max(value, other.log_posterior - without.log_posterior + elsewhere)
-            value -= TEMPERATURE * held.confirmation(found, other).shown.nats
+            value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
     no_name = TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))
@@ -148,7 +156,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     return Slot(as_limit(probabilities(odds, forms), own))
 
 
-def simplified(search: Search, searched: Searched, held: HeldOut) -> Searched:
+def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searched:
     """A set with the limits of its forms, where these data do not tell the one from the other at 95 %.
 
     A power of the speed that is next to none is Coulomb friction, whatever its own name.
@@ -192,7 +200,9 @@ def as_limit(names: tuple[Named, ...], shown: Key | None = None) -> tuple[Named,
         return names
     more = tuple(one for one in names if one.joints == first.joints and first.name in _contained(one.name))
     total = first.probability + sum(one.probability for one in more)
-    whole = replace(first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds))
+    whole = replace(
+        first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds)
+    )
     kept = [whole if one is first else one for one in names if one not in more]
     return tuple(sorted(kept, key=lambda one: -one.probability))
 

@@ -108,7 +108,11 @@ class EvidenceFinding:
         """Why it is not confirmed, in words; empty where it is."""
         seen = self.confirmation.shown
         if Slot(self.names).named < SURE:
-            shown = f"{100.0 * seen.share:.0f} ± {100.0 * seen.sigma:.0f} % of it" if seen.sigma > 0.0 else "nothing of it"
+            shown = (
+                f"{100.0 * seen.share:.0f} ± {100.0 * seen.sigma:.0f} % of it"
+                if seen.sigma > 0.0
+                else "nothing of it"
+            )
             return (
                 f"recordings that were not fitted show {shown};"
                 f" something that has no name is there with probability {self.no_name:.2f}"

@@ -70,7 +70,9 @@ OWN, RIVAL = ("load_dependent_friction", (1,)), ("torque_ripple", (1,))
 UNSEEN = Shown(0.0, 0.0)
 
 
-def asked(monkeypatch: pytest.MonkeyPatch, rival: float, own: float, shares: Mapping[str, Shown]) -> names.Slot:
+def asked(
+    monkeypatch: pytest.MonkeyPatch, rival: float, own: float, shares: Mapping[str, Shown]
+) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
     Args:
@@ -87,9 +89,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, rival: float, own: float, shares: Map
         replaced=lambda without, one: other if one is listed[0] else SimpleNamespace(log_posterior=own),
     )
     held: Any = SimpleNamespace(
-        confirmation=lambda found, against: SimpleNamespace(
-            shown=shares["nothing" if against is without else "rival"]
-        )
+        shown=lambda found, against: shares["nothing" if against is without else "rival"]
     )
     member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
     found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
