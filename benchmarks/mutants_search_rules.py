@@ -229,8 +229,8 @@ RULES = (
     Broken(
         "a name's place is given to nothing as well",
         f"{_BY}decide/names.py",
-        "odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}",
-        "odds = {own: found.log_posterior - without.log_posterior}",
+        "odds = {NOTHING: 0.0, own:",
+        "odds = {own:",
     ),
     Broken(
         "a name's place is given to every candidate in turn",
@@ -241,19 +241,19 @@ RULES = (
     Broken(
         "other candidates are fitted, too",
         f"{_BY}decide/names.py",
-        "            value = max(value, replaced - without.log_posterior)\n",
+        "            value = max(value, other.log_posterior - without.log_posterior + elsewhere)\n",
         "",
     ),
     Broken(
         "the likeliest name stands for the forms that contain it",
         f"{_BY}decide/names.py",
-        "return (whole, *(one for one in names[1:] if one not in more))",
-        "return names",
+        "kept = [whole if one is first else one for one in names if one not in more]",
+        "kept = list(names)",
     ),
     Broken(
         "a form that its limit stands for is replaced by it",
         f"{_BY}decide/names.py",
-        "            return simplified(search, replace(searched, found=best))\n",
+        "            return simplified(search, replace(searched, found=best), held)\n",
         "            return searched\n",
     ),
     Broken(
@@ -481,8 +481,8 @@ RULES = (
     Broken(
         "a name of less than 0.9 stands beside what it cannot be told from",
         f"{_BY}diagnosis.py",
-        "() if place.probability(key) >= SURE else _candidates(others)",
-        "()",
+        "indistinguishable_from=_candidates(others)",
+        "indistinguishable_from=()",
     ),
     Broken(
         "terms are as sure as a name",
