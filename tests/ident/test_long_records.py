@@ -19,7 +19,8 @@ def test_rows_of_blocks_are_those_of_the_whole(monkeypatch: pytest.MonkeyPatch, 
     samples = 50_003
     noise = np.random.default_rng(0).standard_normal((3, samples, 1))
     state = State(noise[0], np.cumsum(noise[1], axis=0) / 100, noise[2])
-    settings = robot.identification.model_copy(update={"decimation": decimation})
+    # White noise, so that each sample counts: of what no low-pass has made slow.
+    settings = robot.identification.model_copy(update={"decimation": decimation, "cutoff_hz": 450.0})
     whole = row_columns._columns(base, state, settings, 0.001)
     monkeypatch.setattr(row_columns, "_LONG", 8_000)
     blocks = row_columns._columns(base, state, settings, 0.001)
