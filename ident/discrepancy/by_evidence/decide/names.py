@@ -106,13 +106,14 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
     candidates = screen(search.problem, without, searched.entries)
     again = next((one for one in candidates if one.candidate.key == own), None)
     if again is not None:
-        odds[own] = max(odds[own], search.replaced(without, again).log_posterior - without.log_posterior)
+        (fitted,) = search.replaced(without, [again])
+        odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior)
     others = [one for one in candidates if one.candidate.key != own]
+    replaced = search.replaced(without, others[:_FITTED])
     for rank, one in enumerate(others):
         value = one.log_odds
         if rank < _FITTED:
-            replaced = search.replaced(without, one).log_posterior
-            value = max(value, replaced - without.log_posterior)
+            value = max(value, replaced[rank].log_posterior - without.log_posterior)
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
     return Slot(as_limit(probabilities(odds, forms)))
@@ -141,7 +142,7 @@ def simplified(search: Search, searched: Searched) -> Searched:
         ]
         if limits:
             likeliest = limits[0].candidate.key
-            forms = [search.replaced(without, one) for one in limits if one.candidate.key == likeliest]
+            forms = search.replaced(without, [one for one in limits if one.candidate.key == likeliest])
             best = max(forms, key=lambda found: found.log_posterior)
             return simplified(search, replace(searched, found=best))
     return searched

@@ -194,3 +194,18 @@ def test_links_that_are_found_are_in_the_model() -> None:
     more = model.link_torque(state) - plain.link_torque(state)
     assert not model.beside
     assert more[:, 0] == pytest.approx(searched.found.theta(0)[0][0] * state.acceleration[:, 0], abs=1e-6)
+
+
+def test_a_swap_that_was_tried_is_not_fitted_again_for_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = searching(
+        problem_of(lambda q: torque(q, w9=1.0)), [of_any_number((8.9,)), waves("nine", w9=1.0)]
+    )
+    found = search.run()
+    without = search.without(found.found, 0)
+    others = screen(search.problem, without, found.entries)
+    sets = search.replaced(without, others)
+    monkeypatch.setattr(module, "refined", None)
+    assert search.without(found.found, 0) is without
+    assert [id(one) for one in search.replaced(without, others[::-1])] == [id(one) for one in sets[::-1]]
+    with pytest.raises(TypeError):  # beside another set all is fitted
+        search.replaced(found.empty, others)

@@ -23,7 +23,9 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        replaced=lambda without, other: SimpleNamespace(members=[other], log_posterior=other.fitted),
+        replaced=lambda without, others: [
+            SimpleNamespace(members=[one], log_posterior=one.fitted) for one in others
+        ],
     )
     found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)])
     simplest: Any = names.simplified(search, SimpleNamespace(found=found, entries=()))  # type: ignore[arg-type]
@@ -37,7 +39,8 @@ def test_a_name_is_asked_again_as_its_rivals_are(monkeypatch: pytest.MonkeyPatch
     rival = SimpleNamespace(key=("directional_efficiency", (1,)), family=SimpleNamespace(contains=()))
     monkeypatch.setattr(names, "screen", lambda *given: [screened(rival, 11.0), screened(own, 12.0)])
     search: Any = SimpleNamespace(
-        problem=None, replaced=lambda without, other: SimpleNamespace(log_posterior=other.fitted)
+        problem=None,
+        replaced=lambda without, others: [SimpleNamespace(log_posterior=one.fitted) for one in others],
     )
     member = SimpleNamespace(candidate=own, entry=SimpleNamespace(placed="as it was found"))
     found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
