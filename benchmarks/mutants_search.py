@@ -65,7 +65,7 @@ FIGURES = (
     Figure(f"{_BY}decide/names", "SURE", "a name; an interval; a majority | 0.9"),
     Figure(f"{_BY}accepted", "SPREAD", "0.2 % of each parameter"),
     Figure(f"{_BY}accepted", "_LEAST_MISFIT", "at least 0.3 noise"),
-    Figure(f"{_BY}confirm/held_out", "_DEVIATIONS", "not below the 95 % interval"),
+    Figure(f"{_BY}decide/names", "OUTSIDE", "odds without a name | 0.1"),
     Figure(f"{_BY}workflow", "ABOVE", "0.9; 95 %; 0.5"),
     Figure(f"{_BY}reversals", "_OF_BEST", "nats | 0.5"),
     Figure(f"{_BY}terms/propose", "MOST", "two;"),
