@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -31,8 +32,11 @@ from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
 from ident.discrepancy.confirmation import Shown
-from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
+
+_EFFECTS = 24
+"""Whose columns are kept."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class HeldOut:
 
     problem: Problem
     rows: Rows
-    made: dict[PlacedEffect, WhiteEffects] = field(default_factory=dict, repr=False)
+    made: IdentityCache[WhiteEffects] = field(default_factory=lambda: IdentityCache(_EFFECTS), repr=False)
     """Effects on these rows: each set that is compared with another asks for its own."""
 
     @classmethod
@@ -130,10 +134,7 @@ class HeldOut:
 
     def _effects(self, found: Found) -> list[WhiteEffects]:
         placed = [member.entry.placed for member in found.members]
-        for one in placed:
-            if one not in self.made:
-                self.made[one] = self.rows.effect(one)
-        return [self.made[one] for one in placed]
+        return [self.made.of(one, partial(self.rows.effect, one)) for one in placed]
 
 
 def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:
