@@ -169,14 +169,14 @@ RULES = (
     Broken(
         "every leader has its best shape",
         f"{_BY}decide/search.py",
-        "sets = [self._shaped(one, present) for one in tried]",
-        "sets = list(tried)",
+        "at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)",
+        "at_once(lambda one: self._tried(found, one.best, present), leaders)",
     ),
     Broken(
         "leaders are made with the torque of the model with what is found",
         f"{_BY}decide/search.py",
-        "screened = [self._remade(one.best, present) for one in leaders]",
-        "screened = [one.best for one in leaders]",
+        "return self._fitted(found, (self._remade(member, present),))",
+        "return self._fitted(found, (member,))",
     ),
     Broken(
         "pairs of leaders are tried",
