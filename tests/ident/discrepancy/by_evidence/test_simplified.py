@@ -25,7 +25,9 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        replaced=lambda without, other: SimpleNamespace(members=[other], log_posterior=other.fitted),
+        replaced=lambda without, others: [
+            SimpleNamespace(members=[one], log_posterior=one.fitted) for one in others
+        ],
     )
     found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)])
     simplest: Any = names.simplified(search, SimpleNamespace(found=found, entries=()), None)  # type: ignore[arg-type]
@@ -86,7 +88,9 @@ def asked(
     without, other = SimpleNamespace(log_posterior=0.0), SimpleNamespace(log_posterior=rival)
     search: Any = SimpleNamespace(
         problem=None,
-        replaced=lambda without, one: other if one is listed[0] else SimpleNamespace(log_posterior=own),
+        replaced=lambda without, others: [
+            other if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
+        ],
     )
     held: Any = SimpleNamespace(
         shown=lambda found, against: shares["nothing" if against is without else "rival"]
