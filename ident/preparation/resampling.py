@@ -158,7 +158,7 @@ def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArra
         at = int(back[0])
         raise IdentificationError(
             f"{name}: time does not increase after {time[at]:.6g} s (sample {at}), {back.size} times in all;"
-            " cut the log there, or give its sampling rate in place of the stamps"
+            " cut the log there, or give its sampling rate instead"
         )
     period, start = _clock(time, median(steps))
     place = (time - start) / period - none
