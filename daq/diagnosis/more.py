@@ -15,8 +15,8 @@ from daq.text.progress import Steps
 from daq.text.wrapped import write
 from ident import IdentificationError
 from ident.discrepancy import Diagnosis, Question
-from ident.discrepancy.by_evidence.power.recorded import recorded_sizes
 from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.by_evidence.recorded import recorded_sizes
 from ident.discrepancy.by_evidence.terms.asked import proposed_terms
 from ident.discrepancy.by_evidence.terms.fitted import with_terms
 from ident.discrepancy.by_evidence.terms.proposal import Proposal

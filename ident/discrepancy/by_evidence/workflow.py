@@ -50,6 +50,7 @@ from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.free_memory import give_back
 from robots.identity_cache import IdentityCache
 
 ABOVE = 0.5
@@ -75,10 +76,12 @@ def diagnose_by_evidence(
     """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
+    give_back()
     progress("filter", 0.0)
     answer, (problem, found, present, wanted) = _answered(question, progress, simulated)
-    # The rows of the search and its vocabulary are gone by now: the sizes have as many of their own.
+    give_back()  # the rows of the search and its vocabulary: the sizes have as many of their own
     sizes = sizes_beside(problem, found, present, wanted, question.fit, lag_is_known(question.robot))
+    give_back()
     return replace(answer, nameable=sizes)
 
 
