@@ -21,7 +21,8 @@ something that has no name: of what the nearest name says of other motion some i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -32,6 +33,10 @@ from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
 from ident.discrepancy.confirmation import Shown
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
+
+_EFFECTS = 24
+"""Whose columns are kept."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,8 @@ class HeldOut:
 
     problem: Problem
     rows: Rows
+    made: IdentityCache[WhiteEffects] = field(default_factory=lambda: IdentityCache(_EFFECTS), repr=False)
+    """Effects on these rows: each set that is compared with another asks for its own."""
 
     @classmethod
     def of(cls, problem: Problem, validation: Prepared) -> HeldOut:
@@ -126,7 +133,8 @@ class HeldOut:
         return np.asarray(np.sqrt(np.maximum(level - noise, 0.0) / np.maximum(power, 1e-300)))
 
     def _effects(self, found: Found) -> list[WhiteEffects]:
-        return [self.rows.effect(member.entry.placed) for member in found.members]
+        placed = [member.entry.placed for member in found.members]
+        return [self.made.of(one, partial(self.rows.effect, one)) for one in placed]
 
 
 def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:

@@ -140,13 +140,14 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     candidates = screen(search.problem, without, searched.entries)
     again = next((one for one in candidates if one.candidate.key == own), None)
     if again is not None:
-        fitted = search.replaced(without, again).log_posterior - without.log_posterior
-        odds[own] = max(odds[own], fitted + elsewhere)
+        (fitted,) = search.replaced(without, [again])
+        odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior + elsewhere)
     others = [one for one in candidates if one.candidate.key != own]
+    replaced = search.replaced(without, others[:_FITTED])
     for rank, one in enumerate(others):
         value = one.log_odds + elsewhere
         if rank < _FITTED:
-            other = search.replaced(without, one)
+            other = replaced[rank]
             value = max(value, other.log_posterior - without.log_posterior + elsewhere)
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
@@ -178,7 +179,7 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
         ]
         if limits:
             likeliest = limits[0].candidate.key
-            forms = [search.replaced(without, one) for one in limits if one.candidate.key == likeliest]
+            forms = search.replaced(without, [one for one in limits if one.candidate.key == likeliest])
             best = max(forms, key=lambda found: found.log_posterior)
             return simplified(search, replace(searched, found=best), held)
     return searched

@@ -35,9 +35,10 @@ def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        replaced=lambda without, other: SimpleNamespace(
-            members=[SimpleNamespace(candidate=other.candidate)], log_posterior=other.fitted
-        ),
+        replaced=lambda without, others: [
+            SimpleNamespace(members=[SimpleNamespace(candidate=one.candidate)], log_posterior=one.fitted)
+            for one in others
+        ],
     )
     found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)], log_posterior=0.0)
     ended: Any = names.simplified(search, SimpleNamespace(found=found, entries=()), None)  # type: ignore[arg-type]
@@ -118,7 +119,9 @@ def asked(
     without, with_rival = SimpleNamespace(log_posterior=0.0), SimpleNamespace(log_posterior=rival)
     search: Any = SimpleNamespace(
         problem=None,
-        replaced=lambda without, one: with_rival if one is listed[0] else SimpleNamespace(log_posterior=own),
+        replaced=lambda without, others: [
+            with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
+        ],
     )
     held: Any = SimpleNamespace(
         shown=lambda found, against: shares["nothing" if against is without else "rival"]
