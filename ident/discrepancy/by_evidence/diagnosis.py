@@ -46,6 +46,7 @@ from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
 from robots.description import Robot
+from robots.free_memory import give_back
 
 _log = logging.getLogger(__name__)
 
@@ -150,6 +151,7 @@ class _Led(Search):
         in_loop = self.step.in_loop()
         if in_loop is None:
             return
+        give_back()
         try:
             problem = posed_in_loop(in_loop)
         except IdentificationError as error:
