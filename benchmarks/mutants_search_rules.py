@@ -11,6 +11,18 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "a ripple's period costs the number of those that could have been tried",
+        f"{_BY}decide/screening.py",
+        "combinations if scanned else own.size",
+        "combinations if False else own.size",
+    ),
+    Broken(
+        "any period is scanned for beside each set",
+        f"{_BY}decide/search.py",
+        "return (*entries, *scanned(self.problem.rows, found, self.wanted, present))",
+        "return entries",
+    ),
+    Broken(
         "rows near a standstill of a drive that moves with the joint are left out",
         f"{_BY}evidence/prepared.py",
         "    slow |= (np.abs(state.velocity @ transmission.T) <= limit) @ (transmission != 0.0)\n",

@@ -11,6 +11,7 @@ import numpy as np
 
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
@@ -72,7 +73,8 @@ class Search:
         found = self._seen(empty)
         present = present_with(problem, found)
         self.progress("vocabulary", 0.1)
-        entries = library(problem.rows, self.wanted, present)
+        whole = library(problem.rows, self.wanted, present)
+        entries = self._with_scanned(whole, found, present)
         while True:
             self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
             better = self._extended(found, entries, present) if len(found.members) < MOST else None
@@ -83,8 +85,15 @@ class Search:
             if fitted.log_posterior <= found.log_posterior:
                 break
             found, present = fitted, beside
+            entries = self._with_scanned(whole, found, present)
             _log.info("set %s, log posterior %.1f", key_of(found), found.log_posterior)
         return Searched(found, empty, present, entries, self.visited)
+
+    def _with_scanned(
+        self, entries: tuple[Entry, ...], found: Found, present: PresentWith
+    ) -> tuple[Entry, ...]:
+        """A vocabulary with what the residual of a set shows of periods that can be any."""
+        return (*entries, *scanned(self.problem.rows, found, self.wanted, present))
 
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""

@@ -78,6 +78,18 @@ class Whitener:
         ]
         return np.ascontiguousarray(np.concatenate(parts))
 
+    def back(self, white: FloatArray) -> FloatArray:
+        """(rows,) what white rows (N,) come to at the rows before whitening: the adjoint, Wᵀ."""
+        order = self.noise.coefficients.size
+        taps = np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation
+        found, start = np.zeros(self.pieces[-1][1]), 0
+        for (first, last), whole in zip(self.pieces, self.whole, strict=True):
+            here = np.zeros(last - first)
+            here[order:][whole] = white[start : start + int(whole.sum())]
+            found[first:last] = lfilter(taps, [1.0], here[::-1])[::-1]
+            start += int(whole.sum())
+        return found
+
 
 def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:
     """AR model of a residual (rows,): least squares over rows without gaps.
