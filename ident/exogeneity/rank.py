@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import qr
 
 from ident.exogeneity.textbook import WhiteRows
 from ident.verdicts import ColumnCheck, Gate
@@ -62,6 +61,8 @@ def _floors(x: FloatArray) -> FloatArray:
 
 def _pivoted_diagonal(columns: FloatArray) -> FloatArray:
     """|R_kk| of a pivoted QR, given back in the order of the columns, (b,)."""
+    from scipy.linalg import qr  # takes time to load; a log without reference needs none
+
     r, pivots = qr(columns, mode="r", pivoting=True)
     diagonal = np.zeros(columns.shape[1])
     diagonal[pivots] = np.abs(np.diag(r))

@@ -18,12 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.decimation import decimate_index, decimation_reach
 from ident.estimators import LinearFit
 from ident.filters import near
 from ident.identification.fits import Prepared
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
-from ident.signals import decimate_index, decimation_reach, low_pass, motion
+from ident.signals import low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance
 from ident.statistics.triangle import weighted_product
 from robots.arrays import BoolArray, FloatArray, IntArray

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from ident.effects import Effect, RigidBody, State
 from ident.effects.chain import chain_frames
@@ -191,8 +190,8 @@ def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, presen
     relation = np.zeros((independent.size, rows.shape[1]))
     relation[np.arange(independent.size), independent] = 1.0
     dependent = np.setdiff1d(present, independent)
-    q, r = qr(rows[:, independent] / scale[independent], mode="economic")
-    factors = solve_triangular(r, q.T @ (rows[:, dependent] / scale[dependent]))
+    q, r = np.linalg.qr(rows[:, independent] / scale[independent])
+    factors = np.linalg.solve(r, q.T @ (rows[:, dependent] / scale[dependent]))
     factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0
     relation[:, dependent] = np.round(factors * (scale[dependent] / scale[independent, np.newaxis]), 12)
     return relation

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.decimation import decimate, decimate_index, decimation_reach
 from ident.effects import (
     AsymmetricFriction,
     CoulombFriction,
@@ -25,14 +26,7 @@ from ident.parameters.regressor import RegressorModel
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
-from ident.signals import (
-    Motion,
-    decimate,
-    decimate_index,
-    decimation_reach,
-    kept_samples,
-    motion,
-)
+from ident.signals import Motion, kept_samples, motion
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
