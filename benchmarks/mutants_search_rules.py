@@ -157,7 +157,7 @@ RULES = (
     Broken(
         "shapes are averaged over their grid",
         f"{_BY}decide/screening.py",
-        "mean = float(logsumexp(own) - np.log(own.size))",
+        "mean = float(logsumexp(own) - np.log(tried))",
         "mean = float(own.max())",
     ),
     Broken(

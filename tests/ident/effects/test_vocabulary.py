@@ -467,7 +467,7 @@ RIGID = 1e6
 def test_a_kinematic_error_moves_the_load_and_is_a_lever() -> None:
     """q = u + e(u): Lagrange gives the input (1 + e′) m q̈; to first order m ë + e′ m ü."""
     state = at(EMPS, TIME)
-    waves, mass = 400.0, 95.1
+    waves, mass = 2 * np.pi * 400.0, 95.1
     q, v, a = (x[:, 0] for x in (state.position, state.velocity, state.acceleration))
     cos, sin = np.cos(waves * q), np.sin(waves * q)
     wanted = [
