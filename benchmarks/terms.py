@@ -60,9 +60,9 @@ def with_torque(clean: Recording, law: Law, factor: float) -> Recording:
     return replace(clean, control_signal=clean.control_signal + factor * more / ROBOT.gains)
 
 
-def scenario(number: int, seed: int) -> dict[str, Any]:
-    """Every eleventh is clean."""
-    names = ["clean", *FAMILIES]
+def scenario(number: int, seed: int, clean: bool = False) -> dict[str, Any]:
+    """Every eleventh is clean, or all."""
+    names = ["clean"] if clean else ["clean", *FAMILIES]
     name, truth = names[number % len(names)], seed + number
     accepted, fit, other = (recorded(ROBOT, truth, Scenario(), m, 10 * truth + m, PERIOD) for m in (2, 0, 1))
     line: dict[str, Any] = {"family": name, "seed": truth}
@@ -121,6 +121,7 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scenarios", type=int, default=22)
+    parser.add_argument("--clean", action="store_true", help="clean arms alone")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin none after so long")
     parser.add_argument("--out", type=Path, default=Path("terms.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
@@ -132,7 +133,7 @@ def main() -> None:
             break
         if given.seed + number in done:
             continue
-        line = scenario(number, given.seed)
+        line = scenario(number, given.seed, given.clean)
         with given.out.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False) + "\n")
     print(report(lines_of(given.report or given.out)))

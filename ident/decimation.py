@@ -6,13 +6,13 @@ figures are reached.
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from ident.filters import windowed_sinc
-from ident.recursive_filter import RecursiveFilter, chebyshev
+from ident.long_stage import LongStage, between_ends, first_kept
 from robots.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 _LARGEST_STAGE = 13
 """A decimation filter of order 8 is well conditioned up to here; larger factors go in stages."""
-
-PADDING = 24
-"""Samples by which the decimation filter extends a record at both ends, as MATLAB does."""
 
 DecimationFilter = Literal["chebyshev", "fir"]
 
@@ -113,24 +110,25 @@ def decimation_stages(factor: int) -> list[int]:
 def _decimate_once(values: FloatArray, factor: int, axis: int) -> FloatArray:
     series = np.moveaxis(values, axis, -1)
     flat = series.reshape(-1, series.shape[-1])
-    smooth = _chebyshev(factor).both_ways(flat, PADDING)
-    kept = smooth[:, _first_kept(flat.shape[1], factor) :: factor]
+    stage = LongStage.of(flat.shape[1], factor)
+    if stage is None:
+        kept = between_ends(flat, factor)
+    else:
+        kept = stage.joined(flat[:, stage.head], flat[:, stage.middle], flat[:, stage.tail])
     return np.moveaxis(kept.reshape(*series.shape[:-1], -1), -1, axis)
-
-
-@cache
-def _chebyshev(factor: int) -> RecursiveFilter:
-    return chebyshev(8, 0.05, 0.8 / factor)
-
-
-def _first_kept(samples: int, factor: int) -> int:
-    kept = -(-samples // factor)
-    return factor - (factor * kept - samples) - 1
 
 
 def decimate_index(samples: int, factor: int) -> IntArray:
     """Which samples of a record :func:`decimate` keeps."""
     index = np.arange(samples)
     for stage in decimation_stages(factor):
-        index = index[_first_kept(index.size, stage) :: stage]
+        index = index[first_kept(index.size, stage) :: stage]
     return index
+
+
+def decimate_seen(series: FloatArray, stage: LongStage, factor: int) -> FloatArray:
+    """Rows, channels × kept samples, of channels × the samples that the first stage of ``chebyshev`` sees."""
+    rows = stage.rows(series)
+    for more in decimation_stages(factor)[1:]:
+        rows = _decimate_once(rows, more, 1)
+    return rows

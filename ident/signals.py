@@ -11,9 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.decimation import PADDING, decimation_stages
+from ident.decimation import decimation_stages
 from ident.errors import IdentificationError
 from ident.even_spline import EvenSpline
+from ident.long_stage import PADDING
 from ident.recording import Recording
 from ident.recursive_filter import butterworth
 from robots.arrays import FloatArray

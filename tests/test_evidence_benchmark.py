@@ -5,11 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from benchmarks.evidence.case import UNKNOWN
 from benchmarks.evidence.drawn import draw_of, hidden, truth_of
-from benchmarks.evidence.scores import all_right, calibration, first_is_right, report, shown_wrong, wrong
+from benchmarks.evidence.scores import (
+    all_right,
+    calibration,
+    calibration_error,
+    first_is_right,
+    holds_the_truth,
+    report,
+    shown_wrong,
+    wrong,
+)
 from benchmarks.foreign_plant import ARMS, NAMES
+from ident.discrepancy.by_evidence.decide.names import NO_NAME
 
 
 def line(truth: list[Any], *names: tuple[str, list[int], float, bool], verdict: str = "named") -> Any:
@@ -56,6 +67,23 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
     right = line([["payload", []]], ("payload", [], 0.8, False))
     assert "2 names, expected calibration error 0.450" in calibration([right, accused])
     assert "hold the truth in 50%" in calibration([right, accused])
+
+
+def test_a_set_holds_what_no_other_finding_has_and_nothing_where_all_is_had() -> None:
+    friction, unknown = ["stribeck_friction", [2]], [UNKNOWN, [1]]
+    right = {"name": "stribeck_friction", "joints": [2]}
+    assert holds_the_truth([friction], [[*friction, 0.9]], [])
+    assert not holds_the_truth([friction], [["hysteresis", [2], 0.9], ["nothing", [], 0.1]], [])
+    assert holds_the_truth([unknown], [["hysteresis", [1], 0.5], [NO_NAME, [1], 0.5]], [])
+    assert not holds_the_truth([unknown], [[NO_NAME, [3], 1.0]], [])
+    assert not holds_the_truth([friction], [[NO_NAME, [2], 1.0]], [])
+    assert not holds_the_truth([friction], [["viscous_friction", [2], 1.0]], [right])
+    assert holds_the_truth([friction], [["viscous_friction", [2], 0.6], ["nothing", [], 0.4]], [right])
+
+
+def test_the_calibration_error_is_that_of_tenths() -> None:
+    said, right = np.array([0.95, 0.99, 0.15, 0.12]), np.array([1.0, 0.0, 0.0, 1.0])
+    assert calibration_error(said, right) == pytest.approx((0.94 + 0.73) / 4.0)
 
 
 def test_what_is_drawn_the_plant_can_hide() -> None:

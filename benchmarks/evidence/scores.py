@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.evidence.asked import SEARCHES
+from benchmarks.evidence.case import UNKNOWN
+from ident.discrepancy.by_evidence.decide.names import NO_NAME, NOTHING
+from robots.arrays import FloatArray
 
 Line = dict[str, Any]
 Answer = dict[str, Any]
@@ -77,22 +80,53 @@ def calibration(lines: Sequence[Line]) -> str:
     """Expected calibration error of the names' probabilities, coverage and mean size of the 95 % sets."""
     said, true, held, sizes = [], [], [], []
     for line in lines:
-        for name in line["answers"].get("evidence", {"names": []})["names"]:
+        names = line["answers"].get("evidence", {"names": []})["names"]
+        for number, name in enumerate(names):
             said.append(name["probability"])
             true.append(any(same(one, name["name"], name["joints"]) for one in line["truth"]))
-            held.append(any(same(one, *other[:2]) for one in line["truth"] for other in name["set"]))
+            others = [other for k, other in enumerate(names) if k != number]
+            held.append(holds_the_truth(line["truth"], name["set"], others))
             sizes.append(len(name["set"]))
     if not said:
         return "no names of the evidence to calibrate"
     probability, right = np.array(said), np.array(true, dtype=float)
-    bins = np.minimum((10 * probability).astype(int), 9)
-    error = sum(
-        abs(float(np.sum(probability[bins == b]) - np.sum(right[bins == b]))) for b in np.unique(bins)
-    ) / len(said)
+    error = calibration_error(probability, right)
     return (
-        f"evidence: {len(said)} names, expected calibration error {error:.3f}; 95 % sets hold the truth in"
-        f" {np.mean(held):.0%}, mean size {np.mean(sizes):.2f}"
+        f"evidence: {len(said)} names, expected calibration error {error:.3f};"
+        f" 95 % sets hold the truth in {np.mean(held):.0%}, mean size {np.mean(sizes):.2f}"
     )
+
+
+def calibration_error(probability: FloatArray, right: FloatArray) -> float:
+    """Expected calibration error over tenths of what is said.
+
+    Args:
+        probability: (N,) said.
+        right: (N,) 1 where it came true.
+    """
+    bins = np.minimum((10 * probability).astype(int), 9)
+    gaps = [abs(float(np.sum((probability - right)[bins == one]))) for one in np.unique(bins)]
+    return sum(gaps) / probability.size
+
+
+def holds_the_truth(
+    truth: Sequence[Any], said: Sequence[Sequence[Any]], others: Sequence[dict[str, Any]]
+) -> bool:
+    """Whether a set for one place holds what is there: what is hidden and no other finding has, or nothing.
+
+    Args:
+        truth: what is hidden.
+        said: the set: names, joints, probabilities.
+        others: the other findings.
+    """
+    left = [one for one in truth if not any(same(one, other["name"], other["joints"]) for other in others)]
+    if not left:
+        return any(name == NOTHING[0] for name, *_ in said)
+    return any(_is(one, name, joints) for one in left for name, joints, *_ in said)
+
+
+def _is(truth: Sequence[Any], name: str, joints: Sequence[int]) -> bool:
+    return same((NO_NAME, truth[1]) if truth[0] == UNKNOWN else truth, name, joints)
 
 
 def _short(line: Line) -> str:

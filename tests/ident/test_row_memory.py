@@ -13,7 +13,7 @@ from ident.effects import State
 from ident.estimators.fit import stack, stack_columns
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
-from ident.preparation import observation
+from ident.preparation import observation, row_columns
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.statistics import triangle
 from robots import Robot
@@ -96,7 +96,7 @@ def test_an_identification_by_blocks_is_that_in_one_piece(monkeypatch: pytest.Mo
     robot = robot.model_copy(update={"identification": settings})
     recording = swung(robot)
     whole = identify(robot, (recording,)).result.least_squares
-    monkeypatch.setattr(observation, "_LONG", 4000)
+    monkeypatch.setattr(row_columns, "_LONG", 4000)
     monkeypatch.setattr(decimation, "_ROWS_AT_ONCE", 100)
     monkeypatch.setattr(triangle, "_ROWS", 500)
     blocks = identify(robot, (recording,)).result.least_squares

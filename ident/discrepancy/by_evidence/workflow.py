@@ -17,8 +17,8 @@ from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
     Key,
     Named,
-    Slot,
     of_nothing,
+    simplified,
     slot,
 )
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
@@ -81,6 +81,7 @@ def diagnose_by_evidence(
     unfitted = with_found(problem, searched.found, question.validation)
     held = HeldOut.of(problem, where_turned(unfitted, question.standstill))
     searched, refuted = borne_out(search, searched, held)
+    searched = simplified(search, searched, held)
     findings = tuple(_finding(search, searched, held, k) for k in range(len(searched.found.members)))
     ranking = of_nothing(search, searched)
     beside = screen(problem, searched.found, searched.entries)
@@ -156,7 +157,6 @@ def _aligned(question: Question) -> Robot:
 def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> EvidenceFinding:
     found = searched.found
     without = search.without(found, number)
-    names: Slot = slot(search, searched, number, without)
     member = found.members[number]
     theta, covariance = found.theta(number)
     placed = member.entry.placed
@@ -166,9 +166,9 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
     joint = max(joints_of(member), key=lambda j: float(sizes[j]))
     return EvidenceFinding(
         placed=placed,
-        names=names.names,
+        names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
-        confirmation=held.confirmation(found, number, without),
+        confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
         shrinks=_shrinks(searched, held, joint),
