@@ -55,7 +55,8 @@ def scanned(
     left = white_residual(rows, found.level, found.posterior, members)
     squares = found.level.excess**2
     # What a joint's rows say of a column: Wᵀu, by how noisy they are.
-    said = np.stack([w.back(u) for w, u in zip(rows.whiteners, left, strict=True)], axis=1) / squares
+    whiteners, count = rows.whiteners, rows.prepared.used.shape[0]
+    said = np.stack([w.back(u, count) for w, u in zip(whiteners, left, strict=True)], axis=1) / squares
     made = at_once(lambda one: _likeliest(rows, one, present, said, squares), some)
     entries = tuple(entry for of_one in made for entry in of_one)
     rows.keep_products_with([entry.white for entry in entries])
@@ -73,9 +74,9 @@ def _likeliest(
         inside = np.flatnonzero((gain[1:-1] >= gain[:-2]) & (gain[1:-1] >= gain[2:])) + 1
         for peak in inside[np.argsort(-gain[inside], kind="stable")][:_PEAKS]:
             placed = candidate.at(rows.prepared.robot, (float(periods[peak]), *rest), present)
-            white = rows.effect(placed)
+            white = rows.effect(placed, single=True)
             if white.there:
-                entries.append(Entry(candidate, placed, white.for_a_library()))
+                entries.append(Entry(candidate, placed, white))
     return entries
 
 

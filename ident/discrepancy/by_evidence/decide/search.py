@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
@@ -36,6 +37,8 @@ _SWAPPED = 3
 
 MOST = 5
 """Effects of a set."""
+
+One = TypeVar("One")
 
 Key = frozenset[tuple[str, tuple[int, ...]]]
 
@@ -105,10 +108,12 @@ class Search:
 
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""
-        leaders = screen(self.problem, found, entries)[:LEADERS]
+        screened = screen(self.problem, found, entries)
+        leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
-        order = np.argsort([-one.log_posterior for one in sets], kind="stable")[:_PAIRED]
-        sets += self._pairs(found, [sets[k].members[-1] for k in order])
+        order = np.argsort([-one.log_posterior for one in sets], kind="stable")
+        members = [sets[k].members[-1] for k in order]
+        sets += self._pairs(found, first_of(members, _PAIRED, [one.candidate for one in members]))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -209,6 +214,18 @@ class Search:
         key = key_of(found)
         self.visited[key] = max(self.visited.get(key, -np.inf), found.log_posterior)
         return found
+
+
+def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> list[One]:
+    """So many, and what is scanned beside them: a ripple that fits a little of a play takes no other's place.
+
+    Args:
+        ordered: the likeliest first.
+        most: not counting what is scanned.
+        kinds: of each.
+    """
+    counted = [k for k, kind in enumerate(kinds) if not kind.is_scanned]
+    return list(ordered[: counted[most - 1] + 1] if len(counted) >= most else ordered)
 
 
 def joints_of(member: Member) -> tuple[int, ...]:

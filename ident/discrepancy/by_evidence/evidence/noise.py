@@ -83,17 +83,11 @@ class Whitener:
         """White columns (N, p) of an effect, rows × joints × p, at a joint; see :func:`filtered`."""
         return filtered(columns, joint, self.chosen, self._taps, scale, single)
 
-    def back(self, white: FloatArray) -> FloatArray:
+    def back(self, white: FloatArray, rows: int) -> FloatArray:
         """(rows,) what white rows (N,) come to at the rows before whitening: the adjoint, Wᵀ."""
-        order = self.noise.coefficients.size
-        taps = np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation
-        found, start = np.zeros(self.pieces[-1][1]), 0
-        for (first, last), whole in zip(self.pieces, self.whole, strict=True):
-            here = np.zeros(last - first)
-            here[order:][whole] = white[start : start + int(whole.sum())]
-            found[first:last] = lfilter(taps, [1.0], here[::-1])[::-1]
-            start += int(whole.sum())
-        return found
+        spread = np.zeros(rows)
+        spread[self.chosen] = white
+        return np.asarray(lfilter(self._taps, [1.0], spread[::-1])[::-1])
 
 
 def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:

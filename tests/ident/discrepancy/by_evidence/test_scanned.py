@@ -14,6 +14,7 @@ from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import screen
+from ident.discrepancy.by_evidence.decide.search import first_of
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
@@ -109,6 +110,15 @@ def test_a_library_has_no_entry_of_what_is_scanned() -> None:
     assert entries and not any(one.candidate.is_scanned for one in entries)
 
 
+def test_what_is_scanned_takes_no_place_among_those_that_are_tried() -> None:
+    """Six ripples of no gear before a play had kept it from being tried with its own size."""
+    any_period, motor = sorted(of_ripple(small()[0]), key=lambda one: not one.is_scanned)
+    kinds = [any_period, any_period, motor, any_period, motor, motor, any_period]
+    assert first_of("abcdefg", 2, kinds) == list("abcde")
+    assert first_of("abcdefg", 3, kinds) == list("abcdef")
+    assert first_of("abcdefg", 4, kinds) == list("abcdefg")
+
+
 def test_the_adjoint_of_whitening_is_its_own() -> None:
     random = np.random.default_rng(5)
     segment, used = np.repeat([0, 1], [60, 40]), np.ones(100, dtype=np.bool_)
@@ -117,4 +127,4 @@ def test_the_adjoint_of_whitening_is_its_own() -> None:
     values = random.normal(size=(100, 1))
     white = whitener(values)[:, 0]
     other = random.normal(size=white.size)
-    assert other @ white == pytest.approx(whitener.back(other) @ values[:, 0])
+    assert other @ white == pytest.approx(whitener.back(other, 100) @ values[:, 0])
