@@ -11,6 +11,12 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "what is scanned takes no other's place among those that are tried",
+        f"{_BY}decide/search.py",
+        "if not kind.is_scanned]",
+        "]",
+    ),
+    Broken(
         "a ripple's period costs the number of those that could have been tried",
         f"{_BY}decide/screening.py",
         "combinations if scanned else own.size",
@@ -193,7 +199,7 @@ RULES = (
     Broken(
         "pairs of leaders are tried",
         f"{_BY}decide/search.py",
-        "        sets += self._pairs(found, [sets[k].members[-1] for k in order])\n",
+        "        sets += self._pairs(found, first_of(members, _PAIRED, [one.candidate for one in members]))\n",
         "",
     ),
     Broken(
