@@ -199,7 +199,7 @@ RULES = (
     Broken(
         "pairs of leaders are tried",
         f"{_BY}decide/search.py",
-        "        sets += self._pairs(found, first_of(members, _PAIRED, [one.candidate for one in members]))\n",
+        "        sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))\n",
         "",
     ),
     Broken(

@@ -112,8 +112,8 @@ class Search:
         leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")
-        members = [sets[k].members[-1] for k in order]
-        sets += self._pairs(found, first_of(members, _PAIRED, [one.candidate for one in members]))
+        last = [sets[k].members[-1] for k in order]
+        sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
