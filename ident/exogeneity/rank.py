@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ident.exogeneity.textbook import WhiteRows
+from ident.exogeneity.untested import RANK_NULL
 from ident.verdicts import ColumnCheck, Gate
 from robots.arrays import FloatArray, IntArray
-
-RANK_NULL = "[X V̂] adds nothing to X above the noise floor"
 
 _BIAS_THAT_MATTERS = 0.1
 """The noise floor: a column of V̂ that cannot shift any parameter by this many σ is null."""

@@ -22,6 +22,7 @@ from ident.decimation import decimate_index, decimation_reach
 from ident.estimators import LinearFit
 from ident.filters import near
 from ident.identification.fits import Prepared
+from ident.ordered import distinct
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
 from ident.signals import low_pass, motion
@@ -129,7 +130,7 @@ def _by_recording(
     segment: IntArray, gamma: tuple[FloatArray, ...], weights: Callable[[BoolArray], FloatArray]
 ) -> FloatArray:
     """Variances (b,) of weighted errors, recording by recording: of hours the weights fill the memory."""
-    parts = [segment == name for name in np.unique(segment)]
+    parts = [segment == name for name in distinct(segment)]
     return np.asarray(sum(variances(weights(own), gamma, segment[own]) for own in parts))
 
 

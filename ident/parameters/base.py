@@ -189,7 +189,10 @@ def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, presen
     """(b, p) with the identity on the independent columns and the regrouping factors on the others."""
     relation = np.zeros((independent.size, rows.shape[1]))
     relation[np.arange(independent.size), independent] = 1.0
-    dependent = np.setdiff1d(present, independent)
+    others = np.zeros(rows.shape[1], dtype=np.bool_)
+    others[present] = True
+    others[independent] = False
+    dependent = np.flatnonzero(others)
     q, r = np.linalg.qr(rows[:, independent] / scale[independent])
     factors = np.linalg.solve(r, q.T @ (rows[:, dependent] / scale[dependent]))
     factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ident.errors import IdentificationError
+from ident.ordered import median, percentile
 from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray
 
@@ -49,7 +50,7 @@ def without_outliers(
     for joint in range(values.shape[1]):
         off = _off_neighbours(values[:, joint]) * even
         residual = np.abs(off)
-        far = residual > max(_TIMES_USUAL * float(np.percentile(residual, 90.0)), impossible[joint])
+        far = residual > max(_TIMES_USUAL * float(percentile(residual, 90.0)), impossible[joint])
         if not far.any():
             continue
         peaks = np.flatnonzero(far & _is_peak(residual))
@@ -81,7 +82,7 @@ def _off_neighbours(values: FloatArray) -> FloatArray:
 def _evenly_sampled(time: FloatArray) -> BoolArray:
     """Samples with no gap among their five: the cubic has its neighbours where they were."""
     steps = np.diff(time)
-    gap = np.pad(steps > 1.5 * np.median(steps), _NEIGHBOURS)
+    gap = np.pad(steps > 1.5 * median(steps), _NEIGHBOURS)
     return np.asarray(~sliding_window_view(gap, 2 * _NEIGHBOURS).any(axis=1), dtype=np.bool_)
 
 

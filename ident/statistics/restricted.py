@@ -21,6 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
@@ -92,7 +93,7 @@ def of_the_errors(
     Args:
         target, regressor, segment, used: as of :func:`regression_whitening`.
     """
-    names = np.unique(segment)
+    names = distinct(segment)
     count = max(1, _MOST_SAMPLES * names.size // max(segment.size, 1))
     if count >= names.size:
         return target, regressor, segment, used

@@ -48,6 +48,7 @@ from ident.effects.torque_ripple import WITHOUT_GEAR
 from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
 from robots.description import Robot
+from robots.free_memory import give_back
 
 _log = logging.getLogger(__name__)
 
@@ -164,6 +165,7 @@ class _Led(Search):
         in_loop = self.step.in_loop()
         if in_loop is None:
             return
+        give_back()
         try:
             problem = posed_in_loop(in_loop)
         except IdentificationError as error:
