@@ -217,7 +217,7 @@ class Search:
 
 
 def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> list[One]:
-    """So many, and what is scanned beside them: a ripple that fits a little of a play takes no other's place.
+    """So many, and what is scanned beside them: there is some of each drive, and it takes no other's place.
 
     Args:
         ordered: the likeliest first.

@@ -111,7 +111,7 @@ def test_a_library_has_no_entry_of_what_is_scanned() -> None:
 
 
 def test_what_is_scanned_takes_no_place_among_those_that_are_tried() -> None:
-    """Six ripples of no gear before a play had kept it from being tried with its own size."""
+    """There is one of each drive beside any set, and the places are few."""
     any_period, motor = sorted(of_ripple(small()[0]), key=lambda one: not one.is_scanned)
     kinds = [any_period, any_period, motor, any_period, motor, motor, any_period]
     assert first_of("abcdefg", 2, kinds) == list("abcde")
