@@ -31,7 +31,7 @@ from benchmarks.evidence.case import Case
 from benchmarks.learning import judged, published
 from benchmarks.learning.draws import draws_of
 from benchmarks.learning.labels import Hidden, index_of
-from benchmarks.learning.report import picture, report
+from benchmarks.learning.report import picture, report, with_published
 from benchmarks.learning.scoring import answer_of, sharpest, together
 from benchmarks.learning.sizes import Sizes, measure
 from benchmarks.naming_report import NAMES, lines_of
@@ -46,7 +46,7 @@ KINDS = ("dev", "own", "looked", "foreign", "shared")
 def main() -> None:
     """Do the step that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("step", choices=("draw", "logs", "learn", "answer", "report"))
+    parser.add_argument("step", choices=("draw", "logs", "learn", "curve", "answer", "report"))
     parser.add_argument("--folder", type=Path, default=Path("learners"))
     parser.add_argument("--kind", choices=KINDS, default="own", help="of logs")
     parser.add_argument("--count", type=int, default=670, help="worlds of 30 draws, or logs")
@@ -64,10 +64,13 @@ def main() -> None:
     elif given.step == "learn":
         learn(given.folder, given.learn_seconds)
         answer(given.folder)
+    elif given.step == "curve":
+        curve(given.folder, given.learn_seconds)
     elif given.step == "answer":
         answer(given.folder)
     else:
         lines = [*lines_of(given.folder / "searched.jsonl"), *lines_of(given.folder / "learned.jsonl")]
+        lines = with_published(lines)
         print(report(lines))
         if given.picture:
             picture(lines, given.picture)
@@ -160,6 +163,17 @@ def learn(folder: Path, seconds: float) -> None:
         learner = make()
         print(f"{name}: {time.process_time() - started:.0f} s of a processor", flush=True)
         (folder / f"{name}.pkl").write_bytes(pickle.dumps(learner))
+
+
+def curve(folder: Path, seconds: float) -> None:
+    """What the network gets right of the held-out draws, learned from a part of the worlds."""
+    from benchmarks.learning import drawn, network
+
+    draws = drawn.load(folder)
+    for parts in (8, 4, 2):
+        some = draws.one_in(parts)
+        print(f"{len(some.part(held_out=False).answer)} draws", flush=True)
+        network.learn(some, seconds, told=partial(print, flush=True))
 
 
 def answer(folder: Path) -> None:

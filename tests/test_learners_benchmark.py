@@ -19,7 +19,15 @@ from benchmarks.learning.draws import SECONDS, recorded, ways
 from benchmarks.learning.features import dictionary, features
 from benchmarks.learning.judged import kind_of as kind_of_number
 from benchmarks.learning.labels import CLEAN, OF_A_DRIVE, WHOLE_ARM, Hidden, answers, index_of, ranked
-from benchmarks.learning.report import interval, kind_of, picture, report, shares_of
+from benchmarks.learning.report import (
+    interval,
+    joint_right,
+    kind_of,
+    picture,
+    report,
+    shares_of,
+    with_published,
+)
 from benchmarks.learning.rows import CHANNELS, CONTEXT, LENGTH, RESIDUAL, Accepted
 from benchmarks.learning.scoring import answer_of, calibration_error, sharpest, softmax, together
 from benchmarks.learning.sizes import Sizes, measure
@@ -154,6 +162,7 @@ def test_the_report_counts_right_wrong_missed_and_unknown_and_compares_the_same_
     assert shares_of(lines) == {"own": {"evidence": (1, 1), "boosting": (0, 1), "network": (0, 1)}}
     picture(lines, tmp_path / "picture.svg")
     assert "1 of 1" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
+    assert [joint_right(one) for one in lines] == [True, True, False, False, True]
     low, high = interval(5, 10)
     assert low == pytest.approx(0.237, abs=1e-3) and high == pytest.approx(0.763, abs=1e-3)
 
@@ -167,6 +176,22 @@ def test_published_answers_are_of_logs_with_a_prior_and_what_they_are_said_to_be
         assert (not truth) == (seed in published.CLEAN)
         assert any(name == UNKNOWN for name, _ in truth) == (seed in published.OUTSIDE)
         assert bool(truth) == (seed in inside or seed in published.OUTSIDE)
+
+
+def test_published_answers_stand_beside_the_learners_and_are_scored_like_them() -> None:
+    truth = {
+        str(seed): [[name, list(axes)] for name, axes in truth_of(hidden(seed))] for seed in published.SEEDS
+    }
+    lines = with_published([line("foreign", name, "boosting", one) for name, one in truth.items()])
+    text = report(lines)
+    assert shares_of(lines)["foreign"] == {"evidence": (26, 34), "boosting": (0, 34)}
+    assert "| a name with 0.9 that is not there | 7 % [2, 19] of 42 |" in text
+    assert "| changed arm called clean | 3 % [1, 15] of 34 |" in text
+    assert "| clean arm called clean | 50 % [15, 85] of 4 |" in text
+    assert "| right joint first, whatever the name | – |" in text
+    assert published.answered("own", "1", []) is None
+    recorded_log = published.answered("shared", "log_03", [])
+    assert recorded_log is not None and recorded_log["answer"]["verdict"] == "clean"
 
 
 def test_judged_logs_are_mixed_evenly() -> None:

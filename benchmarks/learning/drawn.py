@@ -31,6 +31,11 @@ class Drawn:
         kept = (self.world % HELD_OUT == 0) == held_out
         return Drawn(self.window[kept], self.context[kept], self.answer[kept], self.world[kept])
 
+    def one_in(self, parts: int) -> Drawn:
+        """Every held-out draw, and of the worlds that are learned from one in so many."""
+        kept = (self.world % HELD_OUT == 0) | (self.world % parts == 1)
+        return Drawn(self.window[kept], self.context[kept], self.answer[kept], self.world[kept])
+
 
 def load(folder: Path) -> Drawn:
     """Every world of a folder.

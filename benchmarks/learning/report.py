@@ -35,6 +35,16 @@ def hidden_right(line: Line) -> bool:
     return first_is_right(line, line["answer"])
 
 
+def joint_right(line: Line) -> bool:
+    """Whether the first name is at a joint where something is hidden, whatever it is called."""
+    first = line["answer"]["names"][:1]
+    return any(
+        set(one[1]) & set(first[0]["joints"]) or one[1] == first[0]["joints"]
+        for one in line["truth"]
+        if first
+    )
+
+
 def named_wrong(line: Line) -> bool:
     """Whether a name that says 0.9 and more (the search's: that is named) is not hidden."""
     return wrong(line, line["answer"])
@@ -57,6 +67,7 @@ def kind_of(line: Line) -> str:
 
 FIGURES: tuple[tuple[str, str, Callable[[Line], bool]], ...] = (
     ("right name and joint first", "inside", hidden_right),
+    ("right joint first, whatever the name", "inside", joint_right),
     ("a name with 0.9 that is not there", "all", named_wrong),
     ("changed arm called clean", "inside", called_clean),
     ("clean arm called clean", "clean", called_clean),
@@ -84,6 +95,8 @@ def _cells(lines: Sequence[Line], kind: str, test: Callable[[Line], bool]) -> li
     cells = []
     for search in SEARCHES:
         own = [line for line in lines if line["search"] == search and kind in ("all", kind_of(line))]
+        if test is joint_right:  # of wrong names the pages do not always tell the joint
+            own = [line for line in own if "published" not in line]
         cells.append(share(map(test, own)))
     return cells
 
@@ -95,7 +108,9 @@ def _calibration(lines: Sequence[Line]) -> list[str]:
         names = [
             (line["answer"]["names"][0]["probability"], hidden_right(line))
             for line in lines
-            if line["search"] == search and line["answer"]["names"]
+            if line["search"] == search
+            and line["answer"]["names"]
+            and line["answer"]["names"][0]["probability"] is not None
         ]
         if not names:
             cells.append("–")
@@ -125,8 +140,16 @@ def _paired(lines: Sequence[Line]) -> list[str]:
     return [f"Right first on the same {len(both)} logs: search {first}; {'; '.join(told)}.", ""]
 
 
+def with_published(lines: Sequence[Line]) -> list[Line]:
+    """The lines with the search's published answers to the learners' logs, where it was not asked again."""
+    asked = {(line["kind"], line["name"]) for line in lines if line["search"] == "evidence"}
+    logs = {(line["kind"], line["name"]): line["truth"] for line in lines}
+    more = [published.answered(*log, truth) for log, truth in logs.items() if log not in asked]
+    return [*lines, *(line for line in more if line is not None)]
+
+
 def shares_of(lines: Sequence[Line]) -> dict[str, dict[str, tuple[int, int]]]:
-    """World: search: how often the right name is first, of how many; published answers of the search, too."""
+    """World: search: how often the right name is first, of how many."""
     found: dict[str, dict[str, tuple[int, int]]] = {}
     for world in WORLDS:
         for search in SEARCHES:
@@ -137,9 +160,6 @@ def shares_of(lines: Sequence[Line]) -> dict[str, dict[str, tuple[int, int]]]:
             ]
             if flags:
                 found.setdefault(world, {})[search] = (sum(flags), len(flags))
-    if "foreign" in found:
-        right = len(published.FIRST_RIGHT)
-        found["foreign"].setdefault("evidence", (right, right + len(published.FIRST_WRONG)))
     return found
 
 
