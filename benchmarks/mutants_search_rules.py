@@ -169,14 +169,14 @@ RULES = (
     Broken(
         "every leader has its best shape",
         f"{_BY}decide/search.py",
-        "sets = [self._shaped(one, present) for one in tried]",
-        "sets = list(tried)",
+        "at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)",
+        "at_once(lambda one: self._tried(found, one.best, present), leaders)",
     ),
     Broken(
         "leaders are made with the torque of the model with what is found",
         f"{_BY}decide/search.py",
-        "screened = [self._remade(one.best, present) for one in leaders]",
-        "screened = [one.best for one in leaders]",
+        "return self._fitted(found, (self._remade(member, present),))",
+        "return self._fitted(found, (member,))",
     ),
     Broken(
         "pairs of leaders are tried",
@@ -229,8 +229,8 @@ RULES = (
     Broken(
         "a name's place is given to nothing as well",
         f"{_BY}decide/names.py",
-        "odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}",
-        "odds = {own: found.log_posterior - without.log_posterior}",
+        "odds = {NOTHING: 0.0, own:",
+        "odds = {own:",
     ),
     Broken(
         "a name's place is given to every candidate in turn",
@@ -241,33 +241,62 @@ RULES = (
     Broken(
         "other candidates are fitted, too",
         f"{_BY}decide/names.py",
-        "            value = max(value, replaced - without.log_posterior)\n",
+        "            value = max(value, other.log_posterior - without.log_posterior + elsewhere)\n",
         "",
     ),
     Broken(
         "the likeliest name stands for the forms that contain it",
         f"{_BY}decide/names.py",
-        "return (whole, *(one for one in names[1:] if one not in more))",
-        "return names",
+        "kept = [whole if one is first else one for one in names if one not in more]",
+        "kept = list(names)",
     ),
     Broken(
         "a form that its limit stands for is replaced by it",
         f"{_BY}decide/names.py",
-        "            return simplified(search, replace(searched, found=best))\n",
+        "            return simplified(search, replace(searched, found=best), held)\n",
         "            return searched\n",
     ),
     Broken(
         "a form that is sure stays",
         f"{_BY}decide/names.py",
-        "        if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:\n"
-        "            continue\n",
+        "        if names.probability(own) >= SURE:\n            continue\n",
         "",
     ),
     Broken(
-        "confirmed only where leaving it out costs",
-        f"{_BY}confirm/held_out.py",
-        "max(0.0, self.predicted - _DEVIATIONS * self.deviation)",
-        "self.predicted - _DEVIATIONS * self.deviation",
+        "other motion speaks for a name or for nothing",
+        f"{_BY}decide/names.py",
+        "elsewhere = TEMPERATURE * seen.nats",
+        "elsewhere = 0.0",
+    ),
+    Broken(
+        "other motion speaks for a name or for another",
+        f"{_BY}decide/names.py",
+        "            value -= TEMPERATURE * held.shown(found, other).nats\n",
+        "",
+    ),
+    Broken(
+        "other motion speaks for a name or for what has none",
+        f"{_BY}decide/names.py",
+        "TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))",
+        "float(np.log(OUTSIDE))",
+    ),
+    Broken(
+        "of eleven effects one has no name",
+        f"{_BY}decide/names.py",
+        "TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))",
+        "TEMPERATURE * seen.nats_of_no_name",
+    ),
+    Broken(
+        "a limit that is shown stays beside its likelier forms",
+        f"{_BY}decide/names.py",
+        "forms=tuple(one for one in more if one.log_odds > first.log_odds)",
+        "forms=()",
+    ),
+    Broken(
+        "a limit that is shown has its forms' probability",
+        f"{_BY}decide/names.py",
+        "return Slot(as_limit(probabilities(odds, forms), own))",
+        "return Slot(as_limit(probabilities(odds, forms)))",
     ),
     Broken(
         "the prediction has noise",
@@ -302,8 +331,8 @@ RULES = (
     Broken(
         "the whole set has to leave less",
         f"{_BY}report/answer.py",
-        "return self.confirmation.confirmed and self.shrinks",
-        "return self.confirmation.confirmed",
+        "return Slot(self.names).named >= SURE and self.shrinks",
+        "return Slot(self.names).named >= SURE",
     ),
     Broken(
         "the set is compared with the model without any effect",
@@ -326,8 +355,8 @@ RULES = (
     Broken(
         "what is named is confirmed",
         f"{_BY}report/answer.py",
-        "return self.sure and self.held_up",
-        "return self.sure",
+        "return self.sure and self.held_up and",
+        "return self.sure and",
     ),
     Broken(
         "clean needs a probability",
@@ -440,7 +469,7 @@ RULES = (
     Broken(
         "a rival takes a finding's place where loop and rows together say so",
         f"{_BY}diagnosis.py",
-        "shown.there and shown.outweighs(nats - rival.log_odds)",
+        "shown.there and shown.nats > nats - rival.log_odds",
         "shown.there",
     ),
     Broken(
@@ -452,26 +481,44 @@ RULES = (
     Broken(
         "a name of less than 0.9 stands beside what it cannot be told from",
         f"{_BY}diagnosis.py",
-        "() if place.probability(key) >= SURE else _candidates(others)",
-        "()",
+        "indistinguishable_from=_candidates(others)",
+        "indistinguishable_from=()",
     ),
     Broken(
         "terms are as sure as a name",
-        f"{_BY}terms/propose.py",
-        "if best.log_posterior < chosen.log_posterior + needed:",
-        "if best.log_posterior < chosen.log_posterior:",
+        f"{_BY}terms/chosen.py",
+        "found.log_posterior + needed\n",
+        "found.log_posterior\n",
     ),
     Broken(
         "terms are stable",
         f"{_BY}terms/propose.py",
-        "min(shares) < STABLE or ",
-        "",
+        "share >= STABLE",
+        "share >= 0.0",
     ),
     Broken(
         "with its terms a joint leaves less",
         f"{_BY}terms/propose.py",
-        " or after >= before",
-        "",
+        "after**2 >= _CLOSED * before**2",
+        "after >= 10.0 * before",
+    ),
+    Broken(
+        "a second term is as sure as the first",
+        f"{_BY}terms/chosen.py",
+        "least = max(least, best + needed)",
+        "least = max(least, best)",
+    ),
+    Broken(
+        "of terms that are not told apart those of the fewest variables",
+        f"{_BY}terms/chosen.py",
+        "(len(variables(terms, one)), -tried[one].log_posterior)",
+        "-tried[one].log_posterior",
+    ),
+    Broken(
+        "halves agree that choose the same torque by another name",
+        f"{_BY}terms/stability.py",
+        "same or _same_torque(",
+        "same and _same_torque(",
     ),
     Broken(
         "terms are looked for where misfit is above the accepted one",
@@ -542,8 +589,8 @@ RULES = (
     Broken(
         "a rival outweighs the rows by (2r − 1) / 2σ² nats",
         "ident/discrepancy/confirmation.py",
-        "2.0 * self.sigma**2 * nats",
-        "self.sigma**2 * nats",
+        "(2.0 * self.share - 1.0) / (2.0 * self.sigma**2)",
+        "(2.0 * self.share - 1.0) / self.sigma**2",
     ),
     Broken(
         "nothing is clean of which more than the margin stays unexplained",

@@ -83,7 +83,8 @@ TARGETS = {
     ),
     "base": Target(("ident/parameters/base.py",), ("tests/ident/test_base.py",), "blas_threads"),
     "decimation": Target(
-        ("ident/signals.py",), ("tests/ident/test_signal_parts.py", "tests/ident/test_signals.py")
+        ("ident/decimation.py", "ident/signals.py"),
+        ("tests/ident/test_signal_parts.py", "tests/ident/test_signals.py"),
     ),
     "units": Target(("drivers/frames/units.py",), ("tests/drivers/test_units.py",)),
     "states": Target(("drivers/cia402/states.py",), ("tests/drivers/test_states.py",)),

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import naming, naming_report, naming_scores
-from benchmarks import trust_pictures as drawing
+from benchmarks import trust_pictures as pictures
 from benchmarks.naming_report import share
 from robots.arrays import FloatArray
 
@@ -153,10 +153,10 @@ def of(lines: Sequence[dict[str, Any]], size: float, group: str | None = None) -
 
 def picture(lines: Sequence[dict[str, Any]]) -> str:
     """Left: all groups, three measures. Right: the right name by group. With 95 % intervals."""
-    share = drawing.Axis(0.0, 1.0, 300, 70, tuple((k / 4, f"{25 * k} %") for k in range(5)))
+    share = pictures.Axis(0.0, 1.0, 300, 70, tuple((k / 4, f"{25 * k} %") for k in range(5)))
     ticks = tuple((size, f"{size:g}") for size in SIZES)
-    left = drawing.Axis(SIZES[0], SIZES[-1], 70, 360, ticks, True)
-    right = drawing.Axis(SIZES[0], SIZES[-1], 590, 880, ticks, True)
+    left = pictures.Axis(SIZES[0], SIZES[-1], 70, 360, ticks, True)
+    right = pictures.Axis(SIZES[0], SIZES[-1], 590, 880, ticks, True)
     shown = {
         "noticed": MEASURES["noticed (not called clean)"],
         "in the set": naming_scores.in_set,
@@ -164,12 +164,12 @@ def picture(lines: Sequence[dict[str, Any]]) -> str:
         "wrong name": named_wrong,
     }
     body = [
-        drawing._text(70, 24, "All effects", "head"),
-        drawing._text(70, 44, f"share of {len(lines)} scenarios, 95 % interval", "small"),
-        drawing._text(590, 24, "Right name and place first", "head"),
-        drawing._text(590, 44, "by where the effect sits", "small"),
-        *drawing._frame(left, share, "size of the hidden effect, noise floors"),
-        *drawing._frame(right, share, "size of the hidden effect, noise floors"),
+        pictures.written(70, 24, "All effects", "head"),
+        pictures.written(70, 44, f"share of {len(lines)} scenarios, 95 % interval", "small"),
+        pictures.written(590, 24, "Right name and place first", "head"),
+        pictures.written(590, 44, "by where the effect sits", "small"),
+        *pictures.frame(left, share, "size of the hidden effect, noise floors"),
+        *pictures.frame(right, share, "size of the hidden effect, noise floors"),
     ]
     every = {name: (measure, list(lines)) for name, measure in shown.items()}
     by_group = {
@@ -186,12 +186,12 @@ def picture(lines: Sequence[dict[str, Any]]) -> str:
                     continue
                 x = across(size) + 4 * place - 6
                 points.append((x, share(sum(hits) / len(hits))))
-                body.append(drawing._bar(x, share, drawing.wilson(sum(hits), len(hits)), f"c{place}"))
+                body.append(pictures._bar(x, share, pictures.wilson(sum(hits), len(hits)), f"c{place}"))
             if points:
-                body += drawing._curve(points, f"c{place}", place, dashed=False)
+                body += pictures._curve(points, f"c{place}", place, dashed=False)
                 marks.append((points[-1][1], f"c{place}|{name}"))
-        body += drawing._side_labels(across.end + 22, marks)
-    return drawing._svg(970, 352, "How often a hidden effect is named right, against its size", body)
+        body += pictures._side_labels(across.end + 22, marks)
+    return pictures.drawing(970, 352, "How often a hidden effect is named right, against its size", body)
 
 
 if __name__ == "__main__":

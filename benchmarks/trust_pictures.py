@@ -78,12 +78,12 @@ def power_picture(arm: str, cells: list[dict[str, Any]]) -> str:
     left = Axis(factors[0], factors[-1], 70, 350, across, True)
     right = Axis(factors[0], factors[-1], 500, 780, across, True)
     body = [
-        _text(70, 24, f"Verdict “endogenous”, {TITLES[arm]}", "head"),
-        _text(70, 44, f"share of {replicates} runs, 95 % interval", "small"),
-        _text(500, 24, "Bias of the worst parameter", "head"),
-        _text(500, 44, "full: least squares; dashed: instrumental variables", "small"),
-        *_frame(left, share, "encoder noise, times the arm's own"),
-        *_frame(right, sigma, "encoder noise, times the arm's own"),
+        written(70, 24, f"Verdict “endogenous”, {TITLES[arm]}", "head"),
+        written(70, 44, f"share of {replicates} runs, 95 % interval", "small"),
+        written(500, 24, "Bias of the worst parameter", "head"),
+        written(500, 44, "full: least squares; dashed: instrumental variables", "small"),
+        *frame(left, share, "encoder noise, times the arm's own"),
+        *frame(right, sigma, "encoder noise, times the arm's own"),
     ]
     marks: list[tuple[float, str]] = []
     for place, cutoff in enumerate(cutoffs):
@@ -103,8 +103,8 @@ def power_picture(arm: str, cells: list[dict[str, Any]]) -> str:
             if not dashed:
                 marks.append((points[-1][1], f"{shade}|{cutoff:g} Hz"))
     body += _side_labels(790, marks)
-    body.append(_text(790, 62, "cut-off", "small"))
-    return _svg(870, 352, f"Power and bias against encoder noise and filter cut-off, {TITLES[arm]}", body)
+    body.append(written(790, 62, "cut-off", "small"))
+    return drawing(870, 352, f"Power and bias against encoder noise and filter cut-off, {TITLES[arm]}", body)
 
 
 def gate1_picture(rows: list[dict[str, Any]]) -> str:
@@ -114,31 +114,34 @@ def gate1_picture(rows: list[dict[str, Any]]) -> str:
     arms = [arm for arm in TITLES if any(row["arm"] == arm for row in rows)]
     height = 96 + 34 * len(names)
     share = Axis(0.0, 1.0, 230, 600, tuple((k / 4, f"{25 * k} %") for k in range(5)))
-    body = [_text(20, 24, "Gate 1 closes: the simulation is not the robot", "head")]
+    body = [written(20, 24, "Gate 1 closes: the simulation is not the robot", "head")]
     body += [
-        _line("grid", share(v), 58, share(v), height - 32)
-        + _text(share(v), height - 12, label, "small", "middle")
+        straight("grid", share(v), 58, share(v), height - 32)
+        + written(share(v), height - 12, label, "small", "middle")
         for v, label in share.ticks
     ]
     for place, arm in enumerate(arms):
         count = next(row["replicates"] for row in rows if row["arm"] == arm)
         x = 230 + 190 * place
-        body += [_mark(x, 44, f"c{place}", place), _text(x + 12, 48, f"{TITLES[arm]}, {count} runs", "small")]
+        body += [
+            mark(x, 44, f"c{place}", place),
+            written(x + 12, 48, f"{TITLES[arm]}, {count} runs", "small"),
+        ]
     for line, name in enumerate(names):
         y = 76 + 34 * line
-        body.append(_text(220, y + 4, name, "", "end"))
+        body.append(written(220, y + 4, name, "", "end"))
         for place, arm in enumerate(arms):
             row = next((r for r in rows if r["arm"] == arm and r["scenario"] == name), None)
             if row is None:
                 continue
             at = y - 6 + 12 * place
             low, high = wilson(row["closed"], row["replicates"])
-            body.append(_line(f"line c{place}", share(low), at, share(high), at))
-            body.append(_mark(share(row["closed"] / row["replicates"]), at, f"c{place}", place))
-    return _svg(640, height, "How often gate 1 closes, by what is wrong in the simulation", body)
+            body.append(straight(f"line c{place}", share(low), at, share(high), at))
+            body.append(mark(share(row["closed"] / row["replicates"]), at, f"c{place}", place))
+    return drawing(640, height, "How often gate 1 closes, by what is wrong in the simulation", body)
 
 
-def _svg(width: int, height: int, title: str, body: Sequence[str]) -> str:
+def drawing(width: int, height: int, title: str, body: Sequence[str]) -> str:
     inside = "\n".join(body)
     size = f'viewBox="0 0 {width} {height}" width="{width}"'
     return (
@@ -147,37 +150,37 @@ def _svg(width: int, height: int, title: str, body: Sequence[str]) -> str:
     )
 
 
-def _text(x: float, y: float, words: str, kind: str = "", anchor: str = "start") -> str:
+def written(x: float, y: float, words: str, kind: str = "", anchor: str = "start") -> str:
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>'
 
 
-def _line(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
+def straight(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
     return f'<line class="{kind}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
 
 
-def _frame(across: Axis, up: Axis, label: str) -> list[str]:
+def frame(across: Axis, up: Axis, label: str) -> list[str]:
     lines = [
-        _line("grid", across.start - 10, up(v), across.end + 10, up(v))
-        + _text(across.start - 16, up(v) + 4, words, "small", "end")
+        straight("grid", across.start - 10, up(v), across.end + 10, up(v))
+        + written(across.start - 16, up(v) + 4, words, "small", "end")
         for v, words in up.ticks
     ]
-    lines += [_text(across(v), up.start + 20, words, "small", "middle") for v, words in across.ticks]
-    lines.append(_text((across.start + across.end) / 2, up.start + 42, label, "small", "middle"))
+    lines += [written(across(v), up.start + 20, words, "small", "middle") for v, words in across.ticks]
+    lines.append(written((across.start + across.end) / 2, up.start + 42, label, "small", "middle"))
     return lines
 
 
 def _bar(x: float, axis: Axis, interval: tuple[float, float], shade: str) -> str:
     low, high = (axis(value) for value in interval)
-    return _line(f"line thin {shade}", x, low, x, high)
+    return straight(f"line thin {shade}", x, low, x, high)
 
 
 def _curve(points: Sequence[tuple[float, float]], shade: str, place: int, dashed: bool) -> list[str]:
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     kind = f"line dash {shade}" if dashed else f"line {shade}"
-    return [f'<polyline class="{kind}" points="{path}"/>', *(_mark(x, y, shade, place) for x, y in points)]
+    return [f'<polyline class="{kind}" points="{path}"/>', *(mark(x, y, shade, place) for x, y in points)]
 
 
-def _mark(x: float, y: float, shade: str, place: int) -> str:
+def mark(x: float, y: float, shade: str, place: int) -> str:
     """Circle, square, triangle or ring, by place."""
     if place % 4 == 0:
         return f'<circle class="dot {shade}" cx="{x:.1f}" cy="{y:.1f}" r="4"/>'
@@ -195,5 +198,5 @@ def _side_labels(x: float, marks: list[tuple[float, str]]) -> list[str]:
     for y, words in sorted(marks):
         shade, name = words.split("|")
         last = max(y + 4, last + 16)
-        labels.append(_text(x, last, name, f"name {shade}"))
+        labels.append(written(x, last, name, f"name {shade}"))
     return labels

@@ -9,9 +9,14 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
+from ident.recursive_filter import RecursiveFilter
 from robots.arrays import FloatArray, IntArray
+
+_POLE = np.sqrt(3.0) - 2.0
+_INVERSE = RecursiveFilter(float(np.sqrt(-_POLE)), np.array([_POLE + 0.0j]), 0)
+_HEARD = 32
+"""Samples beyond which one has no share in another: the pole's power is 10⁻¹⁸."""
 
 _BENT = 3
 """Samples of which a spline is more than a line."""
@@ -87,9 +92,16 @@ def _second_derivatives(values: FloatArray) -> FloatArray:
 
 
 def _solved(right: FloatArray) -> FloatArray:
-    """Of a tridiagonal system with 4 on the diagonal and 1 beside it."""
-    if right.shape[0] == 1:
-        return right / 4.0
-    band = np.ones((2, right.shape[0]))
-    band[1] = 4.0
-    return np.asarray(solveh_banded(band, right, overwrite_b=True, check_finite=False))
+    """Of a tridiagonal system with 4 on the diagonal and 1 beside it.
+
+    Its rows say that ``right`` is a filter of the solution with a pole and a zero to either side, so the
+    solution is a filter both ways of ``right``, which goes on beyond both ends with the other sign.
+    """
+    samples = right.shape[0]
+    if samples <= _HEARD:
+        beside = np.eye(samples, k=1)
+        return np.asarray(np.linalg.solve(4.0 * np.eye(samples) + beside + beside.T, right))
+    none = np.zeros_like(right[:1])
+    parts = (-right[_HEARD - 1 :: -1], none, right, none, -right[: -_HEARD - 1 : -1])
+    whole = _INVERSE.both_ways(np.concatenate(parts).T, 0)
+    return np.asarray(whole[:, _HEARD + 1 : -_HEARD - 1].T)

@@ -1,111 +1,21 @@
-"""Low-pass filters of samples, run forward and in reverse so that they shift nothing in time.
+"""Parts of filters of samples: recursions, taps, spectra and neighbourhoods, by NumPy alone.
 
-A low-pass by the bilinear transform has all its zeros at half the sampling rate, so its numerator is
-g·(1 + z⁻¹)ᴺ, and its denominator is a lower triangular band that LAPACK solves (``dtbtrs``). That is as quick
-and as accurate as ``scipy.signal``, which takes longer to load than a log takes to be identified.
+``scipy.linalg`` and ``scipy.signal`` take longer to load than a log takes to be identified. The low-pass
+filters are in :mod:`ident.recursive_filter`.
 
-Sources: Oppenheim and Schafer, Discrete-Time Signal Processing (Butterworth and Chebyshev I prototypes,
-bilinear transform, Kaiser window); MATLAB's ``filtfilt`` for padding and initial states.
+Source: Oppenheim and Schafer, Discrete-Time Signal Processing (Kaiser window, Welch's periodogram).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg.lapack import dtbtrs
 
 from robots.arrays import BoolArray, FloatArray
 
-_IN_CACHE = 1 << 16
-"""Values that are filtered together: half a megabyte stays in the cache of a core."""
-
-
-@dataclass(frozen=True)
-class LowPass:
-    """A low-pass filter g·(1 + z⁻¹)ᴺ / (a₀ + a₁·z⁻¹ + …), a₀ = 1.
-
-    Attributes:
-        gain: g.
-        denominator: (N + 1,) a.
-        steady: what is left of a constant.
-    """
-
-    gain: float
-    denominator: FloatArray
-    steady: float
-
-    def both_ways(self, series: FloatArray, padding: int) -> FloatArray:
-        """Forward and in reverse, channels × samples in and out.
-
-        Both ends are continued by their point reflections, and each pass begins in the state that its first
-        sample would have left had it always been there.
-
-        Args:
-            series: channels × samples.
-            padding: samples by which the ends are continued; fewer than there are.
-        """
-        samples = series.shape[1]
-        band = np.repeat(self.denominator[np.newaxis, :], samples + 2 * padding, axis=0).T
-        found = np.empty(series.shape)
-        rows = max(1, _IN_CACHE // max(samples, 1))
-        for first in range(0, len(series), rows):
-            part = series[first : first + rows]
-            before = 2.0 * part[:, :1] - part[:, padding:0:-1]
-            behind = 2.0 * part[:, -1:] - part[:, -2 : -2 - padding : -1]
-            values = np.concatenate([before, part, behind], axis=1)
-            for _ in range(2):
-                values = self._settled(values, band)[:, ::-1]
-            found[first : first + rows] = values[:, padding : padding + samples]
-        return found
-
-    def _settled(self, values: FloatArray, band: FloatArray) -> FloatArray:
-        """One pass, begun in the steady state of the first sample; channels × samples."""
-        start = values[:, :1].copy()
-        driven = np.subtract(values, start, order="C")
-        other = np.empty_like(driven)
-        for _ in range(self.denominator.size - 1):
-            np.add(driven[:, 1:], driven[:, :-1], out=other[:, 1:])
-            other[:, 0] = driven[:, 0]
-            driven, other = other, driven
-        driven *= self.gain
-        found, _ = dtbtrs(band, driven.T, uplo="L", diag="U", overwrite_b=True)
-        filtered: FloatArray = found.T
-        filtered += self.steady * start
-        return filtered
-
-
-def butterworth(order: int, cutoff: float) -> LowPass:
-    """Butterworth's low-pass.
-
-    Args:
-        order: N.
-        cutoff: −3 dB frequency, of half the sampling rate.
-    """
-    angle = np.pi * np.arange(1 - order, order, 2) / (2 * order)
-    return _bilinear(-np.exp(1j * angle), cutoff, 1.0)
-
-
-def chebyshev(order: int, ripple: float, cutoff: float) -> LowPass:
-    """Chebyshev's low-pass of type I and even order.
-
-    Args:
-        order: N, even: a constant is at the lower edge of the ripple.
-        ripple: of the pass band, dB.
-        cutoff: frequency at which the ripple ends, of half the sampling rate.
-    """
-    angle = np.pi * np.arange(1 - order, order, 2) / (2 * order)
-    bend = np.arcsinh(1.0 / np.sqrt(10.0 ** (0.1 * ripple) - 1.0)) / order
-    return _bilinear(-np.sinh(bend + 1j * angle), cutoff, 10.0 ** (-ripple / 20.0))
-
-
-def _bilinear(poles: NDArray[np.complex128], cutoff: float, steady: float) -> LowPass:
-    """The digital filter of an analogue one with these poles and its edge at 1 rad/s."""
-    warped = np.tan(0.5 * np.pi * cutoff) * poles
-    denominator = np.poly((1.0 + warped) / (1.0 - warped)).real
-    gain = steady * float(denominator.sum()) / 2.0**poles.size
-    return LowPass(gain, np.asarray(denominator, dtype=np.float64), steady)
+_BLOCK = 64
+"""Samples of a recursion that are one product."""
 
 
 def recursion(denominator: FloatArray, driven: FloatArray) -> FloatArray:
@@ -115,9 +25,33 @@ def recursion(denominator: FloatArray, driven: FloatArray) -> FloatArray:
         denominator: a₀ = 1, a₁, …
         driven: in.
     """
-    band = np.repeat(denominator[np.newaxis, :], driven.shape[0], axis=0).T
-    found, _ = dtbtrs(band, driven.reshape(driven.shape[0], -1), uplo="L", diag="U")
-    return np.asarray(found.reshape(driven.shape))
+    order, samples = denominator.size - 1, driven.shape[0]
+    if order == 0:
+        return driven.astype(np.float64)
+    length = max(_BLOCK, order)
+    within, handed_on = _one_block(denominator, length)
+    blocks = -(-samples // length)
+    found = np.zeros((blocks * length, driven[:1].size))
+    found[:samples] = driven.reshape(samples, -1)
+    pieces = found.reshape(blocks, length, -1)
+    pieces[:] = within @ pieces
+    for before, piece in pairwise(pieces):
+        piece += handed_on @ before[length - order :]
+    return np.asarray(found[:samples].reshape(driven.shape))
+
+
+def _one_block(denominator: FloatArray, length: int) -> tuple[FloatArray, FloatArray]:
+    """What a block's input makes of it, and what the last N values before it make of it."""
+    order = denominator.size - 1
+    impulse = np.zeros(length + order)
+    impulse[order] = 1.0
+    for k in range(order + 1, length + order):
+        impulse[k] = -(denominator[1:] @ impulse[k - order : k][::-1])
+    late = np.arange(length) - np.arange(length)[:, np.newaxis]
+    within = np.where(late <= 0, impulse[order + np.maximum(-late, 0)], 0.0)
+    reach = np.arange(order)[:, np.newaxis] + order - np.arange(order)
+    heard = np.where(reach <= order, -denominator[np.minimum(reach, order)], 0.0)
+    return within, within[:, :order] @ heard
 
 
 def windowed_sinc(reach: int, cutoff: float, beta: float) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.ordered import median
 from robots.arrays import FloatArray
 from robots.carried import Load
 
@@ -119,12 +120,12 @@ class Recording:
         if self.time.shape[0] < 3:
             raise IdentificationError(f"{self.name}: {self.time.shape[0]} samples are too few to identify")
         steps = np.diff(self.time)
-        median = float(np.median(steps))
-        worst = int(np.argmax(np.abs(steps - median)))
-        if median <= 0 or abs(steps[worst] - median) > JITTER_ALLOWED * median:
+        usual = median(steps)
+        worst = int(np.argmax(np.abs(steps - usual)))
+        if usual <= 0 or abs(steps[worst] - usual) > JITTER_ALLOWED * usual:
             raise IdentificationError(
                 f"{self.name}: sampling is not uniform: {steps[worst]:.6g} s at {self.time[worst]:.6g} s,"
-                f" median {median:.6g} s; allowed: within {JITTER_ALLOWED:.0%} of the median"
+                f" median {usual:.6g} s; allowed: within {JITTER_ALLOWED:.0%} of the median"
             )
 
     @property

@@ -5,11 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from benchmarks.evidence.case import UNKNOWN
 from benchmarks.evidence.drawn import draw_of, hidden, truth_of
-from benchmarks.evidence.scores import all_right, calibration, first_is_right, report, shown_wrong, wrong
+from benchmarks.evidence.own import drawn_of
+from benchmarks.evidence.own import truth_of as own_truth
+from benchmarks.evidence.reliability import picture, said_and_right, tenths
+from benchmarks.evidence.scores import (
+    all_right,
+    calibration,
+    calibration_error,
+    first_is_right,
+    holds_the_truth,
+    report,
+    shown_wrong,
+    wrong,
+)
 from benchmarks.foreign_plant import ARMS, NAMES
+from benchmarks.naming_report import NAMES as NAMES_OF_OWN
+from drivers.simulated.scenario import OUTSIDE_VOCABULARY
+from ident.discrepancy.by_evidence.decide.names import NO_NAME
 
 
 def line(truth: list[Any], *names: tuple[str, list[int], float, bool], verdict: str = "named") -> Any:
@@ -56,6 +72,47 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
     right = line([["payload", []]], ("payload", [], 0.8, False))
     assert "2 names, expected calibration error 0.450" in calibration([right, accused])
     assert "hold the truth in 50%" in calibration([right, accused])
+
+
+def test_a_set_holds_what_no_other_finding_has_and_nothing_where_all_is_had() -> None:
+    friction, unknown = ["stribeck_friction", [2]], [UNKNOWN, [1]]
+    right = {"name": "stribeck_friction", "joints": [2]}
+    assert holds_the_truth([friction], [[*friction, 0.9]], [])
+    assert not holds_the_truth([friction], [["hysteresis", [2], 0.9], ["nothing", [], 0.1]], [])
+    assert holds_the_truth([unknown], [["hysteresis", [1], 0.5], [NO_NAME, [1], 0.5]], [])
+    assert not holds_the_truth([unknown], [[NO_NAME, [3], 1.0]], [])
+    assert not holds_the_truth([friction], [[NO_NAME, [2], 1.0]], [])
+    assert not holds_the_truth([friction], [["viscous_friction", [2], 1.0]], [right])
+    assert holds_the_truth([friction], [["viscous_friction", [2], 0.6], ["nothing", [], 0.4]], [right])
+
+
+def test_the_calibration_error_is_that_of_tenths() -> None:
+    said, right = np.array([0.95, 0.99, 0.15, 0.12]), np.array([1.0, 0.0, 0.0, 1.0])
+    assert calibration_error(said, right) == pytest.approx((0.94 + 0.73) / 4.0)
+
+
+def test_the_own_bench_draws_half_a_floor_to_five_and_all_kinds() -> None:
+    drawn = [drawn_of(seed) for seed in range(400)]
+    sizes = np.array([one.size for one in drawn])
+    assert sizes.min() >= 0.5 and sizes.max() <= 5.0
+    assert np.median(sizes) == pytest.approx(np.sqrt(0.5 * 5.0), rel=0.15)
+    outside = np.mean([one.effects[:1] != () and one.effects[0] in OUTSIDE_VOCABULARY for one in drawn])
+    shares = np.bincount([len(one.effects) for one in drawn], minlength=3) / len(drawn)
+    assert shares == pytest.approx([0.1, 0.7, 0.2], abs=0.07) and outside == pytest.approx(0.1, abs=0.05)
+    assert {name for one in drawn for name in one.effects} <= {*NAMES_OF_OWN, *OUTSIDE_VOCABULARY}
+    said = own_truth((OUTSIDE_VOCABULARY[0], "payload"), ([2], ()))
+    assert said == ((UNKNOWN, (2,)), ("payload", ()))
+
+
+def test_the_diagram_has_a_point_per_tenth_and_plant() -> None:
+    right = line([["payload", []]], ("payload", [], 0.97, True))
+    wrong_one = line([["payload", []]], ("hysteresis", [1], 0.95, True))
+    own_one = {**line([["payload", []]], ("payload", [], 0.35, True)), "kind": "own"}
+    said, came = said_and_right([right, wrong_one])
+    assert tenths(said, came) == [(pytest.approx(0.96), 1, 2)]
+    drawn = picture([right, wrong_one, own_one])
+    assert "own bench" in drawn and "2 names, error 0.46" in drawn and "1 names, error 0.65" in drawn
+    assert drawn.count("<rect") == 2 and drawn.count("<circle") == 2
 
 
 def test_what_is_drawn_the_plant_can_hide() -> None:

@@ -1,12 +1,13 @@
 """Both searches on logs that are not of the simulated bench, scored side by side.
 
 Recorded logs are those of the shared data (``ARMHIL_DATA``): a foreign plant, EMPS, TX40, KR300. Drawn ones
-come of :mod:`benchmarks.foreign_plant`, by seed. Each answer is one line of JSON, so that a campaign can be
-stopped and gone on with.
+come of :mod:`benchmarks.foreign_plant`, or of the own simulated arm (``--plant own``), by seed. Each answer
+is one line of JSON, so that a campaign can be stopped and gone on with.
 
     python -m benchmarks.evidence --recorded --out recorded.jsonl
     python -m benchmarks.evidence --first 40000 --seeds 20 --out drawn.jsonl
-    python -m benchmarks.evidence --report recorded.jsonl
+    python -m benchmarks.evidence --plant own --first 1060000 --seeds 20 --out drawn.jsonl
+    python -m benchmarks.evidence --report drawn.jsonl --picture reliability.svg
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ from typing import Any
 from benchmarks.evidence.asked import SEARCHES, asked
 from benchmarks.evidence.case import Case
 from benchmarks.evidence.drawn import drawn
+from benchmarks.evidence.own import own
 from benchmarks.evidence.recorded import recorded
+from benchmarks.evidence.reliability import picture
 from benchmarks.evidence.scores import report
 
 
@@ -37,7 +40,10 @@ def main() -> None:
             for search in given.searches:
                 if time.monotonic() < ended and (name, search) not in _done(given.out):
                     _ask(given.out, name, case(), search)
-    print(report(_lines(given.report or given.out)))
+    lines = _lines(given.report or given.out)
+    print(report(lines))
+    if given.picture:
+        given.picture.write_text(picture(lines), encoding="utf-8")
 
 
 def _arguments() -> argparse.ArgumentParser:
@@ -46,11 +52,13 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--only", nargs="*", help="these names of them")
     parser.add_argument("--first", type=int, default=40000, help="first seed that is drawn")
     parser.add_argument("--seeds", type=int, default=0)
+    parser.add_argument("--plant", choices=("foreign", "own"), default="foreign", help="which draws them")
     parser.add_argument("--searches", nargs="*", default=list(SEARCHES), choices=SEARCHES)
     parser.add_argument("--keep", type=Path, default=Path("evidence-data"), help="folder for drawn logs")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="nothing is begun after so many")
     parser.add_argument("--out", type=Path, default=Path("evidence.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these answers")
+    parser.add_argument("--picture", type=Path, help="write the reliability diagram")
     return parser
 
 
@@ -61,6 +69,8 @@ def _cases(given: argparse.Namespace) -> dict[str, Callable[[], Case]]:
     if given.only:
         cases = {name: cases[name] for name in given.only}
     seeds = range(given.first, given.first + given.seeds)
+    if given.plant == "own":
+        return {**cases, **{f"own {seed}": partial(own, seed) for seed in seeds}}
     return {**cases, **{f"seed {seed}": partial(drawn, seed, given.keep) for seed in seeds}}
 
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchmarks.evidence.asked import SEARCHES
+from benchmarks.evidence.case import UNKNOWN
+from ident.discrepancy.by_evidence.decide.names import NO_NAME, NOTHING
+from robots.arrays import FloatArray
 
 Line = dict[str, Any]
 Answer = dict[str, Any]
@@ -20,19 +24,22 @@ def report(lines: Sequence[Line]) -> str:
     clean = [line for line in known if not line["truth"]]
     # Of a real arm one thing is known to be missing, and never that nothing else is.
     foreign = [line for line in known if line["kind"] == "foreign"]
-    whole = [line for line in foreign if line["truth"]]
+    drawn = [line for line in known if line["kind"] != "real"]
+    whole = [line for line in drawn if line["truth"]]
     figures: list[tuple[str, Sequence[Line], Callable[[Line, Answer], bool]]] = [
         ("right name and joint first", hidden, first_is_right),
         ("every hidden effect named, and nothing else", whole, all_right),
-        ("a name that is not hidden", foreign, wrong),
-        ("a name that is not hidden, named or not", foreign, shown_wrong),
+        ("a name that is not hidden", drawn, wrong),
+        ("a name that is not hidden, named or not", drawn, shown_wrong),
         ("clean arm with a finding", clean, lambda line, answer: bool(answer["names"])),
         ("clean arm called clean", clean, lambda line, answer: answer["verdict"] == "clean"),
         ("changed arm called clean", hidden, lambda line, answer: answer["verdict"] == "clean"),
     ]
     head = ["| figure | " + " | ".join(SEARCHES) + " |", "|---|" + "---|" * len(SEARCHES)]
     rows = [f"| {title} | {_cells(part, test)} |" for title, part, test in figures]
-    return "\n".join([*head, *rows, "", calibration(foreign), "", *(f"{_short(line)}" for line in lines)])
+    own = [line for line in known if line["kind"] == "own"]
+    kinds = [f"{title}: {calibration(part)}" for title, part in (("foreign", foreign), ("own", own)) if part]
+    return "\n".join([*head, *rows, "", *kinds, "", *(f"{_short(line)}" for line in lines)])
 
 
 def _cells(lines: Sequence[Line], test: Callable[[Line, Answer], bool]) -> str:
@@ -73,26 +80,78 @@ def _not_hidden(line: Line, names: Sequence[dict[str, Any]]) -> bool:
     return any(not any(same(one, n["name"], n["joints"]) for one in line["truth"]) for n in names)
 
 
+@dataclass(frozen=True)
+class Shown:
+    """One name that was shown.
+
+    Attributes:
+        probability: that it says.
+        right: whether it is hidden there.
+        held: whether its 95 % set holds what is there.
+        size: of that set.
+    """
+
+    probability: float
+    right: bool
+    held: bool
+    size: int
+
+
+def findings_of(line: Line) -> list[Shown]:
+    """Names that the evidence showed of one log."""
+    names, found = line["answers"].get("evidence", {"names": []})["names"], []
+    for number, name in enumerate(names):
+        right = any(same(one, name["name"], name["joints"]) for one in line["truth"])
+        others = [other for k, other in enumerate(names) if k != number]
+        held = holds_the_truth(line["truth"], name["set"], others)
+        found.append(Shown(name["probability"], right, held, len(name["set"])))
+    return found
+
+
 def calibration(lines: Sequence[Line]) -> str:
     """Expected calibration error of the names' probabilities, coverage and mean size of the 95 % sets."""
-    said, true, held, sizes = [], [], [], []
-    for line in lines:
-        for name in line["answers"].get("evidence", {"names": []})["names"]:
-            said.append(name["probability"])
-            true.append(any(same(one, name["name"], name["joints"]) for one in line["truth"]))
-            held.append(any(same(one, *other[:2]) for one in line["truth"] for other in name["set"]))
-            sizes.append(len(name["set"]))
-    if not said:
+    found = [one for line in lines for one in findings_of(line)]
+    if not found:
         return "no names of the evidence to calibrate"
-    probability, right = np.array(said), np.array(true, dtype=float)
-    bins = np.minimum((10 * probability).astype(int), 9)
-    error = sum(
-        abs(float(np.sum(probability[bins == b]) - np.sum(right[bins == b]))) for b in np.unique(bins)
-    ) / len(said)
+    said = np.array([one.probability for one in found])
+    error = calibration_error(said, np.array([one.right for one in found], dtype=np.float64))
+    held, size = np.mean([one.held for one in found]), np.mean([one.size for one in found])
     return (
-        f"evidence: {len(said)} names, expected calibration error {error:.3f}; 95 % sets hold the truth in"
-        f" {np.mean(held):.0%}, mean size {np.mean(sizes):.2f}"
+        f"evidence: {len(found)} names, expected calibration error {error:.3f};"
+        f" 95 % sets hold the truth in {held:.0%}, mean size {size:.2f}"
     )
+
+
+def calibration_error(probability: FloatArray, right: FloatArray) -> float:
+    """Expected calibration error over tenths of what is said.
+
+    Args:
+        probability: (N,) said.
+        right: (N,) 1 where it came true.
+    """
+    bins = np.minimum((10 * probability).astype(int), 9)
+    gaps = [abs(float(np.sum((probability - right)[bins == one]))) for one in np.unique(bins)]
+    return sum(gaps) / probability.size
+
+
+def holds_the_truth(
+    truth: Sequence[Any], said: Sequence[Sequence[Any]], others: Sequence[dict[str, Any]]
+) -> bool:
+    """Whether a set for one place holds what is there: what is hidden and no other finding has, or nothing.
+
+    Args:
+        truth: what is hidden.
+        said: the set: names, joints, probabilities.
+        others: the other findings.
+    """
+    left = [one for one in truth if not any(same(one, other["name"], other["joints"]) for other in others)]
+    if not left:
+        return any(name == NOTHING[0] for name, *_ in said)
+    return any(_is(one, name, joints) for one in left for name, joints, *_ in said)
+
+
+def _is(truth: Sequence[Any], name: str, joints: Sequence[int]) -> bool:
+    return same((NO_NAME, truth[1]) if truth[0] == UNKNOWN else truth, name, joints)
 
 
 def _short(line: Line) -> str:

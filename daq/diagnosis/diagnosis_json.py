@@ -121,6 +121,10 @@ def _finding(finding: Finding) -> dict[str, Any]:
         ],
         "p_value": json_number(finding.p_value),
         "probability": None if finding.probability is None else json_number(finding.probability),
+        "set": [
+            {"effect": one.name, "joints": list(one.joints), "probability": json_number(one.probability)}
+            for one in finding.held
+        ],
         "score": json_number(finding.score),
         "threshold": json_number(finding.threshold),
         "held_out_gain": json_number(finding.held_out_gain),

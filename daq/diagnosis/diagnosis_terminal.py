@@ -15,11 +15,12 @@ from daq.diagnosis.diagnosis_words import (
     headline,
     recommendation,
     spaced,
+    sure_words,
 )
 from daq.diagnosis.ranking_table import candidate_rows, explained_words
 from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
-from daq.text.numbers import percent, probability, significant, with_sigma
+from daq.text.numbers import percent, significant, with_sigma
 from daq.text.wrapped import Column, write, write_table
 from ident.discrepancy import Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
@@ -97,7 +98,7 @@ def _write_odd(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelChe
     """What the model does not have, does not explain, or was not tested for."""
     odd = [
         f"Finding {number}: {spaced(finding.effect)} at {joint_words(finding.joints)}"
-        f" ({_sure(finding)}, closes {percent(100 * finding.held_out_gain)} of the gap);"
+        f" ({sure_words(finding)}; closes {percent(100 * finding.held_out_gain)} of the gap);"
         f" {_confirmed(diagnosis, finding)}."
         for number, finding in enumerate(diagnosis.findings, start=1)
     ]
@@ -119,12 +120,6 @@ def _confirmed(diagnosis: Diagnosis, finding: Finding) -> str:
     """A reason that is the recommendation already is not said again."""
     said = diagnosis.verdict == "not_confirmed" and not finding.confirmation.passed
     return "not confirmed" if said else confirmed_words(finding)
-
-
-def _sure(finding: Finding) -> str:
-    if finding.probability is None:
-        return probability(finding.p_value)
-    return f"probability {finding.probability:.2f}"
 
 
 def _write_details(console: Console, diagnosis: Diagnosis, checks: Sequence[ModelCheck]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from daq.diagnosis.scored_families import settled_by
-from daq.text.numbers import NOTHING, percent
+from daq.text.numbers import NOTHING, percent, probability
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
 from ident.effects.entry import joint_words
@@ -83,6 +83,15 @@ def confirmed_words(finding: Finding) -> str:
         return f"not confirmed: {found.reason}"
     share = f"{100.0 * found.torque.share:.0f} ± {100.0 * found.torque.sigma:.0f} %"
     return f"confirmed: of the torque that it adds, data that was not fitted shows {share}"
+
+
+def sure_words(finding: Finding) -> str:
+    """How sure a name is, and what else is possible at 95 %; a p-value where the search gives no more."""
+    if finding.probability is None:
+        return probability(finding.p_value)
+    own = (finding.effect, finding.joints)
+    others = [spaced(one.words()) for one in finding.held if (one.name, one.joints) != own]
+    return f"probability {finding.probability:.2f}" + (f", else {', '.join(others)}" if others else "")
 
 
 def _cannot_tell(finding: Finding) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from daq.diagnosis.diagnosis_json import trajectory_name
-from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced
+from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced, sure_words
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
 from daq.diagnosis.plots import Plot, binned_residual_plot
 from daq.diagnosis.ranking_table import RankRow, ranking_rows
 from daq.diagnosis.telling_apart import TellingApart
-from daq.text.numbers import correlation, percent, probability, with_sigma
+from daq.text.numbers import correlation, percent, with_sigma
 from ident.discrepancy import Finding, FoundParameter
 from ident.discrepancy.before_after import Series
 from robots.description import Robot
@@ -29,7 +29,7 @@ class FindingView:
     words: str
     sentence: str
     mode: str
-    p_value: str
+    sure: str
     closed: str
     confirmed: str
     parameters: tuple[tuple[str, ...], ...]
@@ -70,7 +70,7 @@ def finding_view(
         words=sentence_of(finding.words()),
         sentence=finding.sentence,
         mode=_MODES[finding.mode],
-        p_value=probability(finding.p_value),
+        sure=_sure(finding),
         closed=percent(100.0 * finding.held_out_gain),
         confirmed=confirmed_words(finding),
         parameters=tuple(_parameter_row(p) for p in finding.parameters),
@@ -86,6 +86,11 @@ def finding_view(
         pairs=_pairs(apart),
         file=trajectory_name(number),
     )
+
+
+def _sure(finding: Finding) -> str:
+    words = sure_words(finding)
+    return words if finding.probability is not None else f"{words} for a clean arm to look like this"
 
 
 def _parameter_row(parameter: FoundParameter) -> tuple[str, ...]:

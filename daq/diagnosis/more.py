@@ -16,10 +16,10 @@ from daq.text.wrapped import write
 from ident import IdentificationError
 from ident.discrepancy import Diagnosis, Question
 from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.by_evidence.recorded import recorded_sizes
 from ident.discrepancy.by_evidence.terms.asked import proposed_terms
 from ident.discrepancy.by_evidence.terms.fitted import with_terms
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
-from ident.discrepancy.by_evidence.workflow import recorded_sizes
 from ident.discrepancy.onset import Onset, onsets
 
 _LOG = logging.getLogger(__name__)

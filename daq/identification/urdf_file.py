@@ -68,7 +68,7 @@ def _standard(fitted: Fitted) -> FloatArray:
     standard = consistent_standard(fitted.base, fitted.result.recommended.values)
     if standard is None:
         raise IdentificationError(
-            "--save-urdf: no arm that can exist has these base parameters, however they are split over links;"
-            " identify with --method consistent, which finds the nearest one that can"
+            "--save-urdf: no arm that can exist has these base parameters; identify with --method consistent,"
+            " which finds the nearest one that can"
         )
     return standard

@@ -30,8 +30,8 @@ from daq.importing.log_arm import still_joints, write_description
 from daq.importing.log_quantities import POSITION_UNITS
 from daq.importing.unnamed import told_apart
 from daq.recording.errors import CaptureError
+from ident.decimation import decimation_reach
 from ident.preparation.outliers import without_outliers
-from ident.signals import decimation_reach
 from robots import Robot
 from robots.arrays import FloatArray
 from robots.loose_urdf import LooseUrdf, read_loose_urdf

@@ -23,6 +23,8 @@ from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
+from ident.listing import seconds
+from ident.ordered import median
 from ident.preparation.held import clipped, not_held, repeated
 from ident.preparation.outliers import without_outliers
 from ident.preparation.resampling import uniform_recording
@@ -135,9 +137,7 @@ def log_recording(
     held += clipped(path.name, "control signal", control_signal)
     done(0.8)
     # A joint cannot be farther from its neighbours than it moves in two periods at its speed limit.
-    step = (
-        2.0 * robot.velocity_limits * float(np.median(np.diff(time))) if len(time) > 1 else np.zeros(robot.n)
-    )
+    step = 2.0 * robot.velocity_limits * median(np.diff(time)) if len(time) > 1 else np.zeros(robot.n)
     position, wrong = without_outliers(path.name, "position", time, position, step)
     limit = np.abs(robot.control_signal(robot.torque_limits[np.newaxis]))[0]
     control_signal, odd = without_outliers(path.name, "control signal", time, control_signal, limit)
@@ -171,7 +171,7 @@ def kept_rows(
     for rows, what in ((twice, "are written twice"), (again, "repeat the one before while the arm moves")):
         if rows.any():
             at = time[int(np.argmax(rows))]
-            words.append(f"{name}: {np.count_nonzero(rows)} rows {what} (first at {at:.6g} s), left out")
+            words.append(f"{name}: {np.count_nonzero(rows)} rows {what} (first at {seconds(at)} s), left out")
     for what, values in (("position", position), ("control signal", signal)):
         if values is None:
             continue

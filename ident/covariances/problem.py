@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimators.fit import Stacked
+from ident.ordered import distinct
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -63,7 +64,7 @@ class EstimatedRows:
         return [
             values[self.segment == index, joint]
             for joint in range(self.joints)
-            for index in np.unique(self.segment)
+            for index in distinct(self.segment)
         ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ident.discrepancy.decision import Choice
 from ident.discrepancy.library import Trial
-from ident.discrepancy.results import Candidate
+from ident.discrepancy.results import Candidate, Possible
 from ident.discrepancy.scoring import Score
 
 _RANKED = 12
@@ -24,6 +24,7 @@ class Basis:
         indistinguishable_from: what these recordings cannot tell from it.
         ranking: candidates for its place in the model, best first.
         probability: of the name at its place; None where the search gives none.
+        held: what is possible there, the likeliest first, as far as it takes for 95 %.
         doubt: why the search itself does not take it for confirmed, in words; empty where it does.
     """
 
@@ -34,6 +35,7 @@ class Basis:
     ranking: tuple[Candidate, ...]
     probability: float | None = None
     doubt: str = ""
+    held: tuple[Possible, ...] = ()
 
     @classmethod
     def of(cls, choice: Choice, position: int) -> Basis:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import log_ndtr
 
 from ident.discrepancy.deviations import BLOCK, block_labels
 from ident.discrepancy.prepared_recording import PreparedRecording
@@ -37,13 +38,25 @@ class Shown:
         """Nearer to all than to nothing, and told from nothing."""
         return self.share > max(0.5, _INTERVAL * self.sigma)
 
-    def outweighs(self, nats: float) -> bool:
-        """Whether it says more for the finding than other data say against it.
+    @property
+    def nats(self) -> float:
+        """For the finding against none, or against what it is compared with.
 
-        The share is normal with its deviation about 1 where all is there and about 0 where nothing is, so it
-        has (2 share − 1) / 2σ² nats for the one against the other.
+        The share is normal with its deviation about 1 where all is there and about 0 where nothing is.
         """
-        return 2.0 * self.share - 1.0 > 2.0 * self.sigma**2 * nats
+        return (2.0 * self.share - 1.0) / (2.0 * self.sigma**2) if self.sigma > 0.0 else 0.0
+
+    @property
+    def nats_of_no_name(self) -> float:
+        """For something that is only like the finding, against it: of such a thing any share may be there."""
+        if self.sigma == 0.0:
+            return 0.0
+        low, high = -self.share / self.sigma, (1.0 - self.share) / self.sigma
+        density = -0.5 * high**2 - np.log(self.sigma * np.sqrt(2.0 * np.pi))
+        # On the side on which the difference keeps its digits.
+        low, high = (low, high) if low + high < 0.0 else (-high, -low)
+        above, below = log_ndtr([high, low])
+        return float(above + np.log1p(-np.exp(below - above)) - density)
 
     @property
     def contradicted(self) -> bool:

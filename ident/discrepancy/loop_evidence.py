@@ -222,9 +222,9 @@ class LoopEvidence:
     def _through_loop(self, columns: FloatArray) -> FloatArray:
         if self.answer is None:
             return columns
-        out = np.empty_like(columns)
-        for drive, taps in enumerate(self.answer):
-            out[:, drive] = lfilter(taps, [1.0], columns[:, drive], axis=0)
+        out = np.zeros_like(columns)
+        for drive in np.flatnonzero(columns.any(axis=(0, 2))):  # most effects are of one drive
+            out[:, drive] = lfilter(self.answer[drive], [1.0], columns[:, drive], axis=0)
         return out
 
     def with_answer(self, exact: FloatArray, which: Sequence[int]) -> LoopEvidence:

@@ -17,10 +17,11 @@ from typing import Literal
 import numpy as np
 from scipy.special import logsumexp
 
+from ident.decimation import decimate_index
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.results import Diagnosis
-from ident.signals import decimate_index, low_pass_where_sampled
+from ident.signals import low_pass_where_sampled
 from ident.statistics.whitening import Whitening
 from robots.arrays import FloatArray, IntArray
 

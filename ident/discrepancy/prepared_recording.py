@@ -9,20 +9,14 @@ from functools import partial
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from ident.decimation import DecimationFilter, decimate, decimate_index, decimation_reach
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
-from ident.signals import (
-    DecimationFilter,
-    decimate,
-    decimate_index,
-    decimation_reach,
-    kept_samples,
-    motion,
-)
+from ident.signals import kept_samples, motion
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 from robots.identity_cache import IdentityCache

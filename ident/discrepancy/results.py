@@ -55,6 +55,25 @@ class Candidate:
 
 
 @dataclass(frozen=True)
+class Possible:
+    """One of the answers for a place that together hold 95 %: a name, something without one, or nothing.
+
+    Attributes:
+        name: as the vocabulary or the search says it.
+        joints: from 1.
+        probability: of it.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    probability: float
+
+    def words(self) -> str:
+        place = f" ({joint_words(self.joints)})" if self.joints else ""
+        return f"{self.name}{place} {self.probability:.2f}"
+
+
+@dataclass(frozen=True)
 class Finding:
     """One missing effect, where it sits, how sure that is, and the gap with and without it.
 
@@ -81,6 +100,8 @@ class Finding:
     ranking: tuple[Candidate, ...] = ()
     probability: float | None = None
     """Of the name at its place; None where the search gives none."""
+    held: tuple[Possible, ...] = ()
+    """What is possible there, the likeliest first, as far as it takes for 95 %."""
 
     def words(self) -> str:
         """The finding as a sentence."""

@@ -128,6 +128,7 @@ class Validation:
             binned_residual=self._binned_residual(without, whole),
             ranking=basis.ranking,
             probability=basis.probability,
+            held=basis.held,
         )
 
     def shown_in_loop(self, without: LoopRun, whole: LoopRun) -> Shown | None:

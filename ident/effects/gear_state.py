@@ -25,7 +25,9 @@ _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 _PARTS = 4
 """Of a sample, in which the load goes on straight."""
 _NEWTON_STEPS = 4
-"""Of a spring that stiffens, from the step of its linear part."""
+"""Of a spring that stiffens, from the step of its linear part, at most."""
+_SETTLED = 1e-9
+"""Of the acceleration: the step after one that is less would change nothing."""
 
 _PHASE = 0.1
 """rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
@@ -115,6 +117,7 @@ def _run(
     """
     x, v, a = start, 0.0, 0.0
     lag[0], rate[0], push[0] = x, v, a
+    given = 0.25 * h * h * stiffness + 0.5 * h * damping
     for k in range(1, load.shape[0]):
         for s in range(1, substeps + 1):
             ahead = s / substeps
@@ -122,19 +125,23 @@ def _run(
             f = load[k - 1] + ahead * (load[k] - load[k - 1])
             # Position and speed at the end of the step, less what the new acceleration adds to them.
             y, w = x + h * v + 0.25 * h * h * a, v + 0.5 * h * a
-            a = f / m
-            end = y + 0.25 * h * h * a
-            if end > half or end < -half:
-                edge = half if end > half else -half
-                pressed = (f - stiffness * (y - edge) - damping * w) / (
-                    m + 0.25 * h * h * stiffness + 0.5 * h * damping
-                )
+            if half == 0.0:  # a spring that is never left
+                a = (f - stiffness * y - damping * w) * (1.0 / (m + given))
                 for _ in range(_NEWTON_STEPS if cubic > 0.0 else 0):
-                    bent = y + 0.25 * h * h * pressed
-                    force = (stiffness + cubic * bent * bent) * bent + damping * (w + 0.5 * h * pressed)
+                    bent = y + 0.25 * h * h * a
+                    force = (stiffness + cubic * bent * bent) * bent + damping * (w + 0.5 * h * a)
                     hardness = stiffness + 3.0 * cubic * bent * bent
-                    pressed -= (m * pressed + force - f) / (m + 0.25 * h * h * hardness + 0.5 * h * damping)
-                if half == 0.0 or (f - m * pressed) * edge > 0.0:  # a flank never pulls
-                    a = pressed
+                    less = (m * a + force - f) / (m + 0.25 * h * h * hardness + 0.5 * h * damping)
+                    a -= less
+                    if abs(less) <= _SETTLED * abs(a):
+                        break
+            else:
+                a, give = f / m, 1.0 / (m + given)  # neither waits for the step before
+                end = y + 0.25 * h * h * a
+                if end > half or end < -half:
+                    edge = half if end > half else -half
+                    pressed = (f - stiffness * (y - edge) - damping * w) * give
+                    if (f - m * pressed) * edge > 0.0:  # a flank never pulls
+                        a = pressed
             x, v = y + 0.25 * h * h * a, w + 0.5 * h * a
         lag[k], rate[k], push[k] = x, v, a

@@ -14,12 +14,22 @@ from typing import Literal
 import numpy as np
 
 from ident.effects.family import PresentModel, State
+from ident.effects.hysteresis import deflection
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
 WAVES = (1, 2, 3, 4, 6, 8)
 """Periods per turn of what is periodic in the angle of a joint."""
+
+FALLS = (0.02, 0.06, 0.2)
+"""Of the speed limit: over which friction falls that a film of lubricant takes away."""
+
+FADES = (5.0, 20.0, 80.0)
+"""s, in which what was there at the start fades away."""
+
+CORNERS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+"""Of the travel: where a spring may begin."""
 
 _SPEED, _TRAVEL, _LOAD, _ACCELERATION = 0.5, 0.5, 0.3, 0.3
 """Of the limits: where a moving joint usually is."""
@@ -29,13 +39,27 @@ _MINUTE = 60.0
 
 _LOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
-Quantity = Literal["position", "speed", "acceleration", "load", "time"]
+WAYS = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2, 0.4)
+"""Of the travel: over which what bends or creeps comes round after a reversal."""
+
+Quantity = Literal["position", "way", "speed", "acceleration", "load", "torque", "time"]
 Function = Callable[[FloatArray], FloatArray]
 
 
 def itself(values: FloatArray) -> FloatArray:
     """A quantity as it is."""
     return values
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Deflection −1 to 1 of a bristle that is drawn along positions, over a length in rad (or m)."""
+
+    length: float
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Of positions in the order of time."""
+        return deflection(values, self.length)
 
 
 @dataclass(frozen=True)
@@ -51,17 +75,23 @@ class Factor:
     """
 
     words: str
-    unit: tuple[int, int, int]
+    unit: tuple[float, float, float]
     size: float
     quantity: Quantity
     joint: int
     function: Function = itself
 
     @property
-    def variable(self) -> str:
-        """The quantity's name, with the joint's number."""
-        symbol = {"position": "q", "speed": "v", "acceleration": "a", "load": "load", "time": "t"}
-        return symbol[self.quantity] + ("" if self.quantity == "time" else str(self.joint + 1))
+    def variables(self) -> tuple[str, ...]:
+        """The quantity's name, with the joint's number; of a way, position and direction.
+
+        The torque of a drive is what loads it.
+        """
+        if self.quantity == "time":
+            return ("t",)
+        symbols = {"position": "q", "way": "qv", "speed": "v", "acceleration": "a"}
+        names = tuple(symbols.get(self.quantity, ())) or ("load",)
+        return tuple(f"{name}{self.joint + 1}" for name in names)
 
     def value(self, state: State, present: PresentModel) -> FloatArray:
         """(samples,)."""
@@ -73,8 +103,12 @@ class Factor:
             return state.time
         if self.quantity == "load":
             return (present.link_torque(state) + present.offset_torque())[:, self.joint]
-        motion = {"position": state.position, "speed": state.velocity, "acceleration": state.acceleration}
-        return motion[self.quantity][:, self.joint]
+        if self.quantity == "torque":
+            return present.torque(state)[:, self.joint]
+        if self.quantity == "speed":
+            return state.velocity[:, self.joint]
+        motion = state.acceleration if self.quantity == "acceleration" else state.position
+        return motion[:, self.joint]
 
 
 def speed(robot: Robot, k: int) -> Factor:
@@ -103,6 +137,12 @@ def load(robot: Robot, k: int) -> Factor:
     return Factor(_name("load", k), (1, 0, 0), _LOAD * robot.joint[k].torque, "load", k)
 
 
+def cubed_torque(robot: Robot, k: int) -> Factor:
+    """Third power of the torque of joint k, friction and inertia of its drive among it."""
+    size = (_LOAD * robot.joint[k].torque) ** 3
+    return Factor(f"{_name('τ', k)}³", (3, 0, 0), size, "torque", k, _cube)
+
+
 def time(k: int) -> Factor:
     """Since the arm was switched on or the first recording began; of a term of joint k."""
     return Factor("t", (0, 0, 1), _MINUTE, "time", k)
@@ -125,6 +165,62 @@ def amount(of: Factor) -> Factor:
     plain = of.function is itself
     function: Function = np.abs if plain else lambda values: np.abs(of.function(values))
     return Factor(f"|{of.words}|", of.unit, of.size, of.quantity, of.joint, function)
+
+
+def root(of: Factor) -> Factor:
+    """Of its absolute value."""
+    half = (0.5 * of.unit[0], 0.5 * of.unit[1], 0.5 * of.unit[2])
+    return Factor(f"√|{of.words}|", half, float(np.sqrt(of.size)), of.quantity, of.joint, _root)
+
+
+def falling(robot: Robot, k: int) -> list[Factor]:
+    """One at standstill, and less the faster joint k is."""
+    return [_exponential(_name("q̇", k), share * robot.joint[k].velocity, "speed", k) for share in FALLS]
+
+
+def fading(k: int) -> list[Factor]:
+    """One at the start, and less later; of a term of joint k."""
+    return [_exponential("t", settling, "time", k) for settling in FADES]
+
+
+def beyond(robot: Robot, k: int) -> list[Factor]:
+    """How far joint k is beyond a corner, on either side; zero before it."""
+    lower, upper = robot.joint[k].position
+    size, symbol, found = _TRAVEL * 0.5 * (upper - lower), _name("q", k), []
+    for corner in (float(f"{lower + share * (upper - lower):.3g}") for share in CORNERS):
+        at = f"{abs(corner):g}"
+        above = symbol if corner == 0.0 else f"{symbol} {'−' if corner > 0.0 else '+'} {at}"
+        below = f"−{symbol}" if corner == 0.0 else f"{'' if corner > 0.0 else '−'}{at} − {symbol}"
+        for side, way in ((1.0, above), (-1.0, below)):
+            found.append(Factor(f"max({way}, 0)", (0, 1, 0), size, "position", k, _ramp(corner, side)))
+    return found
+
+
+def drawn(robot: Robot, k: int) -> list[Factor]:
+    """Where joint k comes from: one after a long way forwards, minus one after a long way back."""
+    lower, upper = robot.joint[k].position
+    lengths = [float(f"{share * (upper - lower):.2g}") for share in WAYS]
+    symbol = _name("q", k)
+    return [Factor(f"z({symbol}/{one:g})", (0, 0, 0), 1.0, "way", k, Drawn(one)) for one in lengths]
+
+
+def _exponential(symbol: str, scale: float, quantity: Quantity, k: int) -> Factor:
+    rounded = float(f"{scale:.3g}")
+    symbol = symbol if quantity == "time" else f"|{symbol}|"
+    words = f"exp(−{symbol}/{rounded:g})"
+    return Factor(words, (0, 0, 0), 1.0, quantity, k, lambda values: np.exp(-np.abs(values) / rounded))
+
+
+def _ramp(corner: float, side: float) -> Function:
+    return lambda values: np.maximum(side * (values - corner), 0.0)
+
+
+def _cube(values: FloatArray) -> FloatArray:
+    return values**3
+
+
+def _root(values: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.abs(values)))
 
 
 def _periodic(wave: Function, rate: float) -> Function:

@@ -8,10 +8,18 @@ from typing import Literal
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
-from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, joint_row
-from ident.effects.simulated import FrictionTorque, PositionTorque, SimulatedParts, SpeedLaw, Table
+from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts, along, joint_row, over_time
+from ident.effects.simulated import (
+    Bristle,
+    DriveChange,
+    FrictionTorque,
+    PositionTorque,
+    SimulatedParts,
+    SpeedLaw,
+    Table,
+)
 from ident.effects.speed_term import FrictionSign
-from ident.effects.term_factors import Factor, Quantity, itself
+from ident.effects.term_factors import Drawn, Factor, Quantity, itself
 from ident.effects.terms import Term, dictionary
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
@@ -90,7 +98,9 @@ def _make(
         def parts(values: FloatArray) -> SimulatedParts:
             return simulated_term(robot, term, float(values[0]), present.offset_torque())
 
-        return Parameters((f"{term.formula}@",), (term.unit,), (ANY,), (term.scale,)), law, parts
+        # A drive whose constant grows with its torque is none.
+        bounds = POSITIVE if any(one.quantity == "torque" for one in term.factors) else ANY
+        return Parameters((f"{term.formula}@",), (term.unit,), (bounds,), (term.scale,)), law, parts
 
     return make
 
@@ -98,6 +108,13 @@ def _make(
 def simulated_term(robot: Robot, term: Term, value: float, offset: FloatArray) -> SimulatedParts:
     """What a term is in the closed loop with a value of its factor, in a model with an offset (n,)."""
     row = np.eye(robot.n)[term.joint]
+    for factor in term.factors:
+        if isinstance(factor.function, Drawn):
+            bristle = Bristle(factor.function.length, "exponential")
+            return SimulatedParts(friction=(FrictionTorque(row, value * row, bristle),))
+        if factor.quantity == "torque":
+            droop = value * float(robot.gains[term.joint]) ** 2
+            return SimulatedParts(drives=(DriveChange(term.joint, droop=droop, droop_power=2.0),))
     own = _of(term.factors, "speed", term.joint)
     others = [one for one in term.factors if one.quantity == "speed" and one.joint != term.joint]
     loads = _of(term.factors, "load")
@@ -115,6 +132,7 @@ def simulated_term(robot: Robot, term: Term, value: float, offset: FloatArray) -
         row,
         value * row,
         _law(own),
+        speed_factor=_beside_sign(own),
         position_row=None if curve is None else row,
         curve=curve,
         course=course,
@@ -135,9 +153,16 @@ def _law(own: Sequence[Factor]) -> SpeedLaw:
     """Over the joint's own speed; a constant where that is no factor."""
     if [one.function for one in own] == [itself]:
         return None
-    if len(own) == 1 and isinstance(own[0].function, FrictionSign):
+    if own and isinstance(own[0].function, FrictionSign):
         return own[0].function
     return _product(own)
+
+
+def _beside_sign(own: Sequence[Factor]) -> Callable[[FloatArray], FloatArray] | None:
+    """What a sign goes with; it stands first."""
+    if len(own) > 1 and isinstance(own[0].function, FrictionSign):
+        return _product(own[1:])
+    return None
 
 
 def _product(factors: Sequence[Factor]) -> Callable[[FloatArray], FloatArray]:
@@ -157,7 +182,11 @@ def _curve(robot: Robot, term: Term) -> Table | None:
 
 def _course(term: Term) -> Table | None:
     factors = _of(term.factors, "time")
-    return Table.of(_product(factors), 0.0, 1.0) if factors else None  # a straight line goes on
+    if not factors:
+        return None
+    if all(one.function is itself for one in factors):
+        return Table.of(_product(factors), 0.0, 1.0)  # a straight line goes on
+    return over_time(_product(factors))
 
 
 def _other(robot: Robot, others: Sequence[Factor]) -> Table | None:

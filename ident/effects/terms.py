@@ -13,9 +13,15 @@ from ident.effects.term_factors import (
     Factor,
     acceleration,
     amount,
+    beyond,
+    cubed_torque,
     direction,
+    drawn,
+    fading,
+    falling,
     load,
     position,
+    root,
     speed,
     time,
     waves,
@@ -26,12 +32,16 @@ from robots.description import Robot
 NOTES = {
     "own model": "a parameter of the model that has changed: friction, inertia or offset of the drive",
     "speed": "drag of air or lubricant, an eddy-current brake, a hose",
+    "falling with speed": "a film of lubricant that builds up, a seal that lets go",
     "position": "a spring or counterbalance that is not linear, a dress pack",
+    "from an angle on": "a cable or hose that goes taut, a bumper, a stop that is touched",
+    "way": "a dress pack or hose that bends with losses, friction that builds up over a way",
     "position and speed": "lubricant that is thicker at one end of the travel, a damper with a lever",
     "position and sign": "a seal or brake that rubs more at one end of the travel",
     "load": "a bearing or gear under load, a torque constant that droops",
     "load and speed": "losses of a gear with load and speed, a worm or wave gear",
     "time": "warming up, a drift of the torque sensor or the drive's offset",
+    "fading": "a gear that runs warm, a cold start, creep that settles",
     "angle": "an unbalance, a magnet or cogging with the turn of the joint",
     "angle and sign": "a bent shaft, an eccentric bearing, a brake disc that is not flat",
     "angle and speed": "an eccentric rotor in a brake's field, a bearing out of round",
@@ -39,7 +49,7 @@ NOTES = {
 }
 """Per family of the dictionary, what in nature looks like it."""
 
-_HIGH = {1: "", 2: "²", 3: "³"}
+_HIGH = {0.5: "^½", 1.0: "", 2.0: "²", 3.0: "³"}
 
 
 @dataclass(frozen=True)
@@ -65,7 +75,7 @@ class Term:
     @property
     def variables(self) -> frozenset[str]:
         """What it is made of: q, v, a, load with the joint's number, t."""
-        return frozenset(one.variable for one in self.factors)
+        return frozenset(name for one in self.factors for name in one.variables)
 
     @property
     def looks_like(self) -> str:
@@ -92,14 +102,19 @@ def _of_kinds(robot: Robot, j: int) -> Iterator[tuple[str, Sequence[tuple[Factor
     wave = waves(robot, j)
     folded = [amount(one) for one in wave]
     yield "own model", [(v,), (s,), (acceleration(robot, j),), ()]
-    yield "speed", [(v, amount(v)), (v, v, v)]
+    yield "speed", [(s, root(v)), (v, amount(v)), (v, v, v)]
+    yield "falling with speed", [(s, one) for one in falling(robot, j)]
     yield "position", [(q,), (q, q), (q, q, q)]
+    yield "from an angle on", [(one,) for one in beyond(robot, j)]
+    yield "way", [(one,) for one in drawn(robot, j)]
     yield "position and speed", [(v, q), (v, q, q), (v, amount(q))]
     yield "position and sign", [(s, q), (s, q, q), (s, amount(q))]
-    yield "load", [(weight, amount(weight)), (s, amount(weight)), (s, weight, weight)]
+    drive = [(cubed_torque(robot, j),)] if _alone(robot, j) else []
+    yield "load", [*drive, (weight,), (weight, amount(weight)), (s, amount(weight)), (s, weight, weight)]
     products = [(v, amount(weight)), (v, weight), (amount(v), weight), (v, weight, weight)]
     yield "load and speed", products
     yield "time", [(t,), (s, t), (v, t), (weight, t)]
+    yield "fading", [product for one in fading(j) for product in ((s, one), (v, one), (one,))]
     yield "angle", [(one,) for one in (*wave, *folded)]
     yield "angle and sign", [(s, one) for one in (*wave, *folded)]
     yield "angle and speed", [(v, one) for one in (*wave, *folded)]
@@ -109,6 +124,12 @@ def _of_kinds(robot: Robot, j: int) -> Iterator[tuple[str, Sequence[tuple[Factor
             alone = (direction(robot, k), acceleration(robot, k), load(robot, k))
             yield "neighbour", [(other,), *((one,) for one in alone)]
             yield "neighbour", [(v, amount(other)), (v, other), (s, amount(other)), (other, amount(other))]
+
+
+def _alone(robot: Robot, j: int) -> bool:
+    """Whether drive j moves joint j, and that only."""
+    unit, geared = np.eye(robot.n)[j], robot.transmission_matrix
+    return np.array_equal(geared[j], unit) and np.array_equal(geared[:, j], unit)
 
 
 def _term(robot: Robot, joint: int, kind: str, factors: Sequence[Factor]) -> Term:
@@ -122,16 +143,21 @@ def _term(robot: Robot, joint: int, kind: str, factors: Sequence[Factor]) -> Ter
     )
 
 
-def _unit(robot: Robot, joint: int, below: Sequence[int]) -> str:
+def _unit(robot: Robot, joint: int, below: Sequence[float]) -> str:
     """Torque over the unit of the formula."""
     own = robot.joint[joint]
     parts = ((own.torque_unit, 1 - below[0]), ("s", -below[2]), (own.unit, -below[1]))
-    above = [word + _HIGH[power] for word, power in parts if power > 0]
-    under = [word + _HIGH[-power] for word, power in parts if power < 0]
+    above = [_power(word, power) for word, power in parts if power > 0]
+    under = [_power(word, -power) for word, power in parts if power < 0]
     top, bottom = "·".join(above) or "1", "·".join(under)
-    if "·" in bottom:
+    if "·" in bottom and not (len(under) == 1 and bottom.startswith("(")):
         bottom = f"({bottom})"
     return f"{top}/{bottom}" if bottom else top
+
+
+def _power(unit: str, power: float) -> str:
+    """Of a unit, which may be a product."""
+    return f"({unit}){_HIGH[power]}" if "·" in unit and power != 1.0 else unit + _HIGH[power]
 
 
 def _powers(words: Sequence[str]) -> list[str]:

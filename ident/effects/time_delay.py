@@ -47,13 +47,13 @@ def _make(
     def law(state: State) -> FloatArray:
         if state.time is None or state.time.shape[0] < _FEWEST:
             return np.zeros((*state.position.shape, 1))
-        time, state = state.time, present.low_cutoff(state)
-        moving, showing = (late, np.eye(robot.n)) if shift > 0.0 else (np.eye(robot.n), late)
-        motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
-        ahead = (state.ahead(shift) - motion) @ moving.T
-        position, velocity, acceleration = (motion + ahead).transpose(1, 0, 2)
-        moved = State(position, velocity, acceleration, time, load=state.load)
-        change = (present.torque(moved) - present.torque(state)) @ showing
+        state = present.low_cutoff(state)
+        if shift in _SHIFTS and shift < 0.0:  # every place asks for those
+            change = state.once(present, ("ahead", shift), lambda: _change(present, state, shift)) @ late
+        elif shift < 0.0:
+            change = _change(present, state, shift) @ late
+        else:
+            change = _change(present, state, shift, late)
         return (change / shift)[:, :, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
@@ -64,6 +64,17 @@ def _make(
         )
 
     return Parameters(("delay",), ("s",), (_of_about(shift),), (0.005,)), law, parts
+
+
+def _change(
+    present: PresentModel, state: State, shift: float, moving: FloatArray | None = None
+) -> FloatArray:
+    """Change of the torque, samples × joints, over a shift of the motion (s) of all joints, or as moving."""
+    motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
+    ahead = state.ahead(shift) if moving is None else motion + (state.ahead(shift) - motion) @ moving.T
+    position, velocity, acceleration = np.ascontiguousarray(ahead.transpose(1, 0, 2))
+    moved = State(position, velocity, acceleration, state.time, load=state.load)
+    return np.asarray(present.torque(moved) - present.torque(state))
 
 
 def _of_about(shift: float) -> tuple[float, float]:

@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.closed_loop.leading import SimulatedRun
+from ident.decimation import decimate
 from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
-from ident.signals import decimate, kept_samples, low_pass, motion
+from ident.signals import kept_samples, low_pass, motion
 from ident.statistics.restricted import regression_whitening
 from ident.statistics.tails import beyond_f
 from ident.verdicts import ColumnCheck, ColumnKind

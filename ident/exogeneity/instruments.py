@@ -11,11 +11,10 @@ from ident.exogeneity.relevance import conditional_f
 from ident.exogeneity.sign_flips import sign_flip_test
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows
+from ident.exogeneity.untested import INSTRUMENTS_NULL
 from ident.statistics.whitening import Whitening
 from ident.verdicts import ColumnCheck, ColumnKind, Gate
 from robots.arrays import BoolArray, FloatArray
-
-INSTRUMENTS_NULL = "Π = I: the simulation gives the regressors, X = Z + V"
 
 _EXACT = 1e-9
 """A departure below this share of the column is rounding."""

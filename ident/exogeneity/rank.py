@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import qr
 
 from ident.exogeneity.textbook import WhiteRows
+from ident.exogeneity.untested import RANK_NULL
 from ident.verdicts import ColumnCheck, Gate
 from robots.arrays import FloatArray, IntArray
-
-RANK_NULL = "[X V̂] adds nothing to X above the noise floor"
 
 _BIAS_THAT_MATTERS = 0.1
 """The noise floor: a column of V̂ that cannot shift any parameter by this many σ is null."""
@@ -62,6 +60,8 @@ def _floors(x: FloatArray) -> FloatArray:
 
 def _pivoted_diagonal(columns: FloatArray) -> FloatArray:
     """|R_kk| of a pivoted QR, given back in the order of the columns, (b,)."""
+    from scipy.linalg import qr  # takes time to load; a log without reference needs none
+
     r, pivots = qr(columns, mode="r", pivoting=True)
     diagonal = np.zeros(columns.shape[1])
     diagonal[pivots] = np.abs(np.diag(r))

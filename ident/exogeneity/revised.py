@@ -9,15 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from ident.exogeneity.agreement import SimulationAgreement
-from ident.exogeneity.instruments import INSTRUMENTS_NULL, GateSettings, instruments_gate
-from ident.exogeneity.rank import RANK_NULL, rank_gate
+from ident.exogeneity.instruments import GateSettings, instruments_gate
+from ident.exogeneity.rank import rank_gate
 from ident.exogeneity.tested import TestedRows
 from ident.exogeneity.textbook import WhiteRows, single_p_values, wald_f
+from ident.exogeneity.untested import EXOGENEITY_NULL, RANK_NULL, not_reached
 from ident.listing import listed
 from ident.verdicts import ColumnCheck, Gate, RevisedTest
 from robots.arrays import FloatArray, IntArray
-
-_EXOGENEITY = "γ = 0: the regressors are uncorrelated with the errors"
 
 
 def revised_test(
@@ -40,11 +39,11 @@ def revised_test(
     rows, words = tested.whitened(whitening), whitening.describe()
     instruments = instruments_gate(tested, tested.omega(), rows, names, settings, agreement)
     if not instruments.passed:
-        gates = (instruments, _not_reached("rank", RANK_NULL), _not_reached("exogeneity", _EXOGENEITY))
+        gates = (instruments, not_reached("rank", RANK_NULL), not_reached("exogeneity", EXOGENEITY_NULL))
         return RevisedTest("instruments_invalid", _say_invalid(instruments), words, gates)
     rank, kept = rank_gate(rows, names)
     if kept.size == 0:
-        gates = (instruments, rank, _not_reached("exogeneity", _EXOGENEITY))
+        gates = (instruments, rank, not_reached("exogeneity", EXOGENEITY_NULL))
         reason = "simulation and measurement give the same regressors"
         return RevisedTest("exogenous", _say_exogenous(reason), words, gates)
     exogeneity = exogeneity_gate(rows, names, kept, settings.level, words)
@@ -53,32 +52,6 @@ def revised_test(
         reason = f"p = {exogeneity.p_value:.3g} that they are uncorrelated with the errors"
         return RevisedTest("exogenous", _say_exogenous(reason), words, gates)
     return RevisedTest("endogenous", _say_endogenous(names, shift_in_sigma), words, gates)
-
-
-def not_testable(reason: str, covariance: str) -> RevisedTest:
-    """The verdict where there are no instruments to test with."""
-    gates = (
-        _not_reached("instruments", INSTRUMENTS_NULL),
-        _not_reached("rank", RANK_NULL),
-        _not_reached("exogeneity", _EXOGENEITY),
-    )
-    return RevisedTest("not_testable", f"Least squares was used untested: {reason}.", covariance, gates)
-
-
-def no_such_arm(reason: str, covariance: str) -> RevisedTest:
-    """The verdict where the estimated arm cannot be simulated: gate 1 closes before there are instruments.
-
-    Args:
-        reason: which joint ran away when, or where the mass matrix is none of an arm.
-        covariance: of the errors, in words.
-    """
-    closed = Gate("instruments", INSTRUMENTS_NULL, False, None, "", None, None, reason)
-    gates = (closed, _not_reached("rank", RANK_NULL), _not_reached("exogeneity", _EXOGENEITY))
-    advice = (
-        f"Do not trust this model yet: the arm as it was estimated cannot be simulated: {reason}. Instruments"
-        " are invalid; search for the missing effect, and check the controller's figures."
-    )
-    return RevisedTest("instruments_invalid", advice, covariance, gates)
 
 
 def exogeneity_gate(
@@ -107,7 +80,7 @@ def exogeneity_gate(
     detail = errors
     if guilty:
         detail += f"; correlated with the errors: {listed(guilty)}"
-    return Gate("exogeneity", _EXOGENEITY, p >= level, statistic, "F", df, p, detail, checks)
+    return Gate("exogeneity", EXOGENEITY_NULL, p >= level, statistic, "F", df, p, detail, checks)
 
 
 def _holm_limits(p_values: FloatArray, level: float) -> FloatArray:
@@ -120,10 +93,6 @@ def _holm_limits(p_values: FloatArray, level: float) -> FloatArray:
     for k in order[first_kept:]:
         limits[k] = min(limits[k], p_values[k])
     return limits
-
-
-def _not_reached(name: str, null: str) -> Gate:
-    return Gate(name, null, None, None, "", None, None, "not reached")  # type: ignore[arg-type]
 
 
 def _say_invalid(gate: Gate) -> str:

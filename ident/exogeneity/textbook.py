@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 
 from ident.statistics.tails import beyond_f, each_beyond_f
 from ident.verdicts import Gate
@@ -39,7 +38,7 @@ def residual_sum(y: FloatArray, x: FloatArray) -> float:
 def trailing_diagonal(x: FloatArray, v: FloatArray) -> FloatArray:
     """|R_kk| of V̂'s columns in the QR of [X V̂]: what each adds to X and to the columns before it, (b,)."""
     scale = np.linalg.norm(x, axis=0)
-    r = qr(np.hstack([x / scale, v / scale]), mode="r")[0]
+    r = np.linalg.qr(np.hstack([x / scale, v / scale]), mode="r")
     return np.asarray(np.abs(np.diag(r))[x.shape[1] :])
 
 

@@ -179,7 +179,7 @@ def _contradiction(ratio: FloatArray) -> str:
     worst = int(np.argmax(np.abs(ratio - 1.0)))
     return (
         f"the gain of drive {worst + 1} would be {ratio[worst]:.2g} times the described one; are the captures"
-        " sorted into loaded and unloaded as they were made, and is the payload's mass right?"
+        " rightly told into loaded and unloaded, and is the payload's mass right?"
     )
 
 

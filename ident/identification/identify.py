@@ -10,15 +10,7 @@ from ident.effects.found import Found
 from ident.errors import IdentificationError
 from ident.estimators import LinearFit, stack
 from ident.estimators.consistent import ConsistentFit, consistent_fit, require_solver
-from ident.exogeneity import (
-    GateSettings,
-    TestedRows,
-    no_such_arm,
-    not_testable,
-    revised_test,
-    simulation_agreement,
-    textbook_test,
-)
+from ident.exogeneity.untested import no_such_arm, not_testable
 from ident.identification.alignment import estimate_lag
 from ident.identification.doubts import doubts_of
 from ident.identification.excitation import rank_of, require_enough_rows
@@ -243,6 +235,14 @@ def _test(
     if fits.instruments is None or fits.instrumental is None:
         verdict = no_such_arm if fits.impossible else not_testable
         return verdict(fits.reason, prepared.errors.describe()), None
+    from ident.exogeneity import (  # takes time to load; a log without reference needs none
+        GateSettings,
+        TestedRows,
+        revised_test,
+        simulation_agreement,
+        textbook_test,
+    )
+
     robot = base.model.robot
     margins = robot.identification
     settings = GateSettings(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ident.closed_loop import SimulatedRun, simulate
 from ident.errors import IdentificationError, SimulationError
 from ident.estimators import LinearFit, Stacked, instrumental_variables
 from ident.estimators.fit import stack_columns
@@ -15,6 +15,9 @@ from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observed_columns
 from ident.recording import Recording
 from robots.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from ident.closed_loop import SimulatedRun
 
 _ITERATIONS = 10
 _STILL = 1e-3
@@ -88,6 +91,8 @@ def _simulated(base: BaseParameters, standard: FloatArray, recordings: tuple[Rec
 def _runs(
     base: BaseParameters, standard: FloatArray, recordings: Sequence[Recording]
 ) -> tuple[SimulatedRun, ...]:
+    from ident.closed_loop import simulate  # takes time to load; a log without reference needs none
+
     found = []
     for recording in recordings:
         try:

@@ -18,12 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.decimation import decimate_index, decimation_reach
 from ident.estimators import LinearFit
 from ident.filters import near
 from ident.identification.fits import Prepared
+from ident.ordered import distinct
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
-from ident.signals import decimate_index, decimation_reach, low_pass, motion
+from ident.signals import low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance
 from ident.statistics.triangle import weighted_product
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -128,7 +130,7 @@ def _by_recording(
     segment: IntArray, gamma: tuple[FloatArray, ...], weights: Callable[[BoolArray], FloatArray]
 ) -> FloatArray:
     """Variances (b,) of weighted errors, recording by recording: of hours the weights fill the memory."""
-    parts = [segment == name for name in np.unique(segment)]
+    parts = [segment == name for name in distinct(segment)]
     return np.asarray(sum(variances(weights(own), gamma, segment[own]) for own in parts))
 
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.covariances import covariance_named, covariance_of, estimated_rows
+from ident.decimation import decimate
 from ident.effects import RigidBody, State
 from ident.effects.scales import payload
 from ident.estimators.fit import LinearFit, stack, stack_columns
@@ -25,7 +26,7 @@ from ident.estimators.least_squares import joint_deviations
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
-from ident.signals import decimate, motion
+from ident.signals import motion
 from robots.arrays import FloatArray
 from robots.carried import Load
 from robots.standard import LINK_SYMBOLS

@@ -14,6 +14,7 @@ import numpy as np
 
 from ident.errors import IdentificationError
 from ident.estimators.fit import stack_columns
+from ident.ordered import distinct
 from ident.parameters.base import BaseParameters, base_parameters
 from ident.parameters.regressor import RegressorModel
 from ident.preparation.cutoff import propose_cutoff
@@ -89,7 +90,7 @@ def left_of_halves(base: BaseParameters, recordings: tuple[Recording, ...], cuto
 def _first_halves(rows: Rows) -> BoolArray:
     """(samples,) those before the middle of their recording."""
     first = np.zeros(rows.segment.size, dtype=np.bool_)
-    for segment in np.unique(rows.segment):
+    for segment in distinct(rows.segment):
         own = np.flatnonzero(rows.segment == segment)
         first[own[: own.size // 2]] = True
     return first

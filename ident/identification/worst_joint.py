@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.ordered import distinct
 from ident.preparation.observation import Rows
 from ident.recording import Recording
 from ident.results import Estimate, WorstJoint
@@ -63,13 +64,13 @@ def worst_joint_of(estimate: Estimate, rows: Rows, recordings: Sequence[Recordin
 
 def _segments(rows: Rows) -> list[NDArray[np.intp]]:
     """The rows of each recording."""
-    return [np.flatnonzero(rows.segment == k) for k in np.unique(rows.segment)]
+    return [np.flatnonzero(rows.segment == k) for k in distinct(rows.segment)]
 
 
 def _at_rows(rows: Rows, recordings: Sequence[Recording]) -> FloatArray:
     """Positions at the times of the rows, samples × joints."""
     found = np.empty(rows.torque.shape)
-    for number in np.unique(rows.segment):
+    for number in distinct(rows.segment):
         own, recording = rows.segment == number, recordings[number]
         for joint, positions in enumerate(recording.position.T):
             found[own, joint] = np.interp(rows.time[own], recording.time, positions)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from ident.effects import Effect, RigidBody, State
 from ident.effects.chain import chain_frames
@@ -190,9 +189,12 @@ def _relation(rows: FloatArray, scale: FloatArray, independent: IntArray, presen
     """(b, p) with the identity on the independent columns and the regrouping factors on the others."""
     relation = np.zeros((independent.size, rows.shape[1]))
     relation[np.arange(independent.size), independent] = 1.0
-    dependent = np.setdiff1d(present, independent)
-    q, r = qr(rows[:, independent] / scale[independent], mode="economic")
-    factors = solve_triangular(r, q.T @ (rows[:, dependent] / scale[dependent]))
+    others = np.zeros(rows.shape[1], dtype=np.bool_)
+    others[present] = True
+    others[independent] = False
+    dependent = np.flatnonzero(others)
+    q, r = np.linalg.qr(rows[:, independent] / scale[independent])
+    factors = np.linalg.solve(r, q.T @ (rows[:, dependent] / scale[dependent]))
     factors[np.abs(factors) < _SMALLEST_RELATION] = 0.0
     relation[:, dependent] = np.round(factors * (scale[dependent] / scale[independent, np.newaxis]), 12)
     return relation

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.ordered import percentile
 from ident.recording import Recording
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -115,7 +116,7 @@ def _beyond_limits(robot: Robot, position: FloatArray) -> FloatArray:
 def _speeds(recording: Recording) -> FloatArray:
     """(n,) speed that is hardly exceeded."""
     steps = np.abs(np.diff(recording.position, axis=0)) / recording.sample_time
-    return np.asarray(np.percentile(steps, _SPEED_PERCENTILE, axis=0))
+    return percentile(steps, _SPEED_PERCENTILE)
 
 
 def _check_control_signal(recording: Recording) -> None:
@@ -130,7 +131,7 @@ def _check_control_signal(recording: Recording) -> None:
 
 def _check_torque(robot: Robot, recording: Recording) -> list[str]:
     """Refuse torques that the arm's drives cannot make: a unit or a gain is wrong. Say where some are odd."""
-    torque = np.percentile(np.abs(robot.joint_torque(recording.control_signal)), _SPEED_PERCENTILE, axis=0)
+    torque = percentile(np.abs(robot.joint_torque(recording.control_signal)), _SPEED_PERCENTILE)
     share = torque / robot.torque_limits
     joint = int(np.argmax(share))
     if share[joint] > _TOO_STRONG:

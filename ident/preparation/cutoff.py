@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.ordered import median
 from ident.preparation.spectrum import PositionSpectrum
 from robots.arrays import FloatArray
 
@@ -59,7 +60,7 @@ def propose_cutoff(spectrum: PositionSpectrum) -> CutoffProposal:
     noise = np.array([_into_noise(spectrum, smooth[:, j], j, highest) for j in joints])
     motion = np.array([_bandwidth(spectrum, smooth[:, j], j, noise[j]) for j in joints])
     proposals = np.minimum(_TIMES_BANDWIDTH * motion, noise)
-    return CutoffProposal(motion, noise, float(f"{np.median(proposals):.2g}"))
+    return CutoffProposal(motion, noise, float(f"{median(np.asarray(proposals)):.2g}"))
 
 
 def _averaged(spectrum: PositionSpectrum) -> FloatArray:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.listing import seconds
+from ident.ordered import median, percentile
 from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -53,7 +55,7 @@ def not_held(
             longest = int(np.argmax(np.where(stuck, length, 0)))
             words.append(
                 f"{name}: {what} of joint {joint + 1} is stuck for {length[longest]} samples after"
-                f" {time[start[longest]]:.6g} s ({np.count_nonzero(stuck)} times in all), set aside"
+                f" {seconds(time[start[longest]])} s ({np.count_nonzero(stuck)} times in all), set aside"
             )
     return good, tuple(words)
 
@@ -101,7 +103,7 @@ def _runs(column: FloatArray) -> tuple[IntArray, IntArray]:
 
 def _moves(position: FloatArray, start: IntArray, length: IntArray) -> BoolArray:
     """Whether a joint moves during a run, at half of its usual speed or more."""
-    usual = float(np.median(np.abs(np.diff(position))))
+    usual = median(np.abs(np.diff(position)))
     travel = np.abs(position[start + length - 1] - position[start])
     return np.asarray(travel > _USUAL_SPEED * usual * length, dtype=np.bool_)
 
@@ -109,9 +111,9 @@ def _moves(position: FloatArray, start: IntArray, length: IntArray) -> BoolArray
 def _impossible(what: str, column: FloatArray, start: IntArray, length: IntArray) -> BoolArray:
     if what != "position":
         inside = (column[start] > column.min()) & (column[start] < column.max())  # at the ends it is clipped
-        return np.asarray(inside & (length > _TIMES_USUAL * np.percentile(length, 99.0)), dtype=np.bool_)
+        return np.asarray(inside & (length > _TIMES_USUAL * float(percentile(length, 99.0))), dtype=np.bool_)
     step = np.abs(np.diff(column, prepend=column[0], append=column[-1]))
-    usual = float(np.percentile(np.abs(np.diff(column, 2)), 90.0))
+    usual = float(percentile(np.abs(np.diff(column, 2)), 90.0))
     jump = np.maximum(step[start], step[start + length])  # into the run and out of it
     # Before the first sample and behind the last there is no step to be seen.
     return np.asarray(jump > _TIMES_USUAL * max(usual, np.finfo(float).tiny), dtype=np.bool_)

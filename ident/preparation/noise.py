@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.ordered import distinct
 from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
 from robots.arrays import FloatArray
@@ -92,4 +93,4 @@ def smallest_step(increments: FloatArray) -> float:
     if small.size < _FEWEST_STEPS:
         return float("nan")
     whole = np.abs(multiples - np.rint(multiples)) < _MULTIPLE
-    return quantum if whole.mean() >= _MOSTLY and np.unique(np.rint(multiples)).size > 1 else float("nan")
+    return quantum if whole.mean() >= _MOSTLY and distinct(np.rint(multiples)).size > 1 else float("nan")

@@ -2,65 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects import (
-    AsymmetricFriction,
-    CoulombFriction,
-    CurrentOffset,
-    RigidBody,
-    RotorInertia,
-    State,
-    ViscousFriction,
-    WristCoupling,
-)
-from ident.effects.found import Found
+from ident.decimation import decimate_index, decimation_reach
 from ident.errors import IdentificationError
 from ident.filters import near
-from ident.parameters.base import BaseParameters, random_states
-from ident.parameters.regressor import RegressorModel
-from ident.preparation.observed_torque import load_torque, observed_torque
+from ident.parameters.base import BaseParameters
+from ident.preparation.observed_torque import observed_torque
+from ident.preparation.row_columns import columns_of
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
-from ident.signals import (
-    Motion,
-    decimate,
-    decimate_index,
-    decimation_reach,
-    kept_samples,
-    motion,
-)
+from ident.signals import Motion, kept_samples, motion
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
-
-_COLUMNS_AT_ONCE = 16
-"""Columns filtered together: bounds the memory of the decimation on long records."""
-
-_WITHOUT_HISTORY = (
-    RigidBody,
-    RotorInertia,
-    ViscousFriction,
-    CoulombFriction,
-    AsymmetricFriction,
-    CurrentOffset,
-    WristCoupling,
-)
-"""Effects that look at each sample alone."""
-
-_SAMPLES_AT_ONCE = 400
-"""Samples at which the regressor is evaluated together: a piece of it stays in the cache."""
-
-
-_LONG = 200_000
-"""Samples of a motion that is decimated at once: 0.3 GB of columns for six axes."""
-_FORGOTTEN = 128
-"""Rows after which the decimation filter has forgotten the end of a record, to rounding."""
-
-_STATES = 64
-"""Random states that show which columns are zero by structure."""
 
 
 @dataclass(frozen=True)
@@ -137,103 +94,7 @@ def observed_columns(base: BaseParameters, recording: Recording, settings: Ident
     The same function serves the measured and the simulated positions, so that X and Z see one filter. The
     recording's torque is for effects that ask for one.
     """
-    return _columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
-
-
-def _columns_of(
-    base: BaseParameters, recording: Recording, moved: Motion, settings: Identification
-) -> FloatArray:
-    torque = None
-    if any(isinstance(effect, Found) for effect in base.model.effects):
-        whole = settings.model_copy(update={"decimation": 1})
-        torque = observed_torque(base.model.robot, recording, whole)
-        torque += load_torque(base.model.robot, recording, whole)
-    state = State(moved.position, moved.velocity, moved.acceleration, moved.time, torque, recording.load)
-    return _columns(base, state, settings)
-
-
-def _columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
-    """The base regressor of a motion through the decimation filter."""
-    samples = state.position.shape[0]
-    if settings.decimation == 1:
-        return base.columns(state)
-    if samples > _LONG and all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
-        return _long_columns(base, state, settings)
-    return _columns_at_once(base, state, settings)
-
-
-def _columns_at_once(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
-    (samples, joints), count = state.position.shape, len(base.names)
-    present, series = _series(base, state)
-    joint, column = np.divmod(present, count)
-    thin = np.zeros((count, joints, decimate_index(samples, settings.decimation).size))
-    for start in range(0, present.size, _COLUMNS_AT_ONCE):
-        part = slice(start, start + _COLUMNS_AT_ONCE)
-        rows = decimate(series[part], settings.decimation, settings.decimation_filter, axis=1)
-        thin[column[part], joint[part]] = rows
-    return thin.transpose(2, 1, 0)
-
-
-def _long_columns(base: BaseParameters, state: State, settings: Identification) -> FloatArray:
-    """The same of a long motion, block by block, each with ends that the filter has forgotten in its core."""
-    kept = decimate_index(state.position.shape[0], settings.decimation)
-    rows = max(_LONG // settings.decimation // 2, 4 * _FORGOTTEN)
-    parts = []
-    for first in range(0, kept.size, rows):
-        last = min(first + rows, kept.size)
-        begin = kept[first - _FORGOTTEN] if first > _FORGOTTEN else 0
-        end = min(last + _FORGOTTEN, kept.size)
-        part = slice(begin, kept[end - 1] + 1)  # its last sample is kept, as that of every record is
-        piece = State(state.position[part], state.velocity[part], state.acceleration[part])
-        found = _columns_at_once(base, piece, settings)
-        parts.append(found[len(found) - (end - first) : len(found) - (end - last)])
-    return one_after_the_other(parts)
-
-
-def _series(base: BaseParameters, state: State) -> tuple[IntArray, FloatArray]:
-    """Which of the joints × b columns are not zero by structure, and these as rows, so that each is a run of
-    memory for the filter. Evaluated piece by piece, since a piece stays in the cache; an effect with a
-    history sees the whole motion at once.
-    """
-    samples = state.position.shape[0]
-    found = [effect for effect in base.model.effects if isinstance(effect, Found)]
-    if found:
-        return _series_with_found(base, found, state)
-    if not all(isinstance(effect, _WITHOUT_HISTORY) for effect in base.model.effects):
-        full = base.columns(state).reshape(samples, -1)
-        present = np.flatnonzero(full.any(axis=0))
-        return present, np.ascontiguousarray(full[:, present].T)
-    sight = base.columns(random_states(base.model.robot, 0, _STATES)).reshape(_STATES, -1)
-    present = np.flatnonzero(sight.any(axis=0))
-    joint, column = np.divmod(present, len(base.names))
-    standard = joint * len(base.model.names) + base.independent[column]
-    series = np.empty((present.size, samples))
-    for start in range(0, samples, _SAMPLES_AT_ONCE):
-        part = slice(start, start + _SAMPLES_AT_ONCE)
-        piece = State(state.position[part], state.velocity[part], state.acceleration[part])
-        columns = base.model.columns(piece)
-        series[:, part] = columns.reshape(columns.shape[0], -1)[:, standard].T
-    return present, series
-
-
-def _series_with_found(
-    base: BaseParameters, found: Sequence[Found], state: State
-) -> tuple[IntArray, FloatArray]:
-    """The same of a model with effects that were found, which come last and see the whole motion."""
-    usual = RegressorModel(base.model.robot, base.model.effects[: -len(found)])
-    standard = len(usual.names)
-    plain = int(np.count_nonzero(base.independent < standard))
-    alone = BaseParameters(usual, base.independent[:plain], base.relation[:plain, :standard])
-    present, series = _series(alone, state)
-    joint, column = np.divmod(present, plain)
-    added = np.concatenate([effect.columns(state) for effect in found], axis=2)
-    added = added[:, :, base.independent[plain:] - standard]
-    alive = np.argwhere(added.any(axis=0))
-    count = len(base.names)
-    return (
-        np.concatenate([joint * count + column, alive[:, 0] * count + plain + alive[:, 1]]),
-        np.concatenate([series, added[:, alive[:, 0], alive[:, 1]].T]),
-    )
+    return columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
 
 
 def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
@@ -245,7 +106,7 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     keep = kept_samples(recording.time.shape[0], settings)
     torque = observed_torque(robot, recording, settings, as_rows=True)
     moved = motion(recording.time, recording.position, settings)
-    regressor = _columns_of(base, recording, moved, settings)
+    regressor = columns_of(base, recording, moved, settings)
     time = _decimated_time(recording.time[keep], settings.decimation)
     used = _fast_enough(robot, moved, recording.sample_time, settings)
     used = used[decimate_index(moved.time.shape[0], settings.decimation)]
@@ -274,7 +135,7 @@ def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Iden
 
 
 def _decimated_time(time: FloatArray, factor: int) -> FloatArray:
-    """The instants of the kept samples; the phase is that of :func:`ident.signals.decimate`."""
+    """The instants of the kept samples; the phase is that of :func:`ident.decimation.decimate`."""
     step = (time[-1] - time[0]) / (time.shape[0] - 1)
     index = decimate_index(time.shape[0], factor)
     return np.asarray(time[0] + step * index)

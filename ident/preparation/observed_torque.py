@@ -13,18 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.decimation import decimate
 from ident.effects import RigidBody, State
 from ident.even_spline import EvenSpline
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
-from ident.signals import (
-    AlignedControlSignal,
-    decimate,
-    differentiate,
-    kept_samples,
-    low_pass,
-    motion,
-)
+from ident.signals import AlignedControlSignal, differentiate, kept_samples, low_pass, motion
 from robots.arrays import FloatArray
 from robots.description import Identification, Robot
 

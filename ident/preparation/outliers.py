@@ -9,6 +9,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ident.errors import IdentificationError
+from ident.listing import seconds
+from ident.ordered import median, percentile
 from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray
 
@@ -49,11 +51,11 @@ def without_outliers(
     for joint in range(values.shape[1]):
         off = _off_neighbours(values[:, joint]) * even
         residual = np.abs(off)
-        far = residual > max(_TIMES_USUAL * float(np.percentile(residual, 90.0)), impossible[joint])
+        far = residual > max(_TIMES_USUAL * float(percentile(residual, 90.0)), impossible[joint])
         if not far.any():
             continue
         peaks = np.flatnonzero(far & _is_peak(residual))
-        at = ", ".join(f"{time[k]:.6g}" for k in peaks[:_NAMED]) + (" …" if len(peaks) > _NAMED else "")
+        at = ", ".join(seconds(time[k]) for k in peaks[:_NAMED]) + (" …" if len(peaks) > _NAMED else "")
         crowded = len(peaks) > 1 and int(np.diff(peaks).min()) <= 2 * _NEIGHBOURS
         if crowded or len(peaks) > max(1, _SHARE * len(values)):
             raise IdentificationError(
@@ -81,7 +83,7 @@ def _off_neighbours(values: FloatArray) -> FloatArray:
 def _evenly_sampled(time: FloatArray) -> BoolArray:
     """Samples with no gap among their five: the cubic has its neighbours where they were."""
     steps = np.diff(time)
-    gap = np.pad(steps > 1.5 * np.median(steps), _NEIGHBOURS)
+    gap = np.pad(steps > 1.5 * median(steps), _NEIGHBOURS)
     return np.asarray(~sliding_window_view(gap, 2 * _NEIGHBOURS).any(axis=1), dtype=np.bool_)
 
 

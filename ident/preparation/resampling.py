@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.listing import seconds
+from ident.ordered import median, percentile
 from ident.recording import JITTER_ALLOWED, Recording
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -78,7 +80,7 @@ def uniform_recording(
     if time.shape[0] < 3:
         raise IdentificationError(f"{name}: {time.shape[0]} samples are too few to identify")
     steps = np.diff(time)
-    period = float(np.median(steps))
+    period = median(steps)
     if period > 0 and np.abs(steps - period).max() <= JITTER_ALLOWED * period:
         everywhere = np.ones(len(time), dtype=np.bool_)
         return Uniform(
@@ -133,7 +135,7 @@ def clock_of(name: str, time: FloatArray, position: FloatArray) -> Clock:
     number, period = _numbered(name, time, steps)
     number, period = _smoother(time, position, number, period)
     even = time[0] + period * number
-    even += np.median(time - even)
+    even += median(time - even)
     jitter = float(np.abs(time - even).max())
     on_clock = jitter <= JITTER_ALLOWED * period
     rising = bool((steps > 0).all())
@@ -151,15 +153,15 @@ def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArra
     whole = float(time[-1] - time[0]) / len(steps)
     back = np.flatnonzero(steps <= 0)
     if back.size:
-        coarse = float(np.percentile(steps[steps > 0], 99.0)) if whole > 0 else 0.0
+        coarse = float(percentile(steps[steps > 0], 99.0)) if whole > 0 else 0.0
         if whole > 0 and np.abs(time - time[0] - whole * none).max() <= max(_BACK * whole, coarse):
             return none, whole
         at = int(back[0])
         raise IdentificationError(
-            f"{name}: time does not increase after {time[at]:.6g} s (sample {at}), {back.size} times in all;"
-            " cut the log there, or give its sampling rate in place of the stamps"
+            f"{name}: time does not increase after {seconds(time[at])} s (sample {at}), {back.size} times in"
+            " all; cut the log there, or give its sampling rate instead"
         )
-    period, start = _clock(time, float(np.median(steps)))
+    period, start = _clock(time, median(steps))
     place = (time - start) / period - none
     missing = np.rint(place).astype(np.int64)
     if (np.diff(missing) < 0).any():  # what jitters comes back, what is missing does not
@@ -275,7 +277,8 @@ def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> str:
         at = taken[int(np.argmax(missing))]
         total = int(number[-1]) + 1
         parts.append(
-            f"{int(missing.sum())} of {total} samples are missing, {missing.max()} in a row after {at:.6g} s"
+            f"{int(missing.sum())} of {total} samples are missing, {missing.max()} in a row after"
+            f" {seconds(at)} s"
         )
     steps = np.diff(taken)
     joined = steps[steps <= max(longest_gap(cutoff_hz), period)]

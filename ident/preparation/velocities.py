@@ -20,7 +20,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from ident.errors import IdentificationError
 from ident.even_spline import EvenSpline
@@ -133,6 +132,8 @@ def _together(q: FloatArray, v: FloatArray, step: float, ratio: float) -> FloatA
         step: s.
         ratio: σ_v² over (σ_q / h)².
     """
+    from scipy.linalg import solveh_banded  # takes time to load; most logs have no velocities
+
     weight, way = 1.0 / ratio, 0.5 * step * (v[1:] + v[:-1])
     banded = np.zeros((2, q.size))
     banded[0, 1:] = -weight

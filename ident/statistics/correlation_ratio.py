@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.ordered import distinct, quantiles
 from robots.arrays import FloatArray
 
 _BINS = 24
@@ -13,7 +14,7 @@ def correlation_ratio(quantity: FloatArray, values: FloatArray, most: int = _BIN
     """Share of the variance of values (samples,) between ``most`` bins of a quantity, adjusted for chance."""
     if not values.size:
         return 0.0
-    edges = np.unique(np.quantile(quantity, np.linspace(0, 1, most + 1)))
+    edges = distinct(quantiles(quantity, np.linspace(0.0, 1.0, most + 1)))
     bins = np.clip(np.searchsorted(edges, quantity, side="right") - 1, 0, max(edges.size - 2, 0))
     count = np.bincount(bins)
     total = np.bincount(bins, values)

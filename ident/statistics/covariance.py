@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.filters import recursion
+from ident.ordered import distinct
 from ident.statistics.toeplitz import spectrum, times
 from ident.statistics.triangle import weighted_product
 from ident.statistics.whitening import Whitening
@@ -37,7 +38,7 @@ def weighted_score_covariance(
     """
     total = np.zeros((instruments.shape[2], instruments.shape[2]))
     for joint, coefficients in enumerate(whitening.coefficients):
-        for index in np.unique(segment):
+        for index in distinct(segment):
             own = segment == index
             z = instruments[own, joint] / sigma[joint] ** 2
             if used is not None:

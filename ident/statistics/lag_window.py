@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors, products_of
 from ident.statistics.toeplitz import ComplexArray, circle, spectrum, times
@@ -84,7 +85,7 @@ def variances(weights: FloatArray, gamma: tuple[FloatArray, ...], segment: IntAr
     """
     total = np.zeros(weights.shape[2])
     for joint, covariance in enumerate(gamma):
-        for index in np.unique(segment):
+        for index in distinct(segment):
             part = weights[segment == index, joint]
             total += np.sum(part * times(_padded(covariance, part.shape[0]), spectrum(part)), axis=0)
     return np.maximum(total, 0.0)

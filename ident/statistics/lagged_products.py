@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.ordered import distinct
 from ident.statistics.whitening import (
     unbroken,
 )
@@ -25,7 +26,7 @@ def lagged_products(
     """
     products = np.zeros((largest + 1, largest + 1))
     one, other = one.reshape(segment.size, -1), other.reshape(segment.size, -1)
-    for name in np.unique(segment):
+    for name in distinct(segment):
         chosen = segment == name
         whole = unbroken(used[chosen], largest)
         if whole.all():
@@ -63,4 +64,4 @@ def _lags(columns: FloatArray, whole: BoolArray, largest: int) -> FloatArray:
 
 
 def samples_without_gap(segment: IntArray, used: BoolArray, largest: int) -> int:
-    return sum(int(unbroken(used[segment == name], largest).sum()) for name in np.unique(segment))
+    return sum(int(unbroken(used[segment == name], largest).sum()) for name in distinct(segment))

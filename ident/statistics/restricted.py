@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
+from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
@@ -93,7 +93,7 @@ def of_the_errors(
     Args:
         target, regressor, segment, used: as of :func:`regression_whitening`.
     """
-    names = np.unique(segment)
+    names = distinct(segment)
     count = max(1, _MOST_SAMPLES * names.size // max(segment.size, 1))
     if count >= names.size:
         return target, regressor, segment, used
@@ -273,7 +273,7 @@ def _left(products: FloatArray) -> FloatArray:
         factor = np.linalg.cholesky(products[1:, 1:])
     except np.linalg.LinAlgError:
         return _left(products[:-1, :-1]) if products.shape[0] > 1 else np.array([whole])
-    taken = solve_triangular(factor, products[1:, 0], lower=True) if factor.size else np.empty(0)
+    taken = np.linalg.solve(factor, products[1:, 0]) if factor.size else np.empty(0)
     left = whole - np.concatenate([[0.0], np.cumsum(taken**2)])
     spent = np.flatnonzero(left <= 0.0)
     return np.asarray(left[: spent[0]] if spent.size else left)

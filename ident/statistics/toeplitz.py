@@ -5,6 +5,8 @@ By ``numpy.fft``: ``scipy.fft`` is no quicker here and loads half of SciPy's spe
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,7 @@ from robots.arrays import FloatArray
 ComplexArray = NDArray[np.complex128]
 
 
+@lru_cache(maxsize=64)
 def circle(samples: int) -> int:
     """A length 2ᵃ 3ᵇ 5ᶜ for which transforms are quick and nothing wraps around."""
     least = 2 * samples - 1

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.ordered import distinct
 from ident.statistics.tails import beyond_chi2
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -59,7 +60,7 @@ class Whitening:
         """
         pieces = []
         for joint, coefficients in enumerate(self.coefficients):
-            for index in np.unique(segment):
+            for index in distinct(segment):
                 chosen = segment == index
                 series, whole = values[chosen, joint], unbroken(used[chosen, joint], self.order)
                 filtered = series[self.order :].copy()
@@ -71,9 +72,7 @@ class Whitening:
     def joint_of_rows(self, segment: IntArray, used: BoolArray) -> IntArray:
         """(rows,) which joint each row of :meth:`apply` is of."""
         counts = [
-            sum(
-                int(unbroken(used[segment == index, joint], self.order).sum()) for index in np.unique(segment)
-            )
+            sum(int(unbroken(used[segment == index, joint], self.order).sum()) for index in distinct(segment))
             for joint in range(len(self.coefficients))
         ]
         return np.repeat(np.arange(len(counts)), counts)
@@ -162,9 +161,17 @@ def _best_ar(target: FloatArray, lagged: FloatArray) -> FloatArray:
 
 
 def is_stable(coefficients: FloatArray) -> bool:
-    """All poles well inside the unit circle, so that the process has a variance."""
-    poles = np.roots(np.concatenate([[1.0], -coefficients]))
-    return bool(np.abs(poles).max() < _LARGEST_POLE)
+    """All poles well inside the unit circle, so that the process has a variance.
+
+    By the reflections of the process whose poles are so much larger, each below one (Schur and Cohn).
+    """
+    a = coefficients * _LARGEST_POLE ** -np.arange(1.0, coefficients.size + 1)
+    while a.size:
+        reflection = float(a[-1])
+        if not abs(reflection) < 1.0:
+            return False
+        a = (a[:-1] + reflection * a[-2::-1]) / (1.0 - reflection**2)
+    return True
 
 
 def _lagged(
@@ -172,7 +179,7 @@ def _lagged(
 ) -> tuple[FloatArray, FloatArray]:
     """Each sample that has ``largest`` unbroken samples before it, and those, nearest first."""
     targets, lags = [], []
-    for index in np.unique(segment):
+    for index in distinct(segment):
         part = series[segment == index]
         whole = unbroken(used[segment == index], largest)
         targets.append(part[largest:][whole])

@@ -194,6 +194,13 @@ def test_the_order_is_that_of_the_smallest_bic_on_the_same_samples() -> None:
 def test_processes_near_the_unit_circle_are_none() -> None:
     assert is_stable(np.array([0.9949])) and not is_stable(np.array([0.9951]))
     assert is_stable(np.array([1.0, -0.9])) and not is_stable(np.array([1.0, -1.0]))
+    lot, verdicts = np.random.default_rng(4), []
+    for order in [2, 3, 8, 13] * 50:
+        pairs = lot.uniform(0.8, 1.01, order // 2) * np.exp(1j * lot.uniform(0.0, np.pi, order // 2))
+        poles = np.concatenate([pairs, pairs.conj(), lot.uniform(-1.0, 1.0, order % 2)])
+        verdicts.append(bool(np.abs(poles).max() < 0.995))
+        assert is_stable(-np.poly(poles).real[1:]) == verdicts[-1]
+    assert 20 < sum(verdicts) < 180
 
 
 def test_autocorrelation_of_a_short_series() -> None:

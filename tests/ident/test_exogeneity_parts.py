@@ -19,9 +19,9 @@ from ident.exogeneity.revised import (
     _say_endogenous,
     _say_invalid,
     exogeneity_gate,
-    no_such_arm,
 )
 from ident.exogeneity.textbook import informative, residual_sum, single_p_values, trailing_diagonal, wald_f
+from ident.exogeneity.untested import no_such_arm
 from ident.verdicts import ColumnCheck, ColumnKind, Gate
 from robots.arrays import FloatArray
 

@@ -8,20 +8,14 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import toeplitz
 from scipy.ndimage import binary_dilation
 from scipy.optimize import nnls
-from scipy.signal import butter, cheby1, filtfilt, firwin, lfilter, welch
+from scipy.signal import butter, cheby1, filtfilt, firwin, lfilter, sosfiltfilt, welch
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from ident.even_spline import EvenSpline
-from ident.filters import (
-    butterworth,
-    chebyshev,
-    near,
-    power_density,
-    recursion,
-    windowed_sinc,
-)
+from ident.filters import near, power_density, recursion, windowed_sinc
 from ident.preparation.spectrum import two_shares
+from ident.recursive_filter import RecursiveFilter, butterworth, chebyshev
 from ident.statistics.tails import beyond_chi2, beyond_f, each_beyond_f
 from ident.statistics.toeplitz import circle, spectrum, times
 
@@ -43,6 +37,25 @@ def test_chebyshev_both_ways(factor: int) -> None:
     np.testing.assert_allclose(chebyshev(8, 0.05, 0.8 / factor).both_ways(walk, 24), expected, atol=1e-4)
 
 
+@pytest.mark.parametrize("filtered", [butterworth(4, 0.002), chebyshev(8, 0.05, 0.8 / 13)])
+def test_rounding_of_narrow_filters(filtered: RecursiveFilter) -> None:
+    """Second-order sections, which round little; one polynomial of all poles is off by 1e-7 here."""
+    walk = LOT.standard_normal((2, 5000)).cumsum(axis=1)
+    pairs = filtered.poles[filtered.poles.imag > 0.0]
+    denominators = np.stack([np.ones(pairs.size), -2.0 * pairs.real, np.abs(pairs) ** 2], axis=1)
+    numerators = np.tile([1.0, 2.0, 1.0], (pairs.size, 1))
+    numerators[0] *= filtered.gain
+    expected = sosfiltfilt(np.concatenate([numerators, denominators], axis=1), walk, axis=1, padlen=24)
+    np.testing.assert_allclose(filtered.both_ways(walk, 24), expected, atol=1e-9 * np.abs(walk).max())
+
+
+@pytest.mark.parametrize("samples", [1, 63, 64, 65, 200])
+def test_recursion(samples: int) -> None:
+    values, slow = LOT.standard_normal((samples, 2)), np.poly([0.98, 0.5, -0.3])
+    np.testing.assert_allclose(recursion(slow, values), lfilter([1.0], slow, values, axis=0), rtol=1e-10)
+    np.testing.assert_array_equal(recursion(np.array([1.0]), values), values)
+
+
 def test_recursion_and_taps() -> None:
     values = LOT.standard_normal((50, 2))
     np.testing.assert_allclose(
@@ -62,7 +75,7 @@ def test_power_density(piece: int) -> None:
     np.testing.assert_allclose(found[1], power, atol=1e-14)
 
 
-@pytest.mark.parametrize("samples", [2, 3, 4, 5, 6, 40])
+@pytest.mark.parametrize("samples", [2, 3, 4, 5, 6, 34, 36, 37, 60, 1000])
 def test_spline_through_even_samples(samples: int) -> None:
     values = LOT.standard_normal((samples, 2))
     expected, found = CubicSpline(np.arange(samples), values, axis=0), EvenSpline(values)

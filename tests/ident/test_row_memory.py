@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import robots
-from ident import Recording, identify, signals
+from ident import Recording, decimation, identify
 from ident.effects import State
 from ident.estimators.fit import stack, stack_columns
 from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
-from ident.preparation import observation
+from ident.preparation import observation, row_columns
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.statistics import triangle
 from robots import Robot
@@ -61,14 +61,14 @@ def test_rows_are_stacked_joint_by_joint(share: float) -> None:
 def test_the_finite_filter_by_blocks_is_a_convolution(
     monkeypatch: pytest.MonkeyPatch, samples: int, factor: int
 ) -> None:
-    monkeypatch.setattr(signals, "_ROWS_AT_ONCE", 40)
+    monkeypatch.setattr(decimation, "_ROWS_AT_ONCE", 40)
     values = np.random.default_rng(4).standard_normal((samples, 2))
-    reach = signals.decimation_reach(factor, "fir")
-    taps = signals.windowed_sinc(reach, 0.8 / factor, signals._FIR_BETA)
+    reach = decimation.decimation_reach(factor, "fir")
+    taps = decimation.windowed_sinc(reach, 0.8 / factor, decimation._FIR_BETA)
     held = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
     whole = np.stack([np.convolve(column, taps, "valid") for column in held.T], axis=1)
-    expected = whole[signals.decimate_index(samples, factor)]
-    np.testing.assert_allclose(signals.decimate(values, factor, "fir"), expected, atol=1e-12)
+    expected = whole[decimation.decimate_index(samples, factor)]
+    np.testing.assert_allclose(decimation.decimate(values, factor, "fir"), expected, atol=1e-12)
 
 
 def swung(robot: Robot) -> Recording:
@@ -96,8 +96,8 @@ def test_an_identification_by_blocks_is_that_in_one_piece(monkeypatch: pytest.Mo
     robot = robot.model_copy(update={"identification": settings})
     recording = swung(robot)
     whole = identify(robot, (recording,)).result.least_squares
-    monkeypatch.setattr(observation, "_LONG", 4000)
-    monkeypatch.setattr(signals, "_ROWS_AT_ONCE", 100)
+    monkeypatch.setattr(row_columns, "_LONG", 4000)
+    monkeypatch.setattr(decimation, "_ROWS_AT_ONCE", 100)
     monkeypatch.setattr(triangle, "_ROWS", 500)
     blocks = identify(robot, (recording,)).result.least_squares
     by_chance = np.sqrt(np.diag(whole.covariance))

@@ -7,14 +7,11 @@ import pytest
 from scipy.signal import butter, cheby1, filtfilt, firwin, sosfiltfilt
 
 import robots
+from ident.decimation import decimate, decimate_index, decimation_reach, decimation_stages
 from ident.errors import IdentificationError
 from ident.recording import Recording
 from ident.signals import (
     AlignedControlSignal,
-    decimate,
-    decimate_index,
-    decimation_reach,
-    decimation_stages,
     differentiate,
     kept_samples,
     low_pass,

@@ -8,18 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robots
+from ident.decimation import decimate, decimate_index, decimation_reach, decimation_stages
 from ident.errors import IdentificationError
 from ident.recording import Recording
-from ident.signals import (
-    AlignedControlSignal,
-    decimate,
-    decimate_index,
-    decimation_reach,
-    decimation_stages,
-    differentiate,
-    kept_samples,
-    low_pass,
-)
+from ident.signals import AlignedControlSignal, differentiate, kept_samples, low_pass
 
 
 def test_low_pass_keeps_a_slow_sine_in_place_and_removes_a_fast_one() -> None:

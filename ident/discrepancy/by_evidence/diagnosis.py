@@ -36,7 +36,7 @@ from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.results import Candidate, Diagnosis
+from ident.discrepancy.results import Candidate, Diagnosis, Possible
 from ident.discrepancy.step import LoopStep
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.validation import Validation
@@ -46,6 +46,7 @@ from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
 from robots.description import Robot
+from robots.free_memory import give_back
 
 _log = logging.getLogger(__name__)
 
@@ -142,7 +143,7 @@ class _Led(Search):
         fitted = Validation(self.prepared, self.course.first.examination.whitening)
         shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
-        if shown is not None and shown.there and shown.outweighs(nats - rival.log_odds):
+        if shown is not None and shown.there and shown.nats > nats - rival.log_odds:
             self.course = course
 
     def _search_at_reversals(self) -> None:
@@ -150,6 +151,7 @@ class _Led(Search):
         in_loop = self.step.in_loop()
         if in_loop is None:
             return
+        give_back()
         try:
             problem = posed_in_loop(in_loop)
         except IdentificationError as error:
@@ -250,15 +252,20 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         place: names for it.
         doubt: why the evidence does not take it for confirmed; empty where it does.
     """
-    others = [one for one in place.held if one.key not in (key, NOTHING)]
+    held = () if place.probability(key) >= SURE else place.held
+    others = [*place.forms(key), *(one for one in held if one.key not in (key, NOTHING))]
     return Basis(
         p_value=1.0 - place.something,
         score=place.log_odds(key),
         threshold=float(logit(SURE)),
-        indistinguishable_from=() if place.probability(key) >= SURE else _candidates(others),
+        indistinguishable_from=_candidates(others),
         ranking=_candidates(place.names),
         probability=place.probability(key),
         doubt=doubt,
+        held=tuple(
+            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)
+            for one in place.held
+        ),
     )
 
 

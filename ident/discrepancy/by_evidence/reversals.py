@@ -161,7 +161,7 @@ def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWi
     gain = found.log_evidence - empty.log_evidence
     if TEMPERATURE * gain / _OF_BEST + member.log_prior <= 0.0:
         return found
-    shaped = refined(problem, found.members, 0, found, present)
+    shaped = refined(problem, found.members, 0, found, present, made=True)
     best = found_set(problem, (shaped,), found.level, joints_of(shaped))
     return max(best, found, key=lambda one: one.log_posterior)
 

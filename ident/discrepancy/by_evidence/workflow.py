@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import expit
@@ -17,24 +18,23 @@ from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
     Key,
     Named,
-    Slot,
     of_nothing,
+    simplified,
     slot,
 )
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, without_effects
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.evidence.turned import where_turned
-from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.library.candidates import Candidate
 from ident.discrepancy.by_evidence.power.planned import sizes_beside
-from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
@@ -50,6 +50,8 @@ from ident.parameters.base import base_parameters
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
+from robots.free_memory import give_back
+from robots.identity_cache import IdentityCache
 
 ABOVE = 0.5
 """Probability from which on a joint's misfit is taken to be above the accepted one."""
@@ -74,36 +76,50 @@ def diagnose_by_evidence(
     """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
+    give_back()
     progress("filter", 0.0)
+    answer, (problem, found, present, wanted) = _answered(question, progress, simulated)
+    give_back()  # the rows of the search and its vocabulary: the sizes have as many of their own
+    sizes = sizes_beside(problem, found, present, wanted, question.fit, lag_is_known(question.robot))
+    give_back()
+    return replace(answer, nameable=sizes)
+
+
+def _answered(
+    question: Question, progress: Callable[[str, float], None], simulated: bool
+) -> tuple[EvidenceAnswer, tuple[Problem, Found, PresentWith, Sequence[Candidate]]]:
+    """The answer but for sizes that would still be named, and what these are asked beside."""
     search, searched = searched_beside_motion(posed(question), question, progress)
-    problem, wanted = search.problem, search.wanted
+    problem = search.problem
     progress("validation", 0.95)
     unfitted = with_found(problem, searched.found, question.validation)
     held = HeldOut.of(problem, where_turned(unfitted, question.standstill))
     searched, refuted = borne_out(search, searched, held)
-    findings = tuple(_finding(search, searched, held, k) for k in range(len(searched.found.members)))
+    searched = simplified(search, searched, held)
+    found = searched.found
+    findings = tuple(_finding(search, searched, held, k) for k in range(len(found.members)))
     ranking = of_nothing(search, searched)
-    beside = screen(problem, searched.found, searched.entries)
+    beside = screen(problem, found, searched.entries)
     joints = _joints(problem, searched, held, beside)
     nothing = next(one.probability for one in ranking if one.name == NOTHING[0])
     verdict, rejected = verdict_of(findings, nothing, joints), None
     if verdict == "clean" and simulated:
         rejected = _gate_one_rejects(question, problem)
         verdict = "unnamed" if rejected else "clean"
-    return EvidenceAnswer(
+    answer = EvidenceAnswer(
         verdict=verdict,
         findings=findings,
         refuted=refuted,
         ranking=ranking,
         beside=tuple(_against_nothing(one) for one in _likeliest_forms(beside)),
         joints=tuple(sorted(joints, key=lambda one: -one.after)),
-        nameable=sizes_beside(
-            problem, searched.found, searched.present, question.fit, wanted, lag_is_known(question.robot)
-        ),
+        nameable=(),
         gate_one_rejected=rejected,
         repeats=problem.prepared.repeats,
-        log_evidence=(searched.empty.log_evidence, searched.found.log_evidence),
+        log_evidence=(searched.empty.log_evidence, found.log_evidence),
     )
+    bare = replace(problem, rows=replace(problem.rows, kept=IdentityCache(1)))
+    return answer, (bare, found, searched.present, search.wanted)
 
 
 def _gate_one_rejects(question: Question, problem: Problem) -> bool | None:
@@ -133,19 +149,6 @@ def posed(question: Question) -> Problem:
     return pose(base, prior, prepared, accepted)
 
 
-def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
-    """The smallest size of each effect that would have been named, beside all that the model leaves.
-
-    Raises:
-        IdentificationError: recordings that do not fit the arm.
-    """
-    problem = posed(question)
-    nothing = without_effects(problem)
-    present = PresentWith(problem.present, (), problem.prepared.apart)
-    wanted = candidates(problem.prepared.robot, question.families)
-    return sizes_beside(problem, nothing, present, question.fit, wanted, lag_is_known(question.robot))
-
-
 def _aligned(question: Question) -> Robot:
     """The arm with the settings of the evidence and the lag that the recordings show."""
     robot = settings_for(question.robot, question.fit[0])
@@ -156,7 +159,6 @@ def _aligned(question: Question) -> Robot:
 def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> EvidenceFinding:
     found = searched.found
     without = search.without(found, number)
-    names: Slot = slot(search, searched, number, without)
     member = found.members[number]
     theta, covariance = found.theta(number)
     placed = member.entry.placed
@@ -166,9 +168,9 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
     joint = max(joints_of(member), key=lambda j: float(sizes[j]))
     return EvidenceFinding(
         placed=placed,
-        names=names.names,
+        names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
-        confirmation=held.confirmation(found, number, without),
+        confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
         shrinks=_shrinks(searched, held, joint),

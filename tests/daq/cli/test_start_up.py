@@ -89,8 +89,10 @@ def test_a_refusal_out_of_the_catalogue_imports_nothing_of_the_identification(tm
     assert ended == [f"ended;{call};2" for call in ASK_THE_CATALOGUE]
 
 
-def test_reading_and_identifying_a_log_load_no_compiler() -> None:
-    """The names of all effects are asked for where a model has found ones; a log alone has none."""
+def test_reading_and_identifying_a_log_load_no_compiler_and_no_scipy() -> None:
+    """The names of all effects are asked for where a model has found ones; a log alone has none. SciPy's
+    linear algebra would take as long to load as a log takes to be read and filtered.
+    """
     program = (
         "import sys; from daq.importing.load import load_log; from ident import identify; print(*sys.modules)"
     )
@@ -99,7 +101,7 @@ def test_reading_and_identifying_a_log_load_no_compiler() -> None:
     )
     loaded = done.stdout.split()
     assert "ident.identification.identify" in loaded
-    assert not {"numba", "ident.effects.vocabulary", "scipy.signal", "scipy.interpolate"} & set(loaded)
+    assert not {"numba", "ident.effects.vocabulary", "scipy"} & set(loaded)
 
 
 def test_a_log_and_its_urdf_are_identified_without_bus_database_compiler_and_plots(

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from daq.diagnosis.diagnosis_words import sure_words
+from ident.discrepancy.results import Possible
 from tests.daq.calls import Call
 
 
@@ -35,9 +39,9 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     assert joint["unexplained"]["after"] < 0.5 * joint["unexplained"]["before"]
     assert sum(one["probability"] for one in content["evidence"]["ranking"]) <= 1.0 + 1e-9
     words = " ".join(text.split())
-    assert "probability 1.00" in words and "would be named from" in words
+    assert "(probability 0.9" in words and "would be named from" in words
     assert "Nothing repeats in these recordings" in words and "nearest candidate" in words
-    for once in ("(probability 1.00", "epeat", "of the gap)", "would be named from"):
+    for once in ("(probability 0.9", "epeat", "of the gap)", "would be named from"):
         assert words.count(once) == 1, once
 
 
@@ -53,3 +57,25 @@ def test_the_rules_answer_where_they_are_asked(armhil: Call, shared_data: Path) 
     # Of 20 N of dry friction the model lacks all; next to that misfit a play would need to be large.
     assert said["coulomb_friction"]["size"] is None or said["coulomb_friction"]["size"] < 20.0
     assert said["payload"]["size"] is None  # after a refit there is no other mass to tell it from
+
+
+def test_what_else_is_possible_stands_beside_a_name() -> None:
+    """The same words on the terminal and on the page, in two decimals."""
+    finding: Any = SimpleNamespace(
+        effect="current_offset",
+        joints=(2,),
+        p_value=0.0,
+        probability=0.67,
+        held=(
+            Possible("current_offset", (2,), 0.67),
+            Possible("asymmetric_friction", (2,), 0.24),
+            Possible("something without a name", (2,), 0.05),
+        ),
+    )
+    assert sure_words(finding) == (
+        "probability 0.67, else asymmetric friction (joint 2) 0.24, something without a name (joint 2) 0.05"
+    )
+    finding.held = finding.held[:1]
+    assert sure_words(finding) == "probability 0.67"
+    finding.probability = None
+    assert sure_words(finding) == "p < 0.0001"

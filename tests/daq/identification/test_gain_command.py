@@ -45,7 +45,7 @@ def test_captures_that_are_interchanged_are_refused(gain: Call, files: tuple[Pat
     unloaded, loaded, payload = files
     code, _, err = gain(loaded, "--loaded", unloaded, "--payload", payload)
     assert code == 2
-    assert "are the captures sorted into loaded and unloaded as they were made" in err.splitlines()[-1]
+    assert "are the captures rightly told into loaded and unloaded" in err.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

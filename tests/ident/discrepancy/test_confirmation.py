@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.stats import norm
 
 import robots
 from ident.discrepancy.accepted import Accepted
@@ -60,10 +62,27 @@ def test_errors_that_go_on_through_a_block_make_a_share_less_sure() -> None:
     assert together.sigma > 4 * alone.sigma
 
 
-def test_what_a_loop_shows_is_weighed_against_what_rows_say() -> None:
+def test_a_share_has_nats_for_all_of_it_against_none() -> None:
+    """Normal about one and about nothing."""
     shown = Shown(0.906, 0.081)
-    assert shown.outweighs(61.0) and not shown.outweighs(63.0)
-    assert shown.outweighs(-5.0) and not Shown(0.4, 0.081).outweighs(-5.0)
+    both = norm.logpdf(0.906, 1.0, 0.081) - norm.logpdf(0.906, 0.0, 0.081)
+    assert shown.nats == pytest.approx(both) and 61.0 < shown.nats < 63.0
+    assert Shown(0.4, 0.081).nats < -5.0
+    assert Shown(0.0, 0.0).nats == 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "sigma"), [(1.0, 0.1), (0.5, 0.1), (-0.4, 0.2), (1.3, 0.1), (0.2, 0.05), (0.8, 3.0)]
+)
+def test_of_what_has_no_name_any_share_may_be_there(share: float, sigma: float) -> None:
+    mean = quad(lambda part: norm.pdf(share, part, sigma), 0.0, 1.0, points=[float(np.clip(share, 0, 1))])[0]
+    assert Shown(share, sigma).nats_of_no_name == pytest.approx(np.log(mean) - norm.logpdf(share, 1.0, sigma))
+
+
+def test_a_share_far_off_stays_finite() -> None:
+    assert Shown(0.5, 1e-4).nats_of_no_name == pytest.approx(1.25e7, rel=1e-3)
+    assert np.isfinite(Shown(1.5, 1e-4).nats_of_no_name) and np.isfinite(Shown(-3.0, 1e-4).nats_of_no_name)
+    assert Shown(0.0, 0.0).nats_of_no_name == 0.0
 
 
 SURE = Shown(1.0, 0.02)

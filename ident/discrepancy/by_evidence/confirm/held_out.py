@@ -11,13 +11,18 @@ to the sum of squares. The posterior predicts ‖d‖² ± 2 σ with
 
 for noise, misfit, what is not known of the parameters, and the form's own error: what repeats at a joint and
 is not smooth may all be that (a lag of 5 ms is not quite 5 ms times the torque's rate), and then it goes
-along with d on other motions, too. An effect is confirmed where Δ is positive and not below that.
+along with d on other motions, too.
+
+Of d the recordings show the share ½ (1 + Δ/‖d‖²), with the deviation σ/‖d‖². It is 1 where the effect is
+what it is called, 0 where it is nothing, or what it is compared with, and anywhere between where it is
+something that has no name: of what the nearest name says of other motion some is right.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -26,10 +31,12 @@ from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
+from ident.discrepancy.confirmation import Shown
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
 
-_DEVIATIONS = 1.96
-"""Of the predictive interval: 95 %."""
+_EFFECTS = 24
+"""Whose columns are kept."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +54,11 @@ class Confirmation:
     observed: float
 
     @property
-    def confirmed(self) -> bool:
-        """Whether the gap grows without it, and by what the posterior predicted."""
-        return self.observed > max(0.0, self.predicted - _DEVIATIONS * self.deviation)
+    def shown(self) -> Shown:
+        """Of what the effect changes, how much is there."""
+        if self.predicted <= 0.0:
+            return Shown(0.0, 0.0)
+        return Shown(0.5 * (1.0 + self.observed / self.predicted), 0.5 * self.deviation / self.predicted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +67,8 @@ class HeldOut:
 
     problem: Problem
     rows: Rows
+    made: IdentityCache[WhiteEffects] = field(default_factory=lambda: IdentityCache(_EFFECTS), repr=False)
+    """Effects on these rows: each set that is compared with another asks for its own."""
 
     @classmethod
     def of(cls, problem: Problem, validation: Prepared) -> HeldOut:
@@ -67,22 +78,15 @@ class HeldOut:
         basis = misfit_basis(prepared, problem.present)
         return cls(problem, Rows(prepared, known, basis, problem.rows.noise))
 
-    def confirmation(self, found: Found, number: int, without: Found) -> Confirmation:
-        """Of one member of a set.
-
-        Args:
-            found: the set.
-            number: which of its members.
-            without: the set without it, fitted.
-        """
-        k, own = self.rows.precision.size, self._effects(found)
-        others = [one for i, one in enumerate(own) if i != number]
+    def confirmation(self, found: Found, other: Found) -> Confirmation:
+        """Of what a set predicts otherwise than another one, which lacks an effect or has another for it."""
+        k, own, others = self.rows.precision.size, self._effects(found), self._effects(other)
         observed = predicted = variance = 0.0
         shown = np.zeros(found.posterior.covariance.shape[0])
         for j, white in enumerate(self.rows.white):
             m = self.rows.misfit[j].shape[1]
             with_it = _prediction(white[:, :k], own, j, found)
-            change = with_it - _prediction(white[:, :k], others, j, without)
+            change = with_it - _prediction(white[:, :k], others, j, other)
             size, of_misfit = float(change @ change), white[:, k : k + m].T @ change
             predicted += size
             observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
@@ -92,6 +96,10 @@ class HeldOut:
             shown += np.concatenate([white[:, :k].T @ change, *(_seen(one, j, change) for one in own)])
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        """Of what a set predicts otherwise than another one, how much is there."""
+        return self.confirmation(found, other).shown
 
     def score(self, found: Found, excess: FloatArray) -> float:
         """Log likelihood of the rows as a set predicts them, nats, up to a constant.
@@ -125,7 +133,8 @@ class HeldOut:
         return np.asarray(np.sqrt(np.maximum(level - noise, 0.0) / np.maximum(power, 1e-300)))
 
     def _effects(self, found: Found) -> list[WhiteEffects]:
-        return [self.rows.effect(member.entry.placed) for member in found.members]
+        placed = [member.entry.placed for member in found.members]
+        return [self.made.of(one, partial(self.rows.effect, one)) for one in placed]
 
 
 def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:

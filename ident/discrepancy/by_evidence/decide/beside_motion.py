@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ident.discrepancy.by_evidence.decide.instruments import with_found
-from ident.discrepancy.by_evidence.decide.names import simplified
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.library.candidates import candidates
@@ -35,4 +34,4 @@ def searched_beside_motion(
         accepted = None if problem.prior is None else problem.prior.misfit
         search = Search(pose(problem.base, problem.prior, prepared, accepted), search.wanted, progress)
         searched = search.run()
-    return search, simplified(search, searched)
+    return search, searched

@@ -1,16 +1,23 @@
-"""How sure each name of a set is: its place in the set is given to every candidate in turn, and to none."""
+"""How sure each name of a set is: its place is given to every candidate in turn, to none, and to no name.
+
+Two motions decide, that of the rows which were fitted and that of recordings which were not. Something that
+has no name looks on the first like the name that comes nearest, so it has that one's evidence there; on the
+second only some of what this name says is right.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
-from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.confirmation import Shown
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import family_named
 
@@ -18,6 +25,12 @@ Key = tuple[str, tuple[int, ...]]
 """A name and its joints, from 0."""
 
 NOTHING: Key = ("nothing", ())
+
+NO_NAME = "something without a name"
+"""In the place of a name, with the joints of the name that comes nearest."""
+
+OUTSIDE = 0.1
+"""Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
 _NONE: Mapping[Key, PlacedEffect] = MappingProxyType({})
 
@@ -31,6 +44,13 @@ SURE = 0.9
 """Probability from which on a name is given, or an arm called clean."""
 
 
+class OtherMotion(Protocol):
+    """Recordings that nothing was fitted to (:mod:`ident.discrepancy.by_evidence.confirm.held_out`)."""
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        """Of what a set predicts otherwise than another one, how much is there."""
+
+
 @dataclass(frozen=True)
 class Named:
     """One possible name at one place, joints from 0, and its probability.
@@ -38,6 +58,7 @@ class Named:
     Attributes:
         placed: the effect with its likeliest shape; None for nothing.
         log_odds: against nothing, coarsened, with its prior.
+        forms: that it stands for and that are likelier than itself; they are in its probability.
     """
 
     name: str
@@ -45,6 +66,7 @@ class Named:
     probability: float
     placed: PlacedEffect | None = field(default=None, repr=False, compare=False)
     log_odds: float = 0.0
+    forms: tuple[Named, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def key(self) -> Key:
@@ -64,6 +86,15 @@ class Slot:
     def log_odds(self, key: Key) -> float:
         """Of a name against nothing, coarsened, with its prior."""
         return next((one.log_odds for one in self.names if one.key == key), 0.0)
+
+    def forms(self, key: Key) -> tuple[Named, ...]:
+        """That a name stands for, and that are likelier than itself."""
+        return next((one.forms for one in self.names if one.key == key), ())
+
+    @property
+    def named(self) -> float:
+        """Probability that there is an effect in this place, and that it has a name."""
+        return sum(one.probability for one in self.names if one.placed is not None)
 
     @property
     def something(self) -> float:
@@ -87,8 +118,8 @@ def smallest(names: tuple[Named, ...]) -> tuple[Named, ...]:
     return tuple(kept)
 
 
-def slot(search: Search, searched: Searched, number: int, without: Found) -> Slot:
-    """Names for one member of the set that a search ended with.
+def slot(search: Search, searched: Searched, number: int, without: Found, held: OtherMotion) -> Slot:
+    """Names for one member of the set that a search ended with, by both motions.
 
     Its own name is asked again as the others are. Shapes of a member are always refined, at the price of the
     width that is left to them; of another candidate the best of its grid counts where that is likelier.
@@ -98,27 +129,35 @@ def slot(search: Search, searched: Searched, number: int, without: Found) -> Slo
         searched: where it ended.
         number: of the member.
         without: the set without it, fitted.
+        held: recordings that were not fitted.
     """
     found = searched.found
     own = found.members[number].candidate.key
-    odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior}
+    seen = held.shown(found, without)
+    elsewhere = TEMPERATURE * seen.nats
+    odds = {NOTHING: 0.0, own: found.log_posterior - without.log_posterior + elsewhere}
     forms = {own: found.members[number].entry.placed}
     candidates = screen(search.problem, without, searched.entries)
     again = next((one for one in candidates if one.candidate.key == own), None)
     if again is not None:
-        odds[own] = max(odds[own], search.replaced(without, again).log_posterior - without.log_posterior)
+        (fitted,) = search.replaced(without, [again])
+        odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior + elsewhere)
     others = [one for one in candidates if one.candidate.key != own]
+    replaced = search.replaced(without, others[:_FITTED])
     for rank, one in enumerate(others):
-        value = one.log_odds
+        value = one.log_odds + elsewhere
         if rank < _FITTED:
-            replaced = search.replaced(without, one).log_posterior
-            value = max(value, replaced - without.log_posterior)
+            other = replaced[rank]
+            value = max(value, other.log_posterior - without.log_posterior + elsewhere)
+            value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    return Slot(as_limit(probabilities(odds, forms)))
+    no_name = TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))
+    odds[NO_NAME, own[1]] = odds[own] + no_name
+    return Slot(as_limit(probabilities(odds, forms), own))
 
 
-def simplified(search: Search, searched: Searched) -> Searched:
+def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searched:
     """A set with the limits of its forms, where these data do not tell the one from the other at 95 %.
 
     A power of the speed that is next to none is Coulomb friction, whatever its own name.
@@ -127,10 +166,9 @@ def simplified(search: Search, searched: Searched) -> Searched:
         if not member.candidate.family.contains:
             continue
         without = search.without(searched.found, number)
-        names = slot(search, searched, number, without)
+        names = slot(search, searched, number, without, held)
         own, kept = member.candidate.key, {one.key for one in names.held}
-        # Where the likeliest name is a limit of its own, that stands for it, and it is not in the list.
-        if next((one.probability for one in names.names if one.key == own), 0.0) >= SURE:
+        if names.probability(own) >= SURE:
             continue
         limits = [
             one
@@ -141,31 +179,38 @@ def simplified(search: Search, searched: Searched) -> Searched:
         ]
         if limits:
             likeliest = limits[0].candidate.key
-            forms = [search.replaced(without, one) for one in limits if one.candidate.key == likeliest]
+            forms = search.replaced(without, [one for one in limits if one.candidate.key == likeliest])
             best = max(forms, key=lambda found: found.log_posterior)
-            return simplified(search, replace(searched, found=best))
+            return simplified(search, replace(searched, found=best), held)
     return searched
 
 
-def as_limit(names: tuple[Named, ...]) -> tuple[Named, ...]:
-    """Names of which the likeliest stands for every form that contains it at its place.
+def as_limit(names: tuple[Named, ...], shown: Key | None = None) -> tuple[Named, ...]:
+    """Names of which the one that is shown stands for every form that contains it at its place.
 
     Friction that falls with speed holds Coulomb friction and something more: where these data show Coulomb
-    friction and are even about the rest, it is what they show.
+    friction and are even about the rest, it is what they show. What is shown has the probability of all that
+    it stands for; what of it is likelier than itself stays beside it, as what it cannot be told from.
 
     Args:
         names: the likeliest first.
+        shown: key of the name that is shown; the likeliest where it is not said.
     """
-    first = names[0]
+    first = next(one for one in names if one.key == shown or (shown is None and one.name != NO_NAME))
     if first.key == NOTHING:
         return names
-    more = [
-        one
-        for one in names[1:]
-        if one.key != NOTHING and one.joints == first.joints and first.name in family_named(one.name).contains
-    ]
-    whole = replace(first, probability=first.probability + sum(one.probability for one in more))
-    return (whole, *(one for one in names[1:] if one not in more))
+    more = tuple(one for one in names if one.joints == first.joints and first.name in _contained(one.name))
+    total = first.probability + sum(one.probability for one in more)
+    whole = replace(
+        first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds)
+    )
+    kept = [whole if one is first else one for one in names if one not in more]
+    return tuple(sorted(kept, key=lambda one: -one.probability))
+
+
+def _contained(name: str) -> tuple[str, ...]:
+    """Limits of a name; what has no name has none."""
+    return () if name in (NOTHING[0], NO_NAME) else family_named(name).contains
 
 
 def probabilities(odds: Mapping[Key, float], forms: Mapping[Key, PlacedEffect] = _NONE) -> tuple[Named, ...]:

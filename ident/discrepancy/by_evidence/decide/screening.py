@@ -14,7 +14,7 @@ from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Membe
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.library_products import LibraryProducts
 from ident.discrepancy.by_evidence.evidence.rows import Rows
-from ident.discrepancy.by_evidence.evidence.solved import bounds_factor
+from ident.discrepancy.by_evidence.evidence.solved import mass_within
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from robots.arrays import FloatArray
 
@@ -65,8 +65,13 @@ def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArr
     products: LibraryProducts = rows.kept.of(
         entries, lambda: LibraryProducts.of(rows, tuple(entry.white for entry in entries))
     )
-    blocks = products.beside(Gram(rows, members), found.level)
-    return np.array([_gain(own, score, entry) for (own, score), entry in zip(blocks, entries, strict=True)])
+    blocks = list(products.beside(Gram(rows, members), found.level))
+    gains, counts = np.empty(len(entries)), [entry.white.count for entry in entries]
+    for count in set(counts):
+        here = [k for k, one in enumerate(counts) if one == count]
+        own, score = (np.stack([blocks[k][part] for k in here]) for part in (0, 1))
+        gains[here] = _alike(own, score, [entries[k] for k in here])
+    return gains
 
 
 def information_beside(
@@ -100,14 +105,23 @@ def information_beside(
     return own, score
 
 
-def _gain(own: FloatArray, score: FloatArray, entry: Entry) -> float:
-    """Of one effect: ½ zᵀA⁻¹z − ½ log |A| about its centre, and its bounds."""
-    centre = entry.white.centre
-    left = score - own @ centre
-    system = own + np.eye(score.size)
+def _alike(own: FloatArray, score: FloatArray, entries: Sequence[Entry]) -> FloatArray:
+    """(E,) gains of effects with as many parameters: ½ zᵀA⁻¹z − ½ log |A| about the centre, and bounds.
+
+    Args:
+        own: (E, p, p) information of each.
+        score: (E, p).
+        entries: (E,).
+    """
+    centre, bounds = (
+        np.stack([getattr(one.white, name) for one in entries]) for name in ("centre", "bounds")
+    )
+    shown = np.einsum("epq,eq->ep", own, centre)
+    system = own + np.eye(score.shape[1])
     inverse = np.linalg.inv(system)
-    mean = inverse @ left
-    gain = 0.5 * float(left @ mean) - 0.5 * float(np.linalg.slogdet(system)[1])
-    gain += float(score @ centre) - 0.5 * float(centre @ own @ centre)
-    deviation = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
-    return gain + float(bounds_factor(mean + centre, deviation, [entry.white])) - entry.white.unsaid
+    mean = np.einsum("epq,eq->ep", inverse, score - shown)
+    gain = 0.5 * np.sum((score - shown) * mean, axis=1) - 0.5 * np.linalg.slogdet(system)[1]
+    gain += np.sum(score * centre, axis=1) - 0.5 * np.sum(centre * shown, axis=1)
+    deviation = np.sqrt(np.maximum(np.diagonal(inverse, axis1=1, axis2=2), 1e-300))
+    gain += mass_within(mean + centre, deviation, centre, bounds)
+    return np.asarray(gain - np.array([one.white.unsaid for one in entries]))

@@ -9,12 +9,14 @@ from itertools import combinations
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
+from robots.identity_cache import IdentityCache
 
 _log = logging.getLogger(__name__)
 
@@ -64,6 +66,12 @@ class Search:
     wanted: Sequence[Candidate]
     progress: Callable[[str, float], None]
     visited: dict[Key, float] = field(default_factory=dict)
+    _without: IdentityCache[dict[int, Found]] = field(default_factory=IdentityCache, repr=False)
+    """Sets less one of their members, by number."""
+    _replaced: IdentityCache[tuple[PresentWith, dict[Entry, Found]]] = field(
+        default_factory=lambda: IdentityCache(MOST), repr=False
+    )
+    """The model of a set, and that set with candidates in the place of what it lacks."""
 
     def run(self) -> Searched:
         """Until no set is better."""
@@ -89,9 +97,7 @@ class Search:
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""
         leaders = screen(self.problem, found, entries)[:LEADERS]
-        screened = [self._remade(one.best, present) for one in leaders]
-        tried = [self._fitted(found, (one,)) for one in screened]
-        sets = [self._shaped(one, present) for one in tried]
+        sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")[:_PAIRED]
         sets += self._pairs(found, [sets[k].members[-1] for k in order])
         best = max(sets, key=lambda one: one.log_posterior, default=None)
@@ -106,7 +112,7 @@ class Search:
         for number, member in enumerate(found.members):
             without, own = self.without(found, number), member.candidate.key
             others = [one for one in screen(self.problem, without, entries) if one.candidate.key != own]
-            sets += [self.replaced(without, one) for one in others[:_SWAPPED]]
+            sets += self.replaced(without, others[:_SWAPPED])
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -132,7 +138,7 @@ class Search:
     def _shaped(self, found: Found, present: PresentWith) -> Found:
         """The last member with its best shapes."""
         last = len(found.members) - 1
-        member = refined(self.problem, found.members, last, found, present)
+        member = refined(self.problem, found.members, last, found, present, made=True)
         members = (*found.members[:last], member)
         shaped = found_set(self.problem, members, found.level, joints_of(member))
         return self._seen(max(shaped, found, key=lambda one: one.log_posterior))
@@ -165,14 +171,30 @@ class Search:
 
     def without(self, found: Found, number: int) -> Found:
         """A set less one member, κ of its joints fitted again."""
-        members = [member for k, member in enumerate(found.members) if k != number]
-        return self._seen(found_set(self.problem, members, found.level, joints_of(found.members[number])))
+        made: dict[int, Found] = self._without.of(found, dict)
+        if number not in made:
+            members = [member for k, member in enumerate(found.members) if k != number]
+            joints = joints_of(found.members[number])
+            made[number] = self._seen(found_set(self.problem, members, found.level, joints))
+        return made[number]
 
-    def replaced(self, without: Found, other: Screened) -> Found:
-        """A set with another candidate in place of what it lacks, κ and shapes fitted."""
-        present = present_with(self.problem, without)
-        tried = self._fitted(without, (self._remade(other.best, present),))
-        return self._shaped(tried, present)
+    def replaced(self, without: Found, others: Sequence[Screened]) -> list[Found]:
+        """Sets with another candidate in place of what one lacks, κ and shapes fitted.
+
+        What was tried as a swap is asked for again when the member gets its names.
+        """
+
+        def nothing_yet() -> tuple[PresentWith, dict[Entry, Found]]:
+            return present_with(self.problem, without), {}
+
+        present, made = self._replaced.of(without, nothing_yet)
+        new = [one.best for one in others if one.best.entry not in made]
+        sets = at_once(lambda one: self._shaped(self._tried(without, one, present), present), new)
+        made.update(zip((one.entry for one in new), sets, strict=True))
+        return [made[one.best.entry] for one in others]
+
+    def _tried(self, found: Found, member: Member, present: PresentWith) -> Found:
+        return self._fitted(found, (self._remade(member, present),))
 
     def _seen(self, found: Found) -> Found:
         key = key_of(found)

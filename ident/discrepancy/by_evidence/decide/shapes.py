@@ -22,7 +22,12 @@ _STEP = 0.02
 
 
 def refined(
-    problem: Problem, members: Sequence[Member], number: int, found: Found, present: PresentModel
+    problem: Problem,
+    members: Sequence[Member],
+    number: int,
+    found: Found,
+    present: PresentModel,
+    made: bool = False,
 ) -> Member:
     """A member of a set with the shapes of the largest evidence; κ as the set has it.
 
@@ -32,8 +37,11 @@ def refined(
         number: which of them.
         found: κ that it is looked at with.
         present: the model that columns are made of.
+        made: whether the member's columns are of that model already.
     """
     search = _Search(problem, members, number, found.level, present)
+    if made:
+        search.known[members[number].entry.placed.shape] = search.value(members[number].entry)
     return search.best()
 
 
@@ -53,6 +61,14 @@ class _Search:
         self.free = [k for k, shape in enumerate(self.candidate.shapes) if not shape.fixed]
         self.best_entry = self.member.entry
         self.best_value = -np.inf
+        self.known: dict[tuple[float, ...], float] = {}
+
+    def value_at(self, point: FloatArray) -> float:
+        """With free shapes at inner values; a simplex asks for its start again, and for bounds."""
+        shape = self._shape_at(point)
+        if shape not in self.known:
+            self.known[shape] = self.value(self._entry(shape))
+        return self.known[shape]
 
     def value(self, entry: Entry) -> float:
         """Log evidence of the set with the effect like this; without it where the data show nothing of it."""
@@ -67,14 +83,14 @@ class _Search:
 
     def best(self) -> Member:
         start = np.array([_inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
-        value = self.value(self.entry_at(start))
+        value = self.value_at(start)
         if not self.free:
             return Member(self.best_entry, self.member.volume)
         limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in self._shapes()]
         steps = np.array([_grid_step(s) for s in self._shapes()])
         simplex = np.vstack([start, *(self._within(start + np.diag(0.4 * steps), limits))])
         minimize(
-            lambda point: -self.value(self.entry_at(point)),
+            lambda point: -self.value_at(point),
             start,
             method="Nelder-Mead",
             bounds=limits,
@@ -88,13 +104,17 @@ class _Search:
         assert self.best_value >= value
         return Member(self.best_entry, self._volume(limits))
 
-    def entry_at(self, point: FloatArray) -> Entry:
-        """The effect with free shapes at inner values."""
+    def _shape_at(self, point: FloatArray) -> tuple[float, ...]:
+        """All shapes, the free ones at inner values."""
         shape = list(self.member.entry.placed.shape)
         for k, value in zip(self.free, point, strict=True):
             one = self.candidate.shapes[k]
-            shape[k] = float(np.clip(_outer(one, float(value)), one.lower, one.upper))
-        placed = self.candidate.at(self.problem.prepared.robot, tuple(shape), self.present)
+            if _inner(one, shape[k]) != float(value):  # there and back is not the very same
+                shape[k] = float(np.clip(_outer(one, float(value)), one.lower, one.upper))
+        return tuple(shape)
+
+    def _entry(self, shape: tuple[float, ...]) -> Entry:
+        placed = self.candidate.at(self.problem.prepared.robot, shape, self.present)
         return Entry(self.candidate, placed, self.problem.rows.effect(placed))
 
     def _shapes(self) -> list[Shape]:
@@ -123,7 +143,7 @@ class _Search:
             for side in (-step, step):
                 tried = point.copy()
                 tried[index] = np.clip(point[index] + side, low, high)
-                drop += max(value - self.value(self.entry_at(tried)), 0.0)
+                drop += max(value - self.value_at(tried), 0.0)
             width = np.sqrt(2.0 * np.pi) * step / np.sqrt(max(drop, 1e-6))
             volume += float(np.log(min(1.0, width / (high - low))))
         fixed = [len(s.grid) for s in self.candidate.shapes if s.fixed]

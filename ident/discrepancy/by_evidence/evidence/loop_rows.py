@@ -44,11 +44,10 @@ class LoopRows(Rows):
 
     def thin(self, placed: PlacedEffect) -> FloatArray:
         """What an effect changes of the drives' torque, rows × drives × p; 0 where it cannot be simulated."""
-        columns = self.loop.screen([placed])
         if not self.exact:
-            return columns
+            return self.loop.screen([placed])
         answer = self.loop.respond(placed)
-        return np.zeros_like(columns) if answer is None else answer
+        return np.zeros((*self.prepared.torque.shape, len(placed.parameters))) if answer is None else answer
 
 
 def loop_rows(examination: LoopExamination, used: BoolArray | None = None) -> tuple[LoopRows, Beta]:

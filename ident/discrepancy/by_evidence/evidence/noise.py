@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from ident.discrepancy.by_evidence.evidence.filtered import filtered
 from ident.statistics.whitening import is_stable, largest_order, unbroken
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -49,34 +51,37 @@ class Whitener:
 
     Attributes:
         noise: of the joint.
-        pieces: first and last row of each recording.
-        whole: per recording, which of its rows from ``order`` on are used with all before that they mix.
+        chosen: (N,) rows that are used with all before them that they mix.
     """
 
     noise: Noise
-    pieces: tuple[tuple[int, int], ...]
-    whole: tuple[BoolArray, ...]
+    chosen: IntArray
 
     @classmethod
     def of(cls, noise: Noise, segment: IntArray, used: BoolArray) -> Whitener:
         """For rows with recording numbers (rows,) of which some are used (rows,)."""
         order = noise.coefficients.size
-        pieces, whole = [], []
+        chosen = [np.zeros(0, dtype=np.int64)]
         for index in np.unique(segment):
             rows = np.flatnonzero(segment == index)
-            pieces.append((int(rows[0]), int(rows[-1]) + 1))
-            whole.append(unbroken(used[rows], order) if order else used[rows])
-        return cls(noise, tuple(pieces), tuple(whole))
+            whole = unbroken(used[rows], order) if order else used[rows]
+            chosen.append(rows[order:][whole])
+        return cls(noise, np.concatenate(chosen))
+
+    @property
+    def _taps(self) -> FloatArray:
+        return np.asarray(np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation)
 
     def __call__(self, values: FloatArray) -> FloatArray:
         """Rows × k of all recordings as white rows of unit variance (N, k)."""
-        order = self.noise.coefficients.size
-        taps = np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation
-        parts = [
-            lfilter(taps, [1.0], values[start:end], axis=0)[order:][whole]
-            for (start, end), whole in zip(self.pieces, self.whole, strict=True)
-        ]
-        return np.ascontiguousarray(np.concatenate(parts))
+        white = filtered(values[:, np.newaxis], 0, self.chosen, self._taps)
+        return np.zeros((self.chosen.size, values.shape[1])) if white is None else np.asarray(white)
+
+    def effect(
+        self, columns: FloatArray, joint: int, scale: FloatArray, single: bool
+    ) -> FloatArray | NDArray[np.float32] | None:
+        """White columns (N, p) of an effect, rows × joints × p, at a joint; see :func:`filtered`."""
+        return filtered(columns, joint, self.chosen, self._taps, scale, single)
 
 
 def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:

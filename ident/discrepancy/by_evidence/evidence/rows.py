@@ -8,7 +8,7 @@ rows of that joint alone, so κ of one joint is no matter of the others.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +25,8 @@ _FLAT = 1e-9
 """Precision of a parameter without a prior, relative to that of the data."""
 
 _NOTHING = 1e-9
+
+Columns = FloatArray | NDArray[np.float32]
 
 _TOGETHER = 32
 """Effects whose products are made together."""
@@ -58,7 +60,7 @@ class WhiteEffects:
     """
 
     count: int
-    joints: tuple[FloatArray | NDArray[np.float32] | None, ...]
+    joints: tuple[Columns | None, ...]
     centre: FloatArray
     bounds: FloatArray
     scale: FloatArray
@@ -77,11 +79,6 @@ class WhiteEffects:
     ) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Those of :meth:`Rows.products_with`: every set that the effect is in asks for them."""
         return self._products.of(rows, make)
-
-    def for_a_library(self) -> WhiteEffects:
-        """With columns of half the size: a vocabulary has thousands. Their rounding, 10⁻⁷, is noise."""
-        joints = tuple(None if part is None else part.astype(np.float32) for part in self.joints)
-        return replace(self, joints=joints)
 
     @property
     def there(self) -> bool:
@@ -201,18 +198,22 @@ class Rows:
         """Columns of an effect, rows × joints × p."""
         return effect_rows(self.prepared, placed)
 
-    def effect(self, placed: PlacedEffect) -> WhiteEffects:
-        """White columns of an effect, each in units of its parameter's prior deviation."""
+    def effect(self, placed: PlacedEffect, single: bool = False) -> WhiteEffects:
+        """White columns of an effect, each in units of its parameter's prior deviation.
+
+        Args:
+            placed: the effect.
+            single: whether columns are of half the size: a vocabulary has thousands. Their rounding, 10⁻⁷, is
+                noise.
+        """
         thin = self.thin(placed)
         scale = np.array(placed.scale)
-        joints = []
-        for j, whitener in enumerate(self.whiteners):
-            columns = thin[:, j]
-            white = whitener(columns * scale) if columns.any() else None
-            joints.append(white if white is not None and np.abs(white).max() > _NOTHING else None)
+        joints = tuple(
+            _shown(whitener.effect(thin, j, scale, single)) for j, whitener in enumerate(self.whiteners)
+        )
         bounds = np.array(placed.bounds) / scale[:, np.newaxis]
         unsaid = self._unsaid(thin) if placed.of_measured else 0.0
-        return WhiteEffects(scale.size, tuple(joints), np.array(placed.centre) / scale, bounds, scale, unsaid)
+        return WhiteEffects(scale.size, joints, np.array(placed.centre) / scale, bounds, scale, unsaid)
 
     def _unsaid(self, thin: FloatArray) -> float:
         """Nats of rows whose torque the effect leaves open: anything up to the largest, not noise alone.
@@ -226,6 +227,13 @@ class Rows:
                 open_to = float(np.abs(self.prepared.torque[acts, j]).max())
                 total += int(acts.sum()) * max(float(np.log(open_to / noise.deviation)), 0.0)
         return total
+
+
+def _shown(white: Columns | None) -> Columns | None:
+    """White columns of a joint; None where there is nothing in them."""
+    if white is None or max(white.max(initial=0.0), -white.min(initial=0.0)) <= _NOTHING:
+        return None
+    return white
 
 
 def effect_rows(prepared: Prepared, effect: PlacedEffect) -> FloatArray:

@@ -92,13 +92,18 @@ def bounds_factor(mean: FloatArray, deviation: FloatArray, parts: Sequence[White
         return np.zeros(mean.shape[:-1])
     bounds = np.concatenate([part.bounds for part in parts])
     centre = np.concatenate([part.centre for part in parts])
-    limited = np.isfinite(bounds).any(axis=1)
-    if not limited.any():
+    return mass_within(mean, deviation, centre, bounds)
+
+
+def mass_within(
+    mean: FloatArray, deviation: FloatArray, centre: FloatArray, bounds: FloatArray
+) -> FloatArray:
+    """The same of parameters (…, p) about their prior's centre (…, p) within bounds (…, p, 2)."""
+    if not np.isfinite(bounds).any():
         return np.zeros(mean.shape[:-1])
-    low, high = bounds[limited].T
-    mean, deviation = mean[..., limited], deviation[..., limited]
+    low, high = bounds[..., 0], bounds[..., 1]
     after = _log_mass((low - mean) / deviation, (high - mean) / deviation)
-    return np.asarray(np.sum(after - _log_mass(low - centre[limited], high - centre[limited]), axis=-1))
+    return np.asarray(np.sum(after - _log_mass(low - centre, high - centre), axis=-1))
 
 
 def _log_mass(low: FloatArray, high: FloatArray) -> FloatArray:

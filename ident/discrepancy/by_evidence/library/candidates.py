@@ -85,7 +85,7 @@ def _entries(rows: Rows, candidate: Candidate, present: PresentModel) -> list[En
     entries = []
     for shape in product(*(one.grid for one in candidate.shapes)):
         placed = candidate.at(rows.prepared.robot, shape, present)
-        white = rows.effect(placed)
+        white = rows.effect(placed, single=True)
         if white.there:
-            entries.append(Entry(candidate, placed, white.for_a_library()))
+            entries.append(Entry(candidate, placed, white))
     return entries

@@ -110,8 +110,8 @@ def sizes_beside(
     problem: Problem,
     found: Found,
     present: PresentModel,
-    recordings: Sequence[Recording],
     wanted: Sequence[Candidate],
+    recordings: Sequence[Recording],
     lag_known: bool,
 ) -> tuple[Smallest, ...]:
     """The same of recordings that were searched, beside what was found and stays unexplained in them.
@@ -123,8 +123,8 @@ def sizes_beside(
         problem: the data.
         found: the set that the search ended with.
         present: the model with it.
-        recordings: that were fitted.
         wanted: the vocabulary on this arm.
+        recordings: that were fitted.
         lag_known: whether the description says how the channels lie in time.
     """
     robot, model = problem.prepared.robot, problem.present

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp, ndtri
+from scipy.special import ndtri
 
 from ident.discrepancy.by_evidence.decide.screening import information_beside
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE, Member
@@ -161,7 +161,7 @@ class _Odds:
             return a, a * SIZES**2 - np.log(self.shapes[place])
         first = int(self.starts[place])
         means = self.expected.means(number, direction, slice(first, first + int(self.shapes[place])))
-        nats = logsumexp(means.at(SIZES), axis=1) - np.log(self.shapes[place])
+        nats = _log_sums(means.at(SIZES)) - np.log(self.shapes[place])
         return float(means.a[number - first]), nats
 
     def _alone(self, number: int, sign: float) -> float:
@@ -209,6 +209,12 @@ def typical(entry: Entry) -> FloatArray:
     chosen = np.zeros(entry.white.count)
     chosen[list(entry.candidate.family.essential) or slice(None)] = 1.0
     return chosen
+
+
+def _log_sums(nats: FloatArray) -> FloatArray:
+    """(S,) logarithms of sums over entries, of (S, E): that of scipy looks for what is infinite as well."""
+    most = nats.max(axis=1)
+    return np.asarray(most + np.log(np.exp(nats - most[:, np.newaxis]).sum(axis=1)))
 
 
 def _crossing(margin: FloatArray) -> float:

@@ -7,7 +7,7 @@ from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.borne_out import Refuted
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.names import NO_NAME, SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
@@ -90,22 +90,32 @@ class EvidenceFinding:
         return self.probability >= SURE and self.explains > self.left
 
     @property
+    def no_name(self) -> float:
+        """Probability that what is there has no name."""
+        return Slot(self.names).probability((NO_NAME, self.key[1]))
+
+    @property
     def held_up(self) -> bool:
-        """Whether the recordings that were not fitted bear it out: it alone, and what is found as a whole."""
-        return self.confirmation.confirmed and self.shrinks
+        """Whether it is an effect that has a name, and what is found as a whole shrinks the gap."""
+        return Slot(self.names).named >= SURE and self.shrinks
 
     @property
     def named(self) -> bool:
-        return self.sure and self.held_up
+        return self.sure and self.held_up and not Slot(self.names).forms(self.key)
 
     @property
     def doubt(self) -> str:
         """Why it is not confirmed, in words; empty where it is."""
-        seen = self.confirmation
-        if not seen.confirmed:
+        seen = self.confirmation.shown
+        if Slot(self.names).named < SURE:
+            shown = (
+                f"{100.0 * seen.share:.0f} ± {100.0 * seen.sigma:.0f} % of it"
+                if seen.sigma > 0.0
+                else "nothing of it"
+            )
             return (
-                f"recordings that were not fitted show {seen.observed:.0f} nats of it,"
-                f" where {seen.predicted:.0f} ± {seen.deviation:.0f} were to be expected"
+                f"recordings that were not fitted show {shown};"
+                f" something that has no name is there with probability {self.no_name:.2f}"
             )
         if not self.shrinks:
             return "with all that was found recordings that were not fitted leave more than without any of it"

@@ -55,6 +55,7 @@ def _finding(finding: EvidenceFinding) -> dict[str, Any]:
         "confirmation": {
             "confirmed": finding.held_up,
             "set_shrinks_the_gap": finding.shrinks,
+            "no_name": finding.no_name,
             "predicted": confirmation.predicted,
             "deviation": confirmation.deviation,
             "observed": confirmation.observed,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +16,7 @@ from ident.discrepancy.by_evidence.decide import problem
 from ident.discrepancy.by_evidence.evidence import lag, misfit, residual
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, prepare, settings_for
-from ident.discrepancy.by_evidence.terms import propose
+from ident.discrepancy.by_evidence.terms import propose, stability
 from ident.effects import State
 from ident.effects.usual import friction_sign
 from ident.errors import IdentificationError
@@ -173,7 +172,7 @@ def test_an_effect_with_half_the_nats_that_it_needs_is_shaped_by_simulation(
     asked = []
     fitted = SimpleNamespace(log_evidence=gain, log_posterior=0.0, members=("one",), level=None)
     monkeypatch.setattr(reversals, "found_set", lambda *given: fitted)
-    monkeypatch.setattr(reversals, "refined", lambda *given: asked.append(1) or "shaped")
+    monkeypatch.setattr(reversals, "refined", lambda *given, **how: asked.append(1) or "shaped")
     monkeypatch.setattr(reversals, "joints_of", lambda member: (0,))
     monkeypatch.setattr(
         reversals,
@@ -200,10 +199,10 @@ def test_half_of_a_recording_is_half_of_its_blocks_of_a_second() -> None:
     motion = State(*(np.zeros((rows, 1)) for _ in range(3)), time)
     part = Part(motion, motion, np.zeros((rows, 1)), np.ones((rows, 1), dtype=np.bool_), None, 1, 0.008)
     given: Any = SimpleRows(prepared=Prepared(EMPS, (part,)))
-    used = propose._half(given, 3).prepared.parts[0].used[:, 0]
+    used = stability._half(given, 3).prepared.parts[0].used[:, 0]
     blocks = used.reshape(8, 125)
     assert np.all(blocks == blocks[:, :1]) and blocks[:, 0].sum() == 4
-    kept = [propose._half(given, seed).prepared.parts[0].used[::125, 0] for seed in range(8)]
+    kept = [stability._half(given, seed).prepared.parts[0].used[::125, 0] for seed in range(8)]
     changes = np.flatnonzero(np.any(np.diff(np.array(kept).astype(int), axis=1), axis=0))
     assert changes.size > 4, "neighbouring seconds are chosen each for itself"
 
@@ -215,59 +214,45 @@ class SimpleRows:
     prepared: Prepared
 
 
-def named(name: str) -> SimpleNamespace:
-    return SimpleNamespace(candidate=SimpleNamespace(family=SimpleNamespace(name=name)))
-
-
-def chosen(found: Sequence[str], log: float) -> SimpleNamespace:
-    members = [
-        SimpleNamespace(candidate=SimpleNamespace(family=SimpleNamespace(name=name))) for name in found
-    ]
-    return SimpleNamespace(members=tuple(members), log_posterior=log, level=None, theta=lambda k: THETA)
-
-
-THETA = (np.ones(1), np.eye(1))
-
-
-@pytest.mark.parametrize(("shares", "told"), [([0.8], True), ([0.7], False)])
-def test_a_term_is_kept_that_eight_halves_of_ten_choose(
-    monkeypatch: pytest.MonkeyPatch, shares: list[float], told: bool
-) -> None:
-    term = SimpleNamespace(formula="f", unit="N", variables={"speed"}, looks_like="")
+def leaves(share: float, after: float, monkeypatch: pytest.MonkeyPatch) -> bool:
+    """Whether a term is proposed that so many halves agree with, and that leaves so much of 0.2."""
+    term = SimpleNamespace(joint=0, formula="f", unit="N", variables={"v1"}, looks_like="")
+    found: Any = SimpleNamespace(members=(), theta=lambda k: (np.ones(1), np.eye(1)))
     monkeypatch.setattr(propose, "_entries", lambda *given: ((term,), ()))
-    monkeypatch.setattr(propose, "family_of", lambda term: SimpleNamespace(name="a"))
-    monkeypatch.setattr(propose, "_selected", lambda *given: chosen(["a"], 9.0))
-    monkeypatch.setattr(propose, "_stability", lambda *given: shares)
-    lefts = iter((np.array([0.2]), np.array([0.1])))
+    monkeypatch.setattr(propose, "chosen_terms", lambda *given: [((0,), found)])
+    monkeypatch.setattr(propose, "stability", lambda *given: share)
+    lefts = iter((np.array([0.2]), np.array([after])))
     held: Any = SimpleNamespace(unexplained=lambda found: next(lefts))
-    found = propose._of_joint(None, chosen([], 0.0), None, held, 0)  # type: ignore[arg-type]
-    assert bool(found) is told
+    return bool(propose._of_joint(None, found, None, held, 0))  # type: ignore[arg-type]
 
 
-def test_at_most_two_terms_are_chosen_and_ten_halves_choose_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = ["a", "b", "c", "d", "e"]
-    entries = [
-        SimpleNamespace(candidate=SimpleNamespace(family=SimpleNamespace(name=name))) for name in names
-    ]
-    monkeypatch.setattr(
-        propose, "screen", lambda posed, found, free: [SimpleNamespace(best=one) for one in free]
+def test_a_term_is_kept_that_eight_halves_of_ten_agree_with(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert leaves(0.8, 0.1, monkeypatch) and not leaves(0.7, 0.1, monkeypatch)
+
+
+def test_a_term_closes_more_than_half_of_what_is_unexplained_on_other_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert leaves(1.0, 0.14, monkeypatch) and not leaves(1.0, 0.142, monkeypatch)
+
+
+def test_ten_halves_choose_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    halves: list[int] = []
+    monkeypatch.setattr(stability, "_half", lambda rows, seed: halves.append(seed) or rows)
+    monkeypatch.setattr(stability, "replace", lambda one, **changed: one)
+    monkeypatch.setattr(stability, "information_beside", lambda *given: (np.eye(1), np.ones(1)))
+    found: Any = SimpleNamespace(
+        members=(), level=None, log_posterior=0.0, posterior=SimpleNamespace(theta=np.ones(1))
     )
-    monkeypatch.setattr(
-        propose,
-        "found_set",
-        lambda posed, members, level, joints: SimpleNamespace(
-            members=members, level=None, log_posterior=10.0 * len(members)
-        ),
-    )
-    found = propose._selected(None, chosen([], 0.0), entries, 0)  # type: ignore[arg-type]
-    assert len(found.members) == 2
-    halves = []
-    monkeypatch.setattr(propose, "_half", lambda rows, seed: halves.append(seed) or rows)
-    monkeypatch.setattr(propose, "replace", lambda one, **changed: one)
-    monkeypatch.setattr(propose, "_selected", lambda *given: chosen([], 0.0))
-    monkeypatch.setattr(propose, "screen", lambda *given: [])
+    monkeypatch.setattr(stability, "found_set", lambda *given: found)
+    answers = iter([[((0,), found)]] * 7 + [[]] * 3)
+    monkeypatch.setattr(stability, "chosen_terms", lambda *given: next(answers))
+    term: Any = SimpleNamespace(variables=frozenset({"v1"}))
     posed: Any = SimpleNamespace(rows=None)
-    propose._stability(posed, chosen([], 0.0), (), (), {}, 0)  # type: ignore[arg-type]
+    entries: Any = [SimpleNamespace()]
+    monkeypatch.setattr(stability, "_on", lambda rows, entry: entry)
+    monkeypatch.setattr(stability, "_same_torque", lambda *given: False)
+    assert stability.stability(posed, found, entries, [term], ((0,), found), 0) == 0.7
     assert len(set(halves)) == 10
 
 

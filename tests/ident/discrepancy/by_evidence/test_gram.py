@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.stats import multivariate_normal, norm
 
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import OneJoint
 from ident.discrepancy.by_evidence.evidence.library_products import LibraryProducts
-from ident.discrepancy.by_evidence.evidence.noise import Noise
+from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows, WhiteEffects
 from ident.effects import State
@@ -146,6 +147,25 @@ def test_white_rows_leave_out_what_a_gap_is_mixed_into() -> None:
     series = rows.known.target[:, 0]
     third = (series[2] - 0.5 * series[1] + 0.2 * series[0]) / 0.3
     assert rows.white[0][0, -1] == pytest.approx(third)
+
+
+def test_white_rows_are_those_of_a_filter_that_starts_anew_with_each_recording() -> None:
+    """Of a joint among others, in units of the scales; of half the size they are rounded."""
+    random = np.random.default_rng(5)
+    columns, scale = random.normal(size=(ROWS, JOINTS, 2)), np.array([2.0, 0.5])
+    columns[:, 1] = 0.0
+    used, segment = np.ones(ROWS, dtype=np.bool_), np.repeat([0, 1], ROWS // 2)
+    used[10] = False
+    whitener = Whitener.of(NOISES[0], segment, used)
+    taps = np.concatenate([[1.0], -NOISES[0].coefficients]) / NOISES[0].deviation
+    parts = [lfilter(taps, [1.0], part, axis=0)[2:] for part in np.split(columns[:, 0] * scale, 2)]
+    expected = np.delete(np.concatenate(parts), [8, 9, 10], axis=0)
+    assert whitener.effect(columns, 0, scale, False) == pytest.approx(expected, rel=1e-12)
+    assert whitener(columns[:, 0] * scale) == pytest.approx(expected, rel=1e-12)
+    half = whitener.effect(columns, 0, scale, True)
+    assert half is not None and half.dtype == np.float32
+    assert half == pytest.approx(expected, rel=1e-6, abs=1e-6)
+    assert whitener.effect(columns, 1, scale, False) is None
 
 
 def test_rows_of_a_joint_can_be_noisier_than_what_does_not_repeat() -> None:

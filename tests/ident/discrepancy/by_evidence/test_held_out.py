@@ -70,12 +70,12 @@ def test_what_leaving_an_effect_out_costs_is_predicted_with_its_deviation() -> N
     random = np.random.default_rng(5)
     whole, without = a_set(SIZE), a_set(None)
     held = held_out(drawn(random))
-    said = held.confirmation(whole, 0, without)
+    said = held.confirmation(whole, without)
     white = held.rows.white[0]
     costs = []
     for _ in range(DRAWS):
         white[:, -1] = drawn(random)[:, 0]
-        costs.append(held.confirmation(whole, 0, without).observed)
+        costs.append(held.confirmation(whole, without).observed)
     assert np.mean(costs) == pytest.approx(said.predicted, abs=4.0 * said.deviation / np.sqrt(DRAWS))
     assert np.std(costs) == pytest.approx(said.deviation, rel=0.04)
     change = SIZE * COURSE[:, 0]
@@ -90,7 +90,7 @@ def test_what_leaving_an_effect_out_costs_is_predicted_with_its_deviation() -> N
 def test_what_is_not_smooth_may_all_be_the_forms_own_error() -> None:
     """Then it goes along with the effect, row by row: ‖d‖² N (s² − 1) in the variance."""
     held, change = held_out(drawn(np.random.default_rng(5))), SIZE * COURSE[:, 0]
-    plain, rough = (held.confirmation(a_set(SIZE, s), 0, a_set(None)).deviation for s in (1.0, 1.5))
+    plain, rough = (held.confirmation(a_set(SIZE, s), a_set(None)).deviation for s in (1.0, 1.5))
     more = change @ change * (1.5**2 - 1.0) * (1.0 + ROWS)
     assert rough**2 - plain**2 == pytest.approx(more)
 

@@ -15,9 +15,18 @@ from ident import Recording, RegressorModel
 from ident.discrepancy.by_evidence.accepted import SPREAD as OF_PARAMETERS
 from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import NOTHING, Named, as_limit, probabilities, smallest
+from ident.discrepancy.by_evidence.decide.names import (
+    NO_NAME,
+    NOTHING,
+    Named,
+    Slot,
+    as_limit,
+    probabilities,
+    smallest,
+)
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
 from ident.discrepancy.by_evidence.decide.state import Found, Member
+from ident.discrepancy.by_evidence.diagnosis import basis_of
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit
 from ident.discrepancy.by_evidence.evidence.known import known_columns
@@ -25,6 +34,7 @@ from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding, JointMisfit, verdict_of
+from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.prior import accepted_prior, described_prior
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.base import base_parameters
@@ -32,6 +42,7 @@ from ident.parameters.present import Present
 from robots.description import Robot
 
 EMPS = robots.load("emps")
+PLACED: Any = SimpleNamespace(name="a", place=SimpleNamespace(joints=(0,)))
 
 
 def log(periods: int = 3, rate: float = 1000.0, seed: int = 0) -> Recording:
@@ -186,11 +197,11 @@ def test_the_prior_is_equal_per_name_and_divided_among_places_and_forms() -> Non
         assert max(own) == pytest.approx(min(own))
 
 
-def test_a_finding_is_confirmed_within_its_predictive_interval() -> None:
-    assert Confirmation(100.0, 10.0, 81.0).confirmed
-    assert not Confirmation(100.0, 10.0, 80.0).confirmed
-    assert not Confirmation(1.0, 10.0, -0.1).confirmed
-    assert Confirmation(1.0, 10.0, 0.1).confirmed
+def test_other_motion_shows_a_share_of_what_an_effect_changes() -> None:
+    seen = Confirmation(100.0, 10.0, 80.0).shown
+    assert (seen.share, seen.sigma) == (pytest.approx(0.9), pytest.approx(0.05))
+    assert Confirmation(100.0, 10.0, -100.0).shown.share == 0.0
+    assert Confirmation(0.0, 0.0, 0.0).shown == Shown(0.0, 0.0)
 
 
 def test_the_reported_set_holds_95_percent() -> None:
@@ -203,16 +214,33 @@ def test_the_reported_set_holds_95_percent() -> None:
 
 def test_the_likeliest_name_stands_for_the_forms_that_contain_it_at_its_place() -> None:
     dry, falling, other = (
-        Named("coulomb_friction", (1,), 0.5),
-        Named("stribeck_friction", (1,), 0.3),
+        Named("coulomb_friction", (1,), 0.5, log_odds=3.0),
+        Named("stribeck_friction", (1,), 0.3, log_odds=2.0),
         Named("stribeck_friction", (2,), 0.15),
     )
-    nothing = Named(*NOTHING, 0.05)
+    nothing, unknown = Named(*NOTHING, 0.05), Named(NO_NAME, (1,), 0.1)
     first, *rest = as_limit((dry, falling, other, nothing))
     assert first.key == dry.key and first.probability == pytest.approx(0.8)
-    assert rest == [other, nothing]
-    assert as_limit((falling, dry, nothing)) == (falling, dry, nothing)
-    assert as_limit((nothing, dry, falling)) == (nothing, dry, falling)
+    assert rest == [other, nothing] and first.forms == ()
+    likelier = replace(falling, probability=0.6)
+    assert as_limit((likelier, dry, nothing)) == (likelier, dry, nothing)
+    assert as_limit((replace(nothing, probability=0.9), dry, falling))[0].probability == 0.9
+    assert as_limit((unknown, dry, falling))[0].probability == pytest.approx(0.8)
+
+
+def test_a_limit_that_is_shown_says_the_probability_of_the_forms_that_it_stands_for() -> None:
+    """And stays beside those that are likelier than itself: it is not named alone."""
+    dry, falling = (
+        Named("coulomb_friction", (1,), 0.3, PLACED, 2.0),
+        Named("stribeck_friction", (1,), 0.65, PLACED, 3.0),
+    )
+    names = Slot(as_limit((falling, dry, Named(*NOTHING, 0.05)), dry.key))
+    assert names.names[0].key == dry.key and names.probability(dry.key) == pytest.approx(0.95)
+    assert names.forms(dry.key) == (falling,) and names.probability(falling.key) == 0.0
+    basis = basis_of(dry.key, names)
+    assert basis.probability == pytest.approx(0.95)
+    assert [one.effects for one in basis.indistinguishable_from] == [("stribeck_friction",)]
+    assert basis_of(dry.key, Slot((replace(dry, probability=0.95),))).indistinguishable_from == ()
 
 
 def test_a_model_without_a_prior_is_fitted_at_the_motion_of_the_other_periods() -> None:
@@ -234,11 +262,14 @@ def test_a_model_without_a_prior_is_fitted_at_the_motion_of_the_other_periods() 
 
 
 def finding(
-    probability: float, explains: float, left: float, observed: float, shrinks: bool = True
+    probability: float, explains: float, left: float, unknown: float = 0.0, shrinks: bool = True
 ) -> EvidenceFinding:
-    placed: Any = SimpleNamespace(name="a", place=SimpleNamespace(joints=(0,)))
-    names = (Named("a", (0,), probability), Named("nothing", (), 1.0 - probability))
-    return EvidenceFinding(placed, names, (), Confirmation(50.0, 5.0, observed), explains, left, shrinks)
+    names = (
+        Named("a", (0,), probability, PLACED),
+        Named("b", (0,), 1.0 - probability - unknown, PLACED),
+        Named(NO_NAME, (0,), unknown),
+    )
+    return EvidenceFinding(PLACED, names, (), Confirmation(50.0, 5.0, 49.0), explains, left, shrinks)
 
 
 def joint(above: float) -> JointMisfit:
@@ -247,14 +278,24 @@ def joint(above: float) -> JointMisfit:
 
 def test_the_verdict_follows_from_probability_confirmation_and_misfit() -> None:
     quiet, loud = (joint(0.05),), (joint(0.2),)
-    assert verdict_of((finding(0.91, 1.0, 0.0, 50.0),), 0.0, quiet) == "named"
-    assert verdict_of((finding(0.89, 1.0, 0.0, 50.0),), 0.0, quiet) == "unnamed"
-    assert verdict_of((finding(0.91, 1.0, 0.0, 1.0),), 0.0, quiet) == "not_confirmed"
-    assert verdict_of((finding(0.91, 1.0, 1.1, 50.0),), 0.0, quiet) == "unnamed"
-    assert verdict_of((finding(0.91, 1.0, 0.0, 50.0, shrinks=False),), 0.0, quiet) == "not_confirmed"
+    assert verdict_of((finding(0.91, 1.0, 0.0),), 0.0, quiet) == "named"
+    assert verdict_of((finding(0.89, 1.0, 0.0),), 0.0, quiet) == "unnamed"
+    assert verdict_of((finding(0.91, 1.0, 1.1),), 0.0, quiet) == "unnamed"
+    assert verdict_of((finding(0.91, 1.0, 0.0, shrinks=False),), 0.0, quiet) == "not_confirmed"
     assert verdict_of((), 0.91, quiet) == "clean"
     assert verdict_of((), 0.89, quiet) == "unnamed"
     assert verdict_of((), 0.91, loud) == "unnamed"
+
+
+def test_what_may_have_no_name_is_not_confirmed() -> None:
+    """However the names share out what is left."""
+    assert finding(0.5, 1.0, 0.0, unknown=0.09).held_up
+    doubted = finding(0.5, 1.0, 0.0, unknown=0.11)
+    assert not doubted.held_up and doubted.no_name == 0.11
+    assert doubted.doubt == (
+        "recordings that were not fitted show 99 ± 5 % of it; something that has no name is there with"
+        " probability 0.11"
+    )
 
 
 def test_an_accepted_model_is_widened_by_what_differs_from_run_to_run() -> None:

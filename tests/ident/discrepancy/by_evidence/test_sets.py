@@ -14,8 +14,9 @@ from ident.discrepancy.by_evidence.decide.names import simplified, slot
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.shapes import refined
-from ident.discrepancy.by_evidence.decide.state import Member, found_set, without_effects
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.discrepancy.confirmation import Shown
 from ident.effects.family import Shape
 from ident.effects.placed import Family
 from tests.ident.discrepancy.by_evidence.toy_effects import (
@@ -27,6 +28,13 @@ from tests.ident.discrepancy.by_evidence.toy_effects import (
     wave,
     waves,
 )
+
+
+class NotLookedAt:
+    """Other motion that shows nothing of any change."""
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        return Shown(0.0, 0.0)
 
 
 def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:
@@ -138,15 +146,17 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     searched = search.run()
     assert names_of(searched) == ["payload"]
     empty = search.without(searched.found, 0)
-    said = slot(search, searched, 0, empty)
-    assert {one.name for one in said.names} == {"nothing", "payload", "contact", "backlash"}
+    said = slot(search, searched, 0, empty, NotLookedAt())
+    nameless = names.NO_NAME
+    assert {one.name for one in said.names} == {"nothing", "payload", "contact", "backlash", nameless}
     (entry,) = (one for one in searched.entries if one.candidate.family.name == "contact")
     alone = found_set(problem, (Member(entry, 0.0),), empty.level, (0,))
     fitted = alone.log_posterior - empty.log_posterior
     assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
     one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
     assert one > fitted + 2.0 and other < 0.0
-    assert said.probability(("payload", (0,))) == pytest.approx(1.0 / (1.0 + np.exp(fitted - one)), abs=0.01)
+    share = 1.0 / (1.0 + np.exp(fitted - one) + names.OUTSIDE)
+    assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
 
 
 @pytest.mark.parametrize(("more", "kept"), [(0.1, "stribeck_friction"), (0.0, "coulomb_friction")])
@@ -169,7 +179,7 @@ def test_a_form_stays_where_it_is_sure_and_is_its_limit_where_it_is_not(
     assert names_of(searched) == ["stribeck_friction"]
     wanted = candidates(problem.prepared.robot, [form, limit])
     both = replace(searched, entries=library(problem.rows, wanted, searched.present))
-    assert names_of(simplified(search, both)) == [kept]
+    assert names_of(simplified(search, both, NotLookedAt())) == [kept]
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -194,3 +204,18 @@ def test_links_that_are_found_are_in_the_model() -> None:
     more = model.link_torque(state) - plain.link_torque(state)
     assert not model.beside
     assert more[:, 0] == pytest.approx(searched.found.theta(0)[0][0] * state.acceleration[:, 0], abs=1e-6)
+
+
+def test_a_swap_that_was_tried_is_not_fitted_again_for_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = searching(
+        problem_of(lambda q: torque(q, w9=1.0)), [of_any_number((8.9,)), waves("nine", w9=1.0)]
+    )
+    found = search.run()
+    without = search.without(found.found, 0)
+    others = screen(search.problem, without, found.entries)
+    sets = search.replaced(without, others)
+    monkeypatch.setattr(module, "refined", None)
+    assert search.without(found.found, 0) is without
+    assert [id(one) for one in search.replaced(without, others[::-1])] == [id(one) for one in sets[::-1]]
+    with pytest.raises(TypeError):  # beside another set all is fitted
+        search.replaced(found.empty, others)

@@ -2,48 +2,133 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide import names
+from ident.discrepancy.confirmation import Shown
 from ident.effects.vocabulary import family_named
 
 
 def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Found by a drawn log: the form was looked for in a list that the limit had taken it out of."""
+    """By the best form of the limit, where the limit is in the 95 % set of a form that is less than sure."""
+    assert simplest(monkeypatch, limit=5.0) == ("coulomb_friction", -2.0)
+    assert simplest(monkeypatch, limit=2.0) == ("coulomb_friction", -2.0)
+
+
+def test_a_form_that_is_sure_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert simplest(monkeypatch, limit=1.7) == ("stribeck_friction", 0.0)
+
+
+def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]:
+    """Name and worth of a set with one form, of log odds 4, whose limit has these."""
     falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family_named("stribeck_friction"))
     dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
-    listed = names.as_limit(names.probabilities({dry.key: 5.0, falling.key: 4.0, names.NOTHING: 0.0}))
-    assert all(one.key != falling.key for one in listed)
+    listed = names.probabilities({dry.key: limit, falling.key: 4.0, names.NOTHING: -9.0})
     monkeypatch.setattr(names, "slot", lambda *given: names.Slot(listed))
     monkeypatch.setattr(names, "screen", lambda *given: [screened(dry, -3.0), screened(dry, -2.0)])
     monkeypatch.setattr(names, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        replaced=lambda without, other: SimpleNamespace(members=[other], log_posterior=other.fitted),
+        replaced=lambda without, others: [
+            SimpleNamespace(members=[SimpleNamespace(candidate=one.candidate)], log_posterior=one.fitted)
+            for one in others
+        ],
     )
-    found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)])
-    simplest: Any = names.simplified(search, SimpleNamespace(found=found, entries=()))  # type: ignore[arg-type]
-    assert [one.candidate.key for one in simplest.found.members] == [dry.key]
-    assert simplest.found.log_posterior == -2.0
+    found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)], log_posterior=0.0)
+    ended: Any = names.simplified(search, SimpleNamespace(found=found, entries=()), None)  # type: ignore[arg-type]
+    (member,) = ended.found.members
+    return member.candidate.key[0], ended.found.log_posterior
 
 
 def test_a_name_is_asked_again_as_its_rivals_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """Refined shapes have their price; where those of a grid do for a rival, they do for the name, too."""
-    own = SimpleNamespace(key=("load_dependent_friction", (1,)), family=SimpleNamespace(contains=()))
-    rival = SimpleNamespace(key=("directional_efficiency", (1,)), family=SimpleNamespace(contains=()))
-    monkeypatch.setattr(names, "screen", lambda *given: [screened(rival, 11.0), screened(own, 12.0)])
+    said = asked(monkeypatch, rival=11.0, own=12.0, shares={"nothing": UNSEEN, "rival": UNSEEN})
+    assert said.names[0].key == OWN and said.names[0].placed == "as it was found"
+    assert said.log_odds(OWN) == 12.0
+
+
+def test_other_motion_decides_with_the_rows_that_were_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against nothing, and between two names, each at half its nats; unasked names go with the found one."""
+    whole, none = Shown(1.0, 0.1), Shown(0.0, 0.1)
+    said = asked(monkeypatch, rival=11.0, own=12.0, shares={"nothing": whole, "rival": whole})
+    assert said.log_odds(OWN) == pytest.approx(12.0 + 25.0)
+    assert said.log_odds(RIVAL) == pytest.approx(11.0 + 25.0 - 25.0)
+    said = asked(monkeypatch, rival=11.0, own=12.0, shares={"nothing": whole, "rival": none})
+    assert said.log_odds(RIVAL) == pytest.approx(11.0 + 25.0 + 25.0)
+    assert said.names[0].key == RIVAL
+    said = asked(monkeypatch, rival=11.0, own=12.0, shares={"nothing": none, "rival": UNSEEN})
+    assert said.log_odds(OWN) == pytest.approx(12.0 - 25.0)
+
+
+def test_nothing_is_asked_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = asked(monkeypatch, rival=-9.0, own=9.0, shares={"nothing": Shown(0.0, 0.2), "rival": UNSEEN})
+    assert said.log_odds(OWN) == pytest.approx(9.0 - 6.25)
+    whole = sum(np.exp(one.log_odds) for one in said.names)
+    assert 1.0 - said.something == pytest.approx(1.0 / whole) and whole < 500.0
+
+
+def test_a_limit_in_the_set_says_what_its_likelier_form_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    form = ("directional_efficiency", (1,))
+    unseen = {"nothing": UNSEEN, "rival": UNSEEN}
+    said = asked(monkeypatch, rival=13.0, own=12.0, shares=unseen, other=form)
+    assert said.probability(form) == 0.0 and said.named == said.probability(OWN) > 0.9
+    assert [one.key for one in said.forms(OWN)] == [form]
+
+
+def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    unknown = (names.NO_NAME, OWN[1])
+    said = asked(monkeypatch, rival=1.0, own=200.0, shares={"nothing": UNSEEN, "rival": UNSEEN})
+    assert said.probability(unknown) == pytest.approx(0.1 / 1.1) and said.named >= names.SURE
+    half = Shown(0.5, 0.05)
+    said = asked(monkeypatch, rival=1.0, own=200.0, shares={"nothing": half, "rival": UNSEEN})
+    odds = np.log(0.1) + 0.5 * half.nats_of_no_name
+    assert said.log_odds(unknown) - said.log_odds(OWN) == pytest.approx(odds)
+    assert said.probability(unknown) > 0.99 and said.named < 0.01
+
+
+OWN, RIVAL = ("load_dependent_friction", (1,)), ("torque_ripple", (1,))
+UNSEEN = Shown(0.0, 0.0)
+
+
+def asked(
+    monkeypatch: pytest.MonkeyPatch,
+    rival: float,
+    own: float,
+    shares: Mapping[str, Shown],
+    other: names.Key = RIVAL,
+) -> names.Slot:
+    """The names of a set with one member, of which the rows that were fitted have so many nats.
+
+    Args:
+        monkeypatch: of the test.
+        rival, own: log odds of another name and of its own.
+        shares: that other motion shows of the set against nothing and against the rival.
+        other: the rival's name.
+    """
+    candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
+    listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
+    monkeypatch.setattr(names, "screen", lambda *given: listed)
+    without, with_rival = SimpleNamespace(log_posterior=0.0), SimpleNamespace(log_posterior=rival)
     search: Any = SimpleNamespace(
-        problem=None, replaced=lambda without, other: SimpleNamespace(log_posterior=other.fitted)
+        problem=None,
+        replaced=lambda without, others: [
+            with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
+        ],
     )
-    member = SimpleNamespace(candidate=own, entry=SimpleNamespace(placed="as it was found"))
+    held: Any = SimpleNamespace(
+        shown=lambda found, against: shares["nothing" if against is without else "rival"]
+    )
+    member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
     found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
-    said = names.slot(search, found, 0, SimpleNamespace(log_posterior=0.0))  # type: ignore[arg-type]
-    assert said.names[0].key == own.key and said.names[0].placed == "as it was found"
-    assert said.log_odds(own.key) == 12.0
+    return names.slot(search, found, 0, without, held)  # type: ignore[arg-type]
 
 
 def screened(candidate: object, fitted: float) -> SimpleNamespace:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from ident.discrepancy.by_evidence.decide.screening import _gain
+from ident.discrepancy.by_evidence.decide.screening import _alike
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
 from ident.discrepancy.by_evidence.power.expected import Expectation
 from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, worst_first
@@ -58,7 +58,9 @@ def gains(own: Any, score: Any, entries: Any) -> Any:
     found, start = [], 0
     for one in entries:
         part = slice(start, start + one.white.count)
-        found.append([_gain(own[part, part], row, one) for row in score[:, part]])
+        drawn = score[:, part]
+        block = np.broadcast_to(own[part, part], (drawn.shape[0], one.white.count, one.white.count))
+        found.append(_alike(block, drawn, [one] * drawn.shape[0]))
         start = part.stop
     return np.array(found).T
 

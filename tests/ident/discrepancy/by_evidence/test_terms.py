@@ -22,6 +22,7 @@ from ident.discrepancy.by_evidence.terms.asked import proposed_terms
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.effects import State
 from ident.effects.terms import NOTES, dictionary
+from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, family_named
 from ident.parameters.present import Present
 from tests.ident.discrepancy import blind_search
@@ -102,14 +103,14 @@ def test_what_the_other_recording_does_not_bear_out_is_no_term() -> None:
 
 
 def test_what_halves_of_the_recording_do_not_choose_is_no_term(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = module._stability
+    original = module.stability
     asked_of: list[float] = []
 
-    def unstable(*arguments: Any) -> list[float]:
-        asked_of.extend(original(*arguments))
-        return [module.STABLE - 0.1 for _ in asked_of]
+    def unstable(*arguments: Any) -> float:
+        asked_of.append(original(*arguments))
+        return module.STABLE - 0.1
 
-    monkeypatch.setattr(module, "_stability", unstable)
+    monkeypatch.setattr(module, "stability", unstable)
     assert asked(dragged(0, 2), dragged(1, 3), recorded({}, 501, 0, 1)) == ()
     assert asked_of
 
@@ -137,13 +138,32 @@ def test_every_term_has_its_unit_and_a_note() -> None:
         "N·m·s/rad",
     ]
     assert units(["t", "q̇₃·t", "q̇₄", "q̈₄"]) == ["N·m/s", "N·m/rad", "N·m·s/rad", "N·m·s²/rad"]
-    assert units(["q̇₁·|q̇₁|"], "emps", 0) == ["N·s²/m²"]
+    assert units(["q̇₁·|q̇₁|", "sign q̇₁·√|q̇₁|"], "emps", 0) == ["N·s²/m²", "N·s^½/m^½"]
+    assert units(["max(q₃ − 0.482, 0)", "z(q₃/0.24)", "τ₃³", "sign q̇₃·exp(−t/5)"]) == [
+        "N·m/rad",
+        "N·m",
+        "1/(N·m)²",
+        "N·m",
+    ]
     for arm in ("tx40", "emps"):
         robot = robots.load(arm)
         for joint in range(robot.n):
             made = dictionary(robot, joint)
             assert {term.kind for term in made} <= set(NOTES)
             assert len({term.formula for term in made}) == len(made)
+
+
+def test_a_bristle_is_drawn_along_its_way_and_has_position_and_direction() -> None:
+    robot = robots.load("tx40")
+    (term,) = (one for one in dictionary(robot, 2) if one.formula == "z(q₃/0.24)")
+    assert term.variables == {"q3", "v3"}
+    model = RegressorModel.of(robot)
+    still = np.zeros((3, robot.n))
+    q = still.copy()
+    q[:, 2] = [0.0, 0.24, 0.0]
+    forth, back = term.value(State(q, still, still, np.arange(3.0)), Present(model, model.prior()))[1:]
+    assert forth == pytest.approx(1.0 - np.exp(-1.0))
+    assert back == pytest.approx(-1.0 + (1.0 + forth) * np.exp(-1.0))
 
 
 def test_a_formula_is_what_it_says_and_its_scale_is_a_dry_friction() -> None:
@@ -162,6 +182,12 @@ def test_a_formula_is_what_it_says_and_its_scale_is_a_dry_friction() -> None:
         "q̇₄": v[:, 3],
         "q̇₃·t": v[:, 2] * np.arange(20.0),
         "1": np.ones(20),
+        "sign q̇₃·√|q̇₃|": friction_sign(robot)(v[:, 2]) * np.sqrt(np.abs(v[:, 2])),
+        "sign q̇₃·exp(−|q̇₃|/0.45)": friction_sign(robot)(v[:, 2]) * np.exp(-np.abs(v[:, 2]) / 0.45),
+        "max(q₃ − 0.482, 0)": np.maximum(q[:, 2] - 0.482, 0.0),
+        "max(−0.482 − q₃, 0)": np.maximum(-0.482 - q[:, 2], 0.0),
+        "q̇₃·exp(−t/20)": v[:, 2] * np.exp(-np.arange(20.0) / 20.0),
+        "τ₃³": present.torque(state)[:, 2] ** 3,
     }
     for formula, values in expected.items():
         assert made[formula].value(state, present) == pytest.approx(values)
