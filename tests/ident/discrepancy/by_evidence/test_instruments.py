@@ -130,7 +130,6 @@ def test_a_search_beside_a_simulated_motion_is_asked_again_beside_that_of_what_i
         ("Search", Run),
         ("with_found", lambda problem, found, recordings: f"motion with {found.members[0]}"),
         ("pose", lambda base, prior, prepared, accepted: prepared),
-        ("simplified", lambda search, searched: searched),
     ):
         monkeypatch.setattr(beside_motion, name, other)
     question: Any = SimpleNamespace(families=(), fit=())
