@@ -5,6 +5,7 @@ the recordings themselves; a term is asked for as where a diagnosis says ``unnam
 turn, whatever their misfit: there no term is right.
 
     python -m benchmarks.terms --seed 1 --scenarios 22 --out terms.jsonl
+    python -m benchmarks.terms --seed 1 --scenarios 300 --clean --out clean.jsonl
     python -m benchmarks.terms --report terms.jsonl
 """
 
@@ -13,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,23 @@ FAMILIES: dict[str, tuple[set[str], Law]] = {
     "viscous that grows": ({"t", "v1"}, lambda q, v, t: v * t),
 }
 """Variables, and what it goes with; each without its mean."""
+FURTHER: dict[str, tuple[set[str], Law]] = {
+    "power of one and a half": ({"v1"}, lambda q, v, t: np.sign(v) * np.abs(v) ** 1.5),
+    "drag that saturates": ({"v1"}, lambda q, v, t: np.arctan(8.0 * v)),
+    "drag with a hump": ({"v1"}, lambda q, v, t: v * np.exp(-np.abs(v) / 0.1)),
+    "drag along the travel": ({"q1", "v1"}, lambda q, v, t: v * np.abs(v) * q),
+    "dry, bell over the travel": (
+        {"q1", "v1"},
+        lambda q, v, t: np.tanh(v / 1e-3) * np.exp(-((q / 0.02) ** 2)),
+    ),
+    "dry, root of the travel": ({"q1", "v1"}, lambda q, v, t: np.tanh(v / 1e-3) * np.sqrt(np.abs(q))),
+    "spring that saturates": ({"q1"}, lambda q, v, t: np.tanh(30.0 * q)),
+    "fifth power of the travel": ({"q1"}, lambda q, v, t: q**5),
+    "spring that slackens": ({"q1", "t"}, lambda q, v, t: q * np.exp(-t / 4.0)),
+    "viscous that settles": ({"t", "v1"}, lambda q, v, t: v * (1.0 - np.exp(-t / 3.0))),
+}
+"""The same, of which the dictionary has none."""
+ALL = FAMILIES | FURTHER
 
 
 def with_torque(clean: Recording, law: Law, factor: float) -> Recording:
@@ -60,14 +78,13 @@ def with_torque(clean: Recording, law: Law, factor: float) -> Recording:
     return replace(clean, control_signal=clean.control_signal + factor * more / ROBOT.gains)
 
 
-def scenario(number: int, seed: int, clean: bool = False) -> dict[str, Any]:
-    """Every eleventh is clean, or all."""
-    names = ["clean"] if clean else ["clean", *FAMILIES]
+def scenario(names: Sequence[str], number: int, seed: int) -> dict[str, Any]:
+    """Of these in turn, at one seed."""
     name, truth = names[number % len(names)], seed + number
     accepted, fit, other = (recorded(ROBOT, truth, Scenario(), m, 10 * truth + m, PERIOD) for m in (2, 0, 1))
     line: dict[str, Any] = {"family": name, "seed": truth}
     if name != "clean":
-        _, law = FAMILIES[name]
+        _, law = ALL[name]
         alone = with_torque(fit, law, 1.0).control_signal - fit.control_signal
         factor = SIZE * float(fit.control_signal.std() / alone.std())
         fit, other = (with_torque(one, law, factor) for one in (fit, other))
@@ -94,7 +111,7 @@ def report(lines: list[dict[str, Any]]) -> str:
     clean = [line for line in lines if line["family"] == "clean"]
     hidden = [line for line in lines if line["family"] != "clean"]
     told = [line for line in hidden if line["terms"]]
-    right = [variables(line) == FAMILIES[line["family"]][0] for line in hidden]
+    right = [variables(line) == ALL[line["family"]][0] for line in hidden]
     closed = [bool(line["terms"]) and _left(line) <= 0.3 for line in hidden]
     text = [
         "| figure | value |",
@@ -102,7 +119,7 @@ def report(lines: list[dict[str, Any]]) -> str:
         f"| a term on a clean arm | {share(bool(line['terms']) for line in clean)} |",
         f"| a term where something is hidden | {share(bool(line['terms']) for line in hidden)} |",
         f"| its variables, of all hidden | {share(right)} |",
-        f"| of those told | {share(variables(line) == FAMILIES[line['family']][0] for line in told)} |",
+        f"| of those told | {share(variables(line) == ALL[line['family']][0] for line in told)} |",
         f"| at most 30 % of the gap left, of all hidden | {share(closed)} |",
         "",
     ]
@@ -122,10 +139,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scenarios", type=int, default=22)
     parser.add_argument("--clean", action="store_true", help="clean arms alone")
+    parser.add_argument("--further", action="store_true", help="laws that the dictionary does not have")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin none after so long")
     parser.add_argument("--out", type=Path, default=Path("terms.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     given = parser.parse_args()
+    names = ["clean", *(() if given.clean else FURTHER if given.further else FAMILIES)]
     until = time.monotonic() + given.seconds
     done = {line["seed"] for line in lines_of(given.out)}
     for number in range(given.scenarios if given.report is None else 0):
@@ -133,7 +152,7 @@ def main() -> None:
             break
         if given.seed + number in done:
             continue
-        line = scenario(number, given.seed, given.clean)
+        line = scenario(names, number, given.seed)
         with given.out.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False) + "\n")
     print(report(lines_of(given.report or given.out)))

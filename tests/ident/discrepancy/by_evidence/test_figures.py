@@ -172,7 +172,7 @@ def test_an_effect_with_half_the_nats_that_it_needs_is_shaped_by_simulation(
     asked = []
     fitted = SimpleNamespace(log_evidence=gain, log_posterior=0.0, members=("one",), level=None)
     monkeypatch.setattr(reversals, "found_set", lambda *given: fitted)
-    monkeypatch.setattr(reversals, "refined", lambda *given: asked.append(1) or "shaped")
+    monkeypatch.setattr(reversals, "refined", lambda *given, **how: asked.append(1) or "shaped")
     monkeypatch.setattr(reversals, "joints_of", lambda member: (0,))
     monkeypatch.setattr(
         reversals,
