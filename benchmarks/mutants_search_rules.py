@@ -11,6 +11,24 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "what is scanned takes no other's place among those that are tried",
+        f"{_BY}decide/search.py",
+        "if not kind.is_scanned]",
+        "]",
+    ),
+    Broken(
+        "a ripple's period costs the number of those that could have been tried",
+        f"{_BY}decide/screening.py",
+        "combinations if scanned else own.size",
+        "combinations if False else own.size",
+    ),
+    Broken(
+        "any period is scanned for beside each set",
+        f"{_BY}decide/search.py",
+        "return (*entries, *scanned(self.problem.rows, found, self.wanted, present))",
+        "return entries",
+    ),
+    Broken(
         "rows near a standstill of a drive that moves with the joint are left out",
         f"{_BY}evidence/prepared.py",
         "    slow |= (np.abs(state.velocity @ transmission.T) <= limit) @ (transmission != 0.0)\n",
@@ -145,7 +163,7 @@ RULES = (
     Broken(
         "shapes are averaged over their grid",
         f"{_BY}decide/screening.py",
-        "mean = float(logsumexp(own) - np.log(own.size))",
+        "mean = float(logsumexp(own) - np.log(tried))",
         "mean = float(own.max())",
     ),
     Broken(
@@ -181,7 +199,7 @@ RULES = (
     Broken(
         "pairs of leaders are tried",
         f"{_BY}decide/search.py",
-        "        sets += self._pairs(found, [sets[k].members[-1] for k in order])\n",
+        "        sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))\n",
         "",
     ),
     Broken(

@@ -11,6 +11,9 @@ _FEW = 6
 """So many are not yet many."""
 
 
+_EPOCH = 1e5
+"""s; a clock that is farther from zero counts from somewhere else."""
+
 _LONG = 48
 """Characters of a name that a message shows whole."""
 
@@ -18,6 +21,11 @@ _LONG = 48
 def short(name: str) -> str:
     """A name as messages show it: of a very long one its beginning and its end."""
     return name if len(name) <= _LONG else f"{name[: _LONG - 13]}…{name[-12:]}"
+
+
+def seconds(time: float) -> str:
+    """An instant of a log, s: six digits, or as many as seconds since 1970 need to tell samples apart."""
+    return f"{time:.6g}" if abs(time) < _EPOCH else f"{time:.3f}"
 
 
 def listed(names: Sequence[str], few: int = _FEW) -> str:

@@ -23,6 +23,10 @@ TEXTS = (".csv", ".txt", ".tsv", ".dat")
 ALLOWED = ".csv, .mat, .parquet, .npz, .h5, .mcap, .db3, .bag, .txt, .tsv, .dat, a folder of .csv or of ROS 2"
 
 
+_POINTER = b"version https://git-lfs.github.com/spec/"
+_LARGEST_POINTER = 1024
+"""Bytes, by the specification of Git LFS."""
+
 _PART = re.compile(r"(.+)/(\d+)\[(\d+)\]")
 
 
@@ -76,6 +80,7 @@ def read_table(path: Path) -> Table:
     Raises:
         CaptureError: it is not there, not readable, or not what its name says.
     """
+    _refuse_pointer(path)
     if path.is_dir() or path.suffix.lower() in READERS:
         with TableProcess() as process:
             return Table(path, process.read(path))
@@ -87,6 +92,12 @@ def read_table(path: Path) -> Table:
         raise CaptureError(f"{path}: no such file") from None
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _refuse_pointer(path: Path) -> None:
+    """What a repository holds in place of a large file that was not fetched reads as no format at all."""
+    if path.is_file() and path.stat().st_size < _LARGEST_POINTER and path.read_bytes().startswith(_POINTER):
+        raise CaptureError(f"{path}: only points to a file that Git LFS keeps; fetch that with: git lfs pull")
 
 
 def _read_csv(path: Path) -> Table:

@@ -12,7 +12,7 @@ from daq.importing.channels import Channels
 from daq.importing.guess_torque import LogHints
 from daq.importing.log_quantities import DEGREE, POSITION_UNITS, unit_of
 from daq.recording.errors import CaptureError
-from ident.listing import short
+from ident.listing import listed, short
 from robots.arrays import BoolArray, FloatArray
 from robots.loose_urdf import LooseUrdf
 
@@ -20,7 +20,7 @@ _FAR = 1.5
 """Times a joint's largest limit."""
 
 
-_BY_LIMITS = "the limits of the URDF; if these are angles of the motors, give --ratio"
+_BY_LIMITS = "the limits of the URDF; if these are angles of the motors, give --ratio, a number each for"
 _DEGREES = frozenset({"deg", "degree", "degrees", "grad"})
 _MILLIMETRES = frozenset({"mm"})
 
@@ -85,10 +85,11 @@ def in_si(
         tried = "rad or deg" if turning[joint] else "m or mm"
         raise CaptureError(
             f"{path}: {short(position.columns[joint])!r} reaches {reach[joint]:.4g}, in {tried} beyond"
-            f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio"
+            f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio for {listed(names)}"
         )
     if any(kinds):
-        words.append(f"unit of the position: {unit}, by {'its name' if marked else _BY_LIMITS}")
+        proof = "its name" if marked else f"{_BY_LIMITS} {listed(names)}"
+        words.append(f"unit of the position: {unit}, by {proof}")
     else:
         said = "rad and m" if turning.any() and not turning.all() else unit
         words.append(f"unit of the position: {said}, within the limits of the URDF")

@@ -23,6 +23,7 @@ from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
+from ident.listing import seconds
 from ident.ordered import median
 from ident.preparation.held import clipped, not_held, repeated
 from ident.preparation.outliers import without_outliers
@@ -170,7 +171,7 @@ def kept_rows(
     for rows, what in ((twice, "are written twice"), (again, "repeat the one before while the arm moves")):
         if rows.any():
             at = time[int(np.argmax(rows))]
-            words.append(f"{name}: {np.count_nonzero(rows)} rows {what} (first at {at:.6g} s), left out")
+            words.append(f"{name}: {np.count_nonzero(rows)} rows {what} (first at {seconds(at)} s), left out")
     for what, values in (("position", position), ("control signal", signal)):
         if values is None:
             continue

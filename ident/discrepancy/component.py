@@ -61,6 +61,14 @@ def inner(shape: Shape, value: float) -> float:
     return float(np.log(value)) if shape.logarithmic else float(value)
 
 
+def reach(shape: Shape) -> float:
+    """What a change of the effect takes, in the space that is searched: its range, or a scanned grid's step.
+
+    Of a ripple of any period a hundredth of the range is another ripple.
+    """
+    return grid_step(shape) if shape.scanned else inner(shape, shape.upper) - inner(shape, shape.lower)
+
+
 def grid_step(shape: Shape) -> float:
     """Distance of neighbours on the grid, in the space that is searched."""
     if len(shape.grid) < 2:

@@ -66,9 +66,7 @@ def with_other_forms(
     for number, others in likely.items():
         shares = np.array([1.0, *(weight for weight, _ in others)])
         fits = [refined, *(other for _, other in others)]
-        linear[number] = beyond(
-            shares, [one.linear[number] for one in fits], [one.linear_sigma[number] for one in fits]
-        )
+        linear[number] = of_sizes(number, refined, others)
         of_shapes = beyond(
             shares,
             [np.array(one.effects[number].shape) for one in fits],
@@ -78,6 +76,25 @@ def with_other_forms(
         free = [not shape.fixed for shape in components[number].shapes(examination)]
         shapes[number] = np.where(free, of_shapes, 0.0)
     return replace(refined, linear_of_forms=tuple(linear), shape_of_forms=tuple(shapes))
+
+
+def of_sizes(number: int, refined: Refined, others: Sequence[tuple[float, Refined]]) -> FloatArray:
+    """(p,) what other forms of one effect make of its parameters' deviations.
+
+    A form that rows hardly show leaves its parameters at what they were before any data; one with other
+    parameters (a share of the torque instead of a torque) says nothing of these.
+    """
+    names = [parameter.name for parameter in refined.effects[number].parameters]
+    shares, values, sigma = [1.0], [refined.linear[number]], [refined.linear_sigma[number]]
+    for weight, one in others:
+        effect = one.effects[number]
+        if [parameter.name for parameter in effect.parameters] == names:
+            scale, centre = np.array(effect.scale), np.array(effect.centre)
+            known = scale**2 / (scale**2 + one.linear_sigma[number] ** 2)
+            shares.append(weight)
+            values.append(centre + known * (one.linear[number] - centre))
+            sigma.append(one.linear_sigma[number] * np.sqrt(known))
+    return beyond(np.array(shares), values, sigma)
 
 
 def _forms(

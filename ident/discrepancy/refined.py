@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.bounded import DEPENDENT
-from ident.discrepancy.component import Component, at_point, inner, shapes_of, values_of
+from ident.discrepancy.component import Component, at_point, inner, reach, shapes_of, values_of
 from ident.discrepancy.deviations import deviations
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import Fit, at_measured, fitted
@@ -208,7 +208,7 @@ def _slopes(
     for k, shape in enumerate(shapes):
         if shape.fixed:
             continue
-        step = _DERIVATIVE * (1.0 if shape.logarithmic else shape.upper - shape.lower)
+        step = _DERIVATIVE * (1.0 if shape.logarithmic else reach(shape))
         if point[k] + step > inner(shape, shape.upper):
             step = -step
         moved = point.copy()

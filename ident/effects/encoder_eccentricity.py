@@ -22,6 +22,7 @@ from ident.effects.placed import (
     each_drive,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts, Table
+from ident.effects.torque_ripple import waves_per_period
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -35,7 +36,8 @@ _SMALL = 1e-2
 def _make(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    drive, row, (waves,) = place.joints[0], drive_row(robot, place), shape
+    drive, row = place.joints[0], drive_row(robot, place)
+    waves = shape[0] * waves_per_period(robot, place)
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
 
     def law(state: State) -> FloatArray:
@@ -72,7 +74,7 @@ def _make(
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    """Turns of the encoder per radian (or m) of the drive output: it sits on the joint, or on the motor."""
+    """Turns of the encoder per turn (or m) of the drive output: it sits on the joint, or on the motor."""
     drive = place.joints[0]
     turns = [1.0] if robot.joint[drive].kind == "revolute" else []
     if robot.has_drives:

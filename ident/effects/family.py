@@ -128,8 +128,8 @@ class Effect(Protocol):
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid and none between. At its ``limits`` the effect is another:
-    friction that grows with a power of one of the speed is viscous.
+    What is ``fixed`` takes the values of its grid and none between; of one that is ``scanned`` the data say
+    which. At its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
     """
 
     name: str
@@ -140,6 +140,7 @@ class Shape:
     logarithmic: bool = False
     fixed: bool = False
     limits: tuple[float, ...] = ()
+    scanned: bool = False
 
 
 class PresentModel(Protocol):
@@ -237,11 +238,10 @@ class EffectFamily(Protocol):
     ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
-    integration; ``history``, whether its torque depends on what was before, so that it needs samples in
-    order; ``taken_by_alignment``, whether an estimate of the lag between the channels takes it up.
-    ``settled_by`` is what on the arm shows it where no motion does. Names that easily pass for each other are
-    declared on either of the two (:func:`ident.effects.vocabulary.confused_with`), ``told_from`` with what
-    tells them apart.
+    integration; ``history``, whether its torque depends on what was before; ``taken_by_alignment``, whether
+    an estimate of the lag between the channels takes it up. ``settled_by`` is what on the arm shows it where
+    no motion does. Names that easily pass for each other are declared on either of the two
+    (:func:`ident.effects.vocabulary.confused_with`), ``told_from`` with what tells them apart.
     """
 
     @property

@@ -23,7 +23,7 @@ from ident.effects.placed import (
     each_geared_drive,
 )
 from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
-from ident.effects.torque_ripple import ripple_shapes
+from ident.effects.torque_ripple import motor_angle, ripple_shapes
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -53,7 +53,7 @@ def _make(
     drive, (periods, resonance) = place.joints[0], shape
     row = drive_row(robot, place)
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
-    waves = periods * robot.drive[drive].gear
+    waves = periods * motor_angle(robot, place)
     stiffness = link_inertia(robot, drive) * (2.0 * np.pi * resonance) ** 2
     damping = 2.0 * _DAMPING * stiffness / (2.0 * np.pi * resonance)
 

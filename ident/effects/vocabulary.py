@@ -76,8 +76,8 @@ def form_of(robot: Robot, name: str, shape_names: Collection[str]) -> Family:
         return term_family(robot, name.removeprefix(TERM))
     family = family_named(name)
     for form in family.nested:
-        places = form.places(robot)
-        if places and {shape.name for shape in form.shapes(robot, places[0])} == set(shape_names):
+        named = ({shape.name for shape in form.shapes(robot, place)} for place in form.places(robot))
+        if set(shape_names) in named:
             return form
     return family
 

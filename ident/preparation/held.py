@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.listing import seconds
 from ident.ordered import median, percentile
 from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -54,7 +55,7 @@ def not_held(
             longest = int(np.argmax(np.where(stuck, length, 0)))
             words.append(
                 f"{name}: {what} of joint {joint + 1} is stuck for {length[longest]} samples after"
-                f" {time[start[longest]]:.6g} s ({np.count_nonzero(stuck)} times in all), set aside"
+                f" {seconds(time[start[longest]])} s ({np.count_nonzero(stuck)} times in all), set aside"
             )
     return good, tuple(words)
 

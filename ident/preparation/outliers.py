@@ -9,6 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ident.errors import IdentificationError
+from ident.listing import seconds
 from ident.ordered import median, percentile
 from ident.recording import LARGEST
 from robots.arrays import BoolArray, FloatArray
@@ -54,7 +55,7 @@ def without_outliers(
         if not far.any():
             continue
         peaks = np.flatnonzero(far & _is_peak(residual))
-        at = ", ".join(f"{time[k]:.6g}" for k in peaks[:_NAMED]) + (" …" if len(peaks) > _NAMED else "")
+        at = ", ".join(seconds(time[k]) for k in peaks[:_NAMED]) + (" …" if len(peaks) > _NAMED else "")
         crowded = len(peaks) > 1 and int(np.diff(peaks).min()) <= 2 * _NEIGHBOURS
         if crowded or len(peaks) > max(1, _SHARE * len(values)):
             raise IdentificationError(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.errors import IdentificationError
+from ident.listing import seconds
 from ident.ordered import median, percentile
 from ident.recording import JITTER_ALLOWED, Recording
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -157,8 +158,8 @@ def _numbered(name: str, time: FloatArray, steps: FloatArray) -> tuple[FloatArra
             return none, whole
         at = int(back[0])
         raise IdentificationError(
-            f"{name}: time does not increase after {time[at]:.6g} s (sample {at}), {back.size} times in all;"
-            " cut the log there, or give its sampling rate instead"
+            f"{name}: time does not increase after {seconds(time[at])} s (sample {at}), {back.size} times in"
+            " all; cut the log there, or give its sampling rate instead"
         )
     period, start = _clock(time, median(steps))
     place = (time - start) / period - none
@@ -276,7 +277,8 @@ def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> str:
         at = taken[int(np.argmax(missing))]
         total = int(number[-1]) + 1
         parts.append(
-            f"{int(missing.sum())} of {total} samples are missing, {missing.max()} in a row after {at:.6g} s"
+            f"{int(missing.sum())} of {total} samples are missing, {missing.max()} in a row after"
+            f" {seconds(at)} s"
         )
     steps = np.diff(taken)
     joined = steps[steps <= max(longest_gap(cutoff_hz), period)]

@@ -10,7 +10,7 @@ import pytest
 
 from ident import Options, Recording, base_parameters, identify
 from ident.identification.tried_cutoff import tried_cutoff
-from ident.listing import listed
+from ident.listing import listed, seconds
 from ident.parameters.regressor import RegressorModel
 from robots import Robot
 from tests.ident.pinocchio_arm import STEP, record, tx40
@@ -72,3 +72,8 @@ def test_no_warning_of_a_poor_motion_is_longer_than_a_line() -> None:
     warnings = identify(tx40(), (poor,), options=Options(method="ls")).result.warnings
     assert any("seen with more than 30 % σ" in words for words in warnings)
     assert max(map(len, warnings)) < 250
+
+
+def test_an_instant_tells_samples_apart_whatever_the_clock_counts_from() -> None:
+    assert (seconds(12.345678), seconds(0.0)) == ("12.3457", "0")
+    assert seconds(1460034857.0149) == "1460034857.015"

@@ -25,3 +25,9 @@ def test_percentiles(count: int) -> None:
 def test_distinct_values() -> None:
     for values in (LOT.integers(0, 9, 50), LOT.integers(0, 9, (5, 4)) / 4.0, np.empty(0), np.ones(3)):
         np.testing.assert_array_equal(distinct(values), np.unique(values))
+
+
+def test_what_is_no_number_has_no_percentile() -> None:
+    values = np.array([[1.0, 2.0], [np.nan, 3.0], [0.0, 1.0]])
+    np.testing.assert_array_equal(percentile(values, 50.0), [np.nan, 2.0])
+    assert np.isnan(median(values)) and np.isnan(quantiles(values[:, 0], np.array([0.0, 1.0]))).all()

@@ -30,6 +30,16 @@ def test_what_is_free_below_what_is_used_is_given_back() -> None:
     assert len(kept) == 1
 
 
+@pytest.mark.skipif(not _PROCESS.exists(), reason="only Linux tells what a process has")
+def test_what_refers_to_itself_is_given_back() -> None:
+    circle: list[object] = [bytearray(b"1") * (_BLOCK * _BLOCKS)]
+    circle.append(circle)
+    before = resident()
+    del circle
+    free_memory.give_back()
+    assert before - resident() > 0.5 * _BLOCK * _BLOCKS
+
+
 def test_another_c_library_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(free_memory, "_c_library", lambda: None)
     free_memory.give_back()

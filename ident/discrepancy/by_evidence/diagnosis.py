@@ -42,7 +42,9 @@ from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import loop_does_otherwise
 from ident.discrepancy.workflow import Search, silent
+from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
+from ident.effects.torque_ripple import WITHOUT_GEAR
 from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
 from robots.description import Robot
@@ -82,7 +84,19 @@ def diagnose_with_evidence(
     answer = diagnose_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
     diagnosis, standstill = led.run(), led.standstill or known.standstill
-    return replace(diagnosis, notes=(*notes, *led.notes), standstill=standstill), answer
+    notes = (*notes, *led.notes, *_periods(diagnosis))
+    return replace(diagnosis, notes=notes, standstill=standstill), answer
+
+
+def _periods(diagnosis: Diagnosis) -> list[str]:
+    """How often a ripple comes that no gear explains, a sentence each."""
+    return [
+        f"torque ripple of {joint_words(one.joints)} comes {shape.value:.1f} times"
+        f" {WITHOUT_GEAR[shape.name]}; no gear of the description explains it"
+        for one in diagnosis.findings
+        for shape in one.parameters
+        if shape.name in WITHOUT_GEAR
+    ]
 
 
 class _Led(Search):

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from daq.diagnosis.diagnosis_words import sure_words
@@ -23,16 +24,23 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
 ) -> None:
     """One axis, nothing repeats, no prior: what the published identification adds, too.
 
+    Beside it stands a ripple of 1 N that comes once per turn of the screw, of 2.5 mm, which both halves show.
     Whatever else the fitted half proposes is left out, since the other half speaks against it.
     """
     code, out, text = armhil("diagnose", *emps(shared_data), "--parameters", "--json")
     assert code == 1
     content = json.loads(out)
     assert content["verdict"] == content["evidence"]["verdict"] == "named"
-    (found,), (finding, *others) = content["findings"], content["evidence"]["findings"]
-    assert not any(one["named"] or one["confirmation"]["observed"] > 0.0 for one in others)
-    for one in (found, finding):
-        assert one["effect"] == "asymmetric_friction" and one["probability"] > 0.95
+    named = [one for one in content["evidence"]["findings"] if one["named"]]
+    others = [one for one in content["evidence"]["findings"] if not one["named"]]
+    assert not any(one["confirmation"]["observed"] > 0.0 for one in others)
+    for part in (content["findings"], named):
+        assert {one["effect"] for one in part} == {"asymmetric_friction", "torque_ripple"}
+        assert all(one["probability"] > 0.95 for one in part)
+    finding, ripple = sorted(named, key=lambda one: str(one["effect"]))
+    values = {one["name"]: one["value"] for one in ripple["parameters"]}
+    assert values["periods_per_turn"] == 1.0
+    assert np.hypot(values["ripple_cos1"], values["ripple_sin1"]) == pytest.approx(1.0, abs=0.2)
     assert finding["parameters"][1]["value"] == pytest.approx((166.7061 - 240.4236) / 2, rel=0.1)
     assert content["evidence"]["repeats"] is False
     (joint,) = content["evidence"]["joints"]
@@ -41,7 +49,8 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     words = " ".join(text.split())
     assert "(probability 0.9" in words and "would be named from" in words
     assert "Nothing repeats in these recordings" in words and "nearest candidate" in words
-    for once in ("(probability 0.9", "epeat", "of the gap)", "would be named from"):
+    assert words.count("(probability 0.9") == words.count("of the gap)") == len(content["findings"])
+    for once in ("epeat", "would be named from"):
         assert words.count(once) == 1, once
 
 

@@ -87,6 +87,16 @@ def test_a_velocity_is_never_a_reference(tmp_path: Path, motion: tuple[FloatArra
     assert any(name in sentence and "proven as the derivative" in sentence for sentence in found.words)
 
 
+def test_angles_of_motors_pass_for_degrees_and_that_is_said(
+    tmp_path: Path, motion: tuple[FloatArray, ...]
+) -> None:
+    """No column tells them apart; the sentence names the option, and the joints in its numbers' order."""
+    t, q, _, torque = motion
+    found = guessed(tmp_path, {"t": t, **numbered("pos_", 45.0 * q), **numbered("tau_", torque)})
+    said = next(sentence for sentence in found.words if sentence.startswith("unit of the position"))
+    assert "if these are angles of the motors, give --ratio, a number each for joint_1, joint_2" in said
+
+
 def test_degrees_motor_torques_and_a_turned_sign(tmp_path: Path, motion: tuple[FloatArray, ...]) -> None:
     t, q, _, torque = motion
     sign = np.array([1, 1, 1, -1, 1, 1])

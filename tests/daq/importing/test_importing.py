@@ -17,6 +17,7 @@ from scipy.io import savemat
 import robots
 from daq.files.toml_text import toml_text
 from daq.importing.captures import capture_recordings
+from daq.importing.columns import read_table
 from daq.importing.import_map import ControlSignal, ImportMap, Position, Time, Torque, load_import_map
 from daq.importing.load import load_recording
 from daq.importing.loaded import LoadedRecordings
@@ -402,3 +403,11 @@ def test_a_figure_beyond_any_arm_is_one_line(tmp_path: Path, emps: Robot, key: s
     np.savetxt(path, np.column_stack(list(table.values())), delimiter=",", header="t,q,v", comments="")
     with pytest.raises(UserError, match=r"of joint 1 is \S+ at sample 1500; allowed: up to"):
         load_recording(path, emps, write_map(tmp_path, AXIS))
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".mat"])
+def test_a_pointer_of_git_lfs_is_told_from_a_damaged_file(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"log{suffix}"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:55b9\nsize 2012328\n", "utf-8")
+    with pytest.raises(CaptureError, match=r"only points to a file that Git LFS keeps.*git lfs pull"):
+        read_table(path)

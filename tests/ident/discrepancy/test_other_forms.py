@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 import robots
 from drivers.simulated import draw_truth
-from ident.discrepancy.other_forms import beyond, likelihood
+from ident.discrepancy.other_forms import beyond, likelihood, of_sizes
+from ident.discrepancy.refined import Refined
 from ident.effects.vocabulary import family_named
 from tests.ident.discrepancy.blind_search import search
 from tests.ident.discrepancy.test_deviations import JOINTS, PERIOD, ROW, ROWS, _examination, _repeated
@@ -47,6 +51,24 @@ def test_a_mixture_is_as_wide_as_its_forms_are_apart(weight: float, expected: fl
 def test_a_form_that_is_surer_makes_no_deviation_smaller() -> None:
     same = [np.array([2.0]), np.array([2.0])]
     assert beyond(np.ones(2), same, [np.array([0.3]), np.array([0.1])]) == pytest.approx([0.0])
+
+
+def made(size: float, sigma: float, scale: float, name: str = "ripple_cos1") -> Refined:
+    effect = SimpleNamespace(parameters=(SimpleNamespace(name=name),), scale=(scale,), centre=(0.0,))
+    return cast(
+        Refined,
+        SimpleNamespace(effects=(effect,), linear=(np.array([size]),), linear_sigma=(np.array([sigma]),)),
+    )
+
+
+def test_a_form_that_rows_hardly_show_is_known_by_what_is_known_before() -> None:
+    """A wave that the filter leaves nothing of had 24 ± 99 N, and made 0.9 ± 0.2 N of another ± 3."""
+    unseen = [(1e-3, made(24.0, 99.0, 6.0))]
+    assert of_sizes(0, made(0.9, 0.2, 6.0), unseen) == pytest.approx([np.sqrt(1e-3 * 36.0)], rel=0.1)
+    seen = [(0.5, made(3.9, 0.2, 6.0))]
+    assert of_sizes(0, made(0.9, 0.2, 6.0), seen) == pytest.approx([np.sqrt(9.0 / 3.0)], rel=0.01)
+    other = [(0.5, made(3.9, 0.2, 6.0, "ripple_share_cos1"))]
+    assert of_sizes(0, made(0.9, 0.2, 6.0), other) == pytest.approx([0.0])
 
 
 def test_a_size_at_rest_is_inside_though_the_other_form_fits_as_well() -> None:

@@ -283,6 +283,18 @@ def test_ripple_turns_with_the_motor() -> None:
     np.testing.assert_allclose(share, on_joints(np.eye(6)[2], *(-torque * waves)), atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["torque_ripple", "gear_ripple"])
+def test_a_motor_of_a_slide_turns_so_often_per_metre(name: str) -> None:
+    """EMPS: 400 turns per metre, so once per turn comes again after 2.5 mm."""
+    robot, time = unfiltered(EMPS), np.arange(0.0, 0.5, 1e-3)
+    q = 0.02 * time[:, np.newaxis]
+    state = State(q, np.full_like(q, 0.02), np.zeros_like(q), time)
+    got = placed(name, 0, 1.0, 0.0 if name == "torque_ripple" else 1000.0, robot=robot).columns(state)
+    per_turn = round(1.0 / 400.0 / 0.02 / 1e-3)
+    np.testing.assert_allclose(got[per_turn:], got[:-per_turn], atol=1e-3 * np.abs(got).max())
+    assert not np.allclose(got[per_turn // 2 :], got[: -(per_turn // 2)], atol=0.5 * np.abs(got).max())
+
+
 def test_a_spring_between_anchors_has_the_torque_of_its_energy() -> None:
     """By numbers: dU/dq of U = k (L − L₀)²/2 with the anchors as points in the plane."""
     fixed, moving, free, k, angle = 0.25, 0.1, 0.12, 80.0, 0.3
@@ -455,7 +467,7 @@ RIGID = 1e6
 def test_a_kinematic_error_moves_the_load_and_is_a_lever() -> None:
     """q = u + e(u): Lagrange gives the input (1 + e′) m q̈; to first order m ë + e′ m ü."""
     state = at(EMPS, TIME)
-    waves, mass = 400.0, 95.1
+    waves, mass = 2 * np.pi * 400.0, 95.1
     q, v, a = (x[:, 0] for x in (state.position, state.velocity, state.acceleration))
     cos, sin = np.cos(waves * q), np.sin(waves * q)
     wanted = [
@@ -471,7 +483,7 @@ def test_links_on_a_gear_that_gives_way_move_by_more_than_its_error(inertia: flo
     """At a constant speed the error has one frequency f; the links swing on the held drive at f₀."""
     time = np.arange(0.0, 4.0, 0.002)
     still = np.zeros((time.size, 1))
-    waves, speed, resonance = float(EMPS.drive[0].gear), 0.25, 60.0
+    waves, speed, resonance = 2 * np.pi * EMPS.drive[0].gear, 0.25 / (2 * np.pi), 60.0
     state = State(speed * time[:, np.newaxis], still + speed, still, time)
     # The resonance is that of the described carriage; a heavier one swings more slowly.
     model = present("emps")

@@ -52,7 +52,10 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
     screened = []
     for numbers in grouped.values():
         own = np.array([gains[number] for number in numbers])
-        mean = float(logsumexp(own) - np.log(own.size))
+        # What was scanned and is no peak has its share of the prior, and next to none of the evidence.
+        scanned = entries[numbers[0]].candidate.is_scanned
+        tried = entries[numbers[0]].candidate.combinations if scanned else own.size
+        mean = float(logsumexp(own) - np.log(tried))
         best = numbers[int(np.argmax(own))]
         member = Member(entries[best], mean - float(own.max()))
         screened.append(Screened(member, mean))

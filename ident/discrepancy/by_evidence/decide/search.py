@@ -6,12 +6,14 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
@@ -35,6 +37,8 @@ _SWAPPED = 3
 
 MOST = 5
 """Effects of a set."""
+
+One = TypeVar("One")
 
 Key = frozenset[tuple[str, tuple[int, ...]]]
 
@@ -80,7 +84,8 @@ class Search:
         found = self._seen(empty)
         present = present_with(problem, found)
         self.progress("vocabulary", 0.1)
-        entries = library(problem.rows, self.wanted, present)
+        whole = library(problem.rows, self.wanted, present)
+        entries = self._with_scanned(whole, found, present)
         while True:
             self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
             better = self._extended(found, entries, present) if len(found.members) < MOST else None
@@ -91,15 +96,24 @@ class Search:
             if fitted.log_posterior <= found.log_posterior:
                 break
             found, present = fitted, beside
+            entries = self._with_scanned(whole, found, present)
             _log.info("set %s, log posterior %.1f", key_of(found), found.log_posterior)
         return Searched(found, empty, present, entries, self.visited)
 
+    def _with_scanned(
+        self, entries: tuple[Entry, ...], found: Found, present: PresentWith
+    ) -> tuple[Entry, ...]:
+        """A vocabulary with what the residual of a set shows of periods that can be any."""
+        return (*entries, *scanned(self.problem.rows, found, self.wanted, present))
+
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""
-        leaders = screen(self.problem, found, entries)[:LEADERS]
+        screened = screen(self.problem, found, entries)
+        leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
-        order = np.argsort([-one.log_posterior for one in sets], kind="stable")[:_PAIRED]
-        sets += self._pairs(found, [sets[k].members[-1] for k in order])
+        order = np.argsort([-one.log_posterior for one in sets], kind="stable")
+        last = [sets[k].members[-1] for k in order]
+        sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -200,6 +214,18 @@ class Search:
         key = key_of(found)
         self.visited[key] = max(self.visited.get(key, -np.inf), found.log_posterior)
         return found
+
+
+def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> list[One]:
+    """So many, and what is scanned beside them: there is some of each drive, and it takes no other's place.
+
+    Args:
+        ordered: the likeliest first.
+        most: not counting what is scanned.
+        kinds: of each.
+    """
+    counted = [k for k, kind in enumerate(kinds) if not kind.is_scanned]
+    return list(ordered[: counted[most - 1] + 1] if len(counted) >= most else ordered)
 
 
 def joints_of(member: Member) -> tuple[int, ...]:

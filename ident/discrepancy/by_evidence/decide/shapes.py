@@ -11,6 +11,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.discrepancy.component import grid_step, inner, reach
 from ident.effects.family import PresentModel, Shape
 from robots.arrays import FloatArray
 
@@ -82,12 +83,12 @@ class _Search:
         return value
 
     def best(self) -> Member:
-        start = np.array([_inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
+        start = np.array([inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
         value = self.value_at(start)
         if not self.free:
             return Member(self.best_entry, self.member.volume)
-        limits = [(_inner(s, s.lower), _inner(s, s.upper)) for s in self._shapes()]
-        steps = np.array([_grid_step(s) for s in self._shapes()])
+        limits = [(inner(s, s.lower), inner(s, s.upper)) for s in self._shapes()]
+        steps = np.array([grid_step(s) for s in self._shapes()])
         simplex = np.vstack([start, *(self._within(start + np.diag(0.4 * steps), limits))])
         minimize(
             lambda point: -self.value_at(point),
@@ -109,7 +110,7 @@ class _Search:
         shape = list(self.member.entry.placed.shape)
         for k, value in zip(self.free, point, strict=True):
             one = self.candidate.shapes[k]
-            if _inner(one, shape[k]) != float(value):  # there and back is not the very same
+            if inner(one, shape[k]) != float(value):  # there and back is not the very same
                 shape[k] = float(np.clip(_outer(one, float(value)), one.lower, one.upper))
         return tuple(shape)
 
@@ -125,7 +126,7 @@ class _Search:
 
     def _within(self, points: FloatArray, limits: Sequence[tuple[float, float]]) -> FloatArray:
         """Points that left the bounds go to the other side."""
-        start = np.array([_inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
+        start = np.array([inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
         low, high = np.array(limits).T
         outside = (points < low) | (points > high)
         return np.clip(np.where(outside, 2.0 * start - points, points), low, high)
@@ -134,11 +135,11 @@ class _Search:
         """Log of the posterior's width over that of the prior, shape by shape; fixed ones by their number."""
         entry, value = self.best_entry, self.best_value
         point = np.array(
-            [_inner(s, entry.placed.shape[k]) for k, s in zip(self.free, self._shapes(), strict=True)]
+            [inner(s, entry.placed.shape[k]) for k, s in zip(self.free, self._shapes(), strict=True)]
         )
         volume = 0.0
-        for index, (low, high) in enumerate(limits):
-            step = _STEP * (high - low)
+        for index, ((low, high), shape) in enumerate(zip(limits, self._shapes(), strict=True)):
+            step = _STEP * reach(shape)
             drop = 0.0
             for side in (-step, step):
                 tried = point.copy()
@@ -150,17 +151,5 @@ class _Search:
         return volume - float(np.log(fixed).sum()) if fixed else volume
 
 
-def _inner(shape: Shape, value: float) -> float:
-    return float(np.log(value)) if shape.logarithmic else value
-
-
 def _outer(shape: Shape, value: float) -> float:
     return float(np.exp(value)) if shape.logarithmic else value
-
-
-def _grid_step(shape: Shape) -> float:
-    """Between values of its grid, inner; a tenth of the range where there is one alone."""
-    inner = [_inner(shape, value) for value in shape.grid]
-    if len(inner) < 2:
-        return 0.1 * (_inner(shape, shape.upper) - _inner(shape, shape.lower))
-    return float(np.median(np.abs(np.diff(inner))))

@@ -83,6 +83,12 @@ class Whitener:
         """White columns (N, p) of an effect, rows × joints × p, at a joint; see :func:`filtered`."""
         return filtered(columns, joint, self.chosen, self._taps, scale, single)
 
+    def back(self, white: FloatArray, rows: int) -> FloatArray:
+        """(rows,) what white rows (N,) come to at the rows before whitening: the adjoint, Wᵀ."""
+        spread = np.zeros(rows)
+        spread[self.chosen] = white
+        return np.asarray(lfilter(self._taps, [1.0], spread[::-1])[::-1])
+
 
 def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:
     """AR model of a residual (rows,): least squares over rows without gaps.

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
-from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from ident.discrepancy.by_evidence.evidence.rows import Known, Rows, WhiteEffects
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from robots.arrays import FloatArray
 
@@ -47,17 +49,47 @@ def residual(rows: Rows, level: Level, posterior: Posterior) -> tuple[FloatArray
     left = known.target - known.columns @ posterior.known
     freedom = np.empty(rows.n)
     for j in range(rows.n):
-        weights, lost = _misfit_weights(rows, j, level, posterior)
+        weights, lost = _misfit_weights(rows, j, level, _white_left(rows, j, posterior, ()))
         left[:, j] -= rows.misfit[j] @ weights
         freedom[j] = lost + known.precision.size / rows.n
     return left, freedom
 
 
-def _misfit_weights(rows: Rows, j: int, level: Level, posterior: Posterior) -> tuple[FloatArray, float]:
-    """Posterior mean of w of a joint, and its degrees of freedom."""
+def white_residual(
+    rows: Rows, level: Level, posterior: Posterior, effects: Sequence[WhiteEffects]
+) -> list[FloatArray]:
+    """Per joint (N,), white rows less the known columns, the effects of a set and the misfit.
+
+    Args:
+        rows: the data.
+        level: of the misfit.
+        posterior: of the set.
+        effects: of the set.
+    """
+    found = []
+    k = rows.known.precision.size
+    for j, white in enumerate(rows.white):
+        left = _white_left(rows, j, posterior, effects)
+        weights, _ = _misfit_weights(rows, j, level, left)
+        found.append(left - white[:, k:-1] @ weights)
+    return found
+
+
+def _white_left(rows: Rows, j: int, posterior: Posterior, effects: Sequence[WhiteEffects]) -> FloatArray:
+    """(N,) white rows of a joint less the known columns and the effects of a set."""
+    white, start = rows.white[j], 0
+    left = white[:, -1] - white[:, : rows.known.precision.size] @ posterior.known
+    for one in effects:
+        if one.joints[j] is not None:
+            left = left - one.columns(j) @ posterior.theta[start : start + one.count]
+        start += one.count
+    return np.asarray(left)
+
+
+def _misfit_weights(rows: Rows, j: int, level: Level, left: FloatArray) -> tuple[FloatArray, float]:
+    """Posterior mean of w of a joint from what all else leaves of its white rows, and how many are fitted."""
     k, m = rows.known.precision.size, rows.misfit[j].shape[1]
     white = rows.white[j]
-    left = white[:, k + m] - white[:, :k] @ posterior.known
     values, vectors = rows.diagonal[j]
     variance = float(level.kappa[j]) ** 2 / max(m, 1) / float(level.excess[j]) ** 2
     shrunk = variance / (1.0 + variance * values)

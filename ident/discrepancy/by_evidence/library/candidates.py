@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -40,6 +41,16 @@ class Candidate:
         """Of the prior: equal per name, divided among its places and forms."""
         return 1.0 / (self.names * self.places * self.forms)
 
+    @property
+    def is_scanned(self) -> bool:
+        """Whether the data say which of its shapes are tried (:mod:`..decide.scanned`)."""
+        return any(shape.scanned for shape in self.shapes)
+
+    @property
+    def combinations(self) -> int:
+        """Of its grids' values."""
+        return math.prod(len(shape.grid) for shape in self.shapes)
+
     def at(self, robot: Robot, shape: tuple[float, ...], present: PresentModel) -> PlacedEffect:
         """The effect with these shape values."""
         return self.family.effect(robot, self.place, shape, present)
@@ -73,8 +84,12 @@ def library(
     wanted: Sequence[Candidate],
     present: PresentModel,
 ) -> tuple[Entry, ...]:
-    """Candidates with every combination of their grids, those that the data show anything of."""
-    made = at_once(lambda candidate: _entries(rows, candidate, present), wanted)
+    """Candidates with every combination of their grids, those that the data show anything of.
+
+    What is scanned is not among them.
+    """
+    some = [candidate for candidate in wanted if not candidate.is_scanned]
+    made = at_once(lambda candidate: _entries(rows, candidate, present), some)
     entries = tuple(entry for some in made for entry in some)
     rows.keep_products_with([entry.white for entry in entries])
     return entries

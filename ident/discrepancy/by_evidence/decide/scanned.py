@@ -1,0 +1,144 @@
+"""Waves of any period over a drive's position: which ones the residual shows, of more than can be tried.
+
+With u the white residual of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and
+h·sin(kx) over the drive's position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with the residual: one
+Fourier transform over x for all k at once (the periodogram of Lomb and Scargle, for noise with a memory).
+What the filter of the positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go by their speed,
+each class with the share that is left there. Peaks only choose what is tried: how likely those are the
+evidence says as of all others, and the prior of a period is divided among all that could have been tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from scipy.fft import ifft, next_fast_len
+from scipy.signal import freqz
+
+from ident.closed_loop.at_once import at_once
+from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.evidence.residual import white_residual
+from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.family import PresentModel
+from ident.effects.placed import as_filter_shows, drive_row
+from ident.effects.torque_ripple import waves_per_period
+from robots.arrays import BoolArray, FloatArray
+
+_PEAKS = 2
+"""Periods of one form that are tried."""
+
+_CLASSES = 12
+"""Of rows, by their speed: within one it differs by a third, and with it the frequency of a wave."""
+
+_PER_PERIOD = 16
+"""Cells of the position per shortest period: of a wave that is summed over cells 0.6 % is lost."""
+
+
+def scanned(
+    rows: Rows, found: Found, wanted: Sequence[Candidate], present: PresentModel
+) -> tuple[Entry, ...]:
+    """What the residual of a set shows of candidates whose period can be any, two of each form.
+
+    Args:
+        rows: the data.
+        found: the set.
+        wanted: the vocabulary; the scanned shape of a candidate comes first, all others are fixed.
+        present: the model that columns are made of.
+    """
+    some = [one for one in wanted if one.is_scanned]
+    if not some:
+        return ()
+    members = [member.entry.white for member in found.members]
+    left = white_residual(rows, found.level, found.posterior, members)
+    squares = found.level.excess**2
+    # What a joint's rows say of a column: Wᵀu, by how noisy they are.
+    whiteners, count = rows.whiteners, rows.prepared.used.shape[0]
+    said = np.stack([w.back(u, count) for w, u in zip(whiteners, left, strict=True)], axis=1) / squares
+    made = at_once(lambda one: _likeliest(rows, one, present, said, squares), some)
+    entries = tuple(entry for of_one in made for entry in of_one)
+    rows.keep_products_with([entry.white for entry in entries])
+    return entries
+
+
+def _likeliest(
+    rows: Rows, candidate: Candidate, present: PresentModel, said: FloatArray, squares: FloatArray
+) -> list[Entry]:
+    """Peaks of the gain over the period, with every combination of the other shapes."""
+    entries = []
+    periods = np.array(candidate.shapes[0].grid)
+    for rest in product(*(shape.grid for shape in candidate.shapes[1:])):
+        gain = _gains(rows, candidate, rest, present, said, squares)
+        inside = np.flatnonzero((gain[1:-1] >= gain[:-2]) & (gain[1:-1] >= gain[2:])) + 1
+        for peak in inside[np.argsort(-gain[inside], kind="stable")][:_PEAKS]:
+            placed = candidate.at(rows.prepared.robot, (float(periods[peak]), *rest), present)
+            white = rows.effect(placed, single=True)
+            if white.there:
+                entries.append(Entry(candidate, placed, white))
+    return entries
+
+
+def _gains(
+    rows: Rows,
+    candidate: Candidate,
+    rest: tuple[float, ...],
+    present: PresentModel,
+    said: FloatArray,
+    squares: FloatArray,
+) -> FloatArray:
+    """(periods,) about how many nats a wave takes off the residual.
+
+    Args:
+        rows: the data.
+        candidate: with the scanned shape first.
+        rest: its other shapes.
+        present: the model that columns are made of.
+        said: rows × joints, Wᵀu over s².
+        squares: (n,) s².
+    """
+    prepared, robot = rows.prepared, rows.prepared.robot
+    flat = candidate.at(robot, (0.0, *rest), present)
+    height = effect_rows(prepared, flat)[:, :, 0]
+    row = drive_row(robot, candidate.place)
+    position = np.concatenate([part.at_rows.position for part in prepared.parts]) @ row
+    speed = np.abs(np.concatenate([part.at_rows.velocity for part in prepared.parts]) @ row)
+    waves = np.array(candidate.shapes[0].grid) * waves_per_period(robot, candidate.place)
+    time = prepared.parts[0].own.time
+    assert time is not None
+    rate = 1.0 / float(time[1] - time[0])
+    score, information = np.zeros(waves.size, dtype=np.complex128), np.zeros(waves.size)
+    for inside in _by_speed(speed, np.asarray(prepared.used.any(axis=1))):
+        mean = float(np.median(speed[inside]))
+        passed = as_filter_shows(robot, waves * mean / (2.0 * np.pi), time)
+        agreed = np.sum(said[inside] * height[inside], axis=1)
+        score += passed * _waves_of(position[inside], agreed, waves)
+        for j in np.flatnonzero(height.any(axis=0)):
+            noise = rows.noise[j]
+            angle = np.minimum(waves * mean / rate, np.pi)
+            taps = np.concatenate([[1.0], -noise.coefficients]) / noise.deviation
+            power = float(np.sum(height[inside & prepared.used[:, j], j] ** 2)) / squares[j]
+            information += 0.5 * power * passed**2 * np.abs(freqz(taps, worN=angle)[1]) ** 2
+    return np.asarray(0.5 * np.abs(score) ** 2 / (information + 1.0 / flat.scale[0] ** 2))
+
+
+def _by_speed(speed: FloatArray, used: BoolArray) -> list[BoolArray]:
+    """Rows in classes of about the same speed, those that count."""
+    if not used.any():
+        return []
+    low, high = np.log(np.maximum(np.quantile(speed[used], (0.01, 1.0)), 1e-9))
+    number = np.clip((np.log(np.maximum(speed, 1e-9)) - low) / max(high - low, 1e-9), 0.0, 1.0 - 1e-9)
+    which = (_CLASSES * number).astype(np.int64)
+    return [inside for k in range(_CLASSES) if (inside := used & (which == k)).any()]
+
+
+def _waves_of(position: FloatArray, values: FloatArray, waves: FloatArray) -> FloatArray:
+    """(waves,) Σ values · exp(i k position), k evenly spaced, by sums over cells of the position."""
+    step = float(waves[1] - waves[0])
+    cells = next_fast_len(int(np.ceil(_PER_PERIOD * waves[-1] / step)))
+    width = 2.0 * np.pi / (step * cells)
+    where = np.floor(position / width).astype(np.int64)
+    turned = values * np.exp(1j * waves[0] * width * (where + 0.5))
+    sums = [np.bincount(where % cells, part, cells) for part in (turned.real, turned.imag)]
+    return np.asarray(ifft(sums[0] + 1j * sums[1])[: waves.size] * cells)
