@@ -25,9 +25,11 @@ def within_bounds(columns: FloatArray, residual: FloatArray, bounds: FloatArray)
         residual: (N,).
         bounds: (p, 2), lowest and highest.
     """
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    unit, held = columns / scale, np.zeros(scale.size, dtype=np.bool_)
+    norm = np.linalg.norm(columns, axis=0)
+    scale = np.where(norm > 0.0, norm, 1.0)
     values = np.zeros(scale.size)
+    # What no row shows stays at nothing: a rounding error of its unit column would be of any size.
+    unit, held = columns / scale, norm == 0.0
     while not held.all():
         rest = residual - columns[:, held] @ values[held]
         free = ~held

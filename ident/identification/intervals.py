@@ -13,7 +13,6 @@ Both are added to the variance of the errors; the estimate stays as it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +27,7 @@ from ident.recording import Recording
 from ident.signals import low_pass, motion
 from ident.statistics.lag_window import variances, windowed_autocovariance
 from ident.statistics.triangle import weighted_product
-from robots.arrays import BoolArray, FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification
 
 QUANTILE = 1.959963984540054
@@ -84,18 +83,19 @@ def deviations(
     gamma = windowed_autocovariance(residual, z, rows.segment, rows.used)
     weight = rows.used / fit.sigma
     whole = _Map(z, rows.regressor, weight, weight)
-    chance = _by_recording(rows.segment, gamma, lambda own: whole.influence(own) * weight[own, :, np.newaxis])
     timing = whole.of(_rate(prepared, recordings) * weight) ** 2 * _lag_square(prepared)
-    reversals = np.zeros_like(chance)
     away = away_from_reversals(prepared, recordings)
     part = _Map(z, rows.regressor, weight * away, weight)
+    chance, expected, reversals = np.zeros((3, fit.beta.size))
+    # Recording by recording: of hours the weights fill the memory.
+    for own in (rows.segment == name for name in distinct(rows.segment)):
+        weights = whole.influence(own) * weight[own, :, np.newaxis]
+        chance += variances(weights, gamma, rows.segment[own])
+        if part.is_determined:
+            weights -= part.influence(own) * weight[own, :, np.newaxis]
+            expected += variances(weights, gamma, rows.segment[own])
     if part.is_determined:
         contrast = (whole.of(residual * weight) - part.of(residual * weight)) ** 2
-        expected = _by_recording(
-            rows.segment,
-            gamma,
-            lambda own: (whole.influence(own) - part.influence(own)) * weight[own, :, np.newaxis],
-        )
         seen = expected > 0.0
         beyond = float(np.mean(contrast[seen] / expected[seen])) - 1.0 if seen.any() else 0.0
         reversals = max(beyond, 0.0) * np.minimum(expected, chance)
@@ -124,14 +124,6 @@ def half_widths(
     if alone is not None and alone is not fit:
         half = half * np.sqrt(np.diag(fit.covariance) / np.diag(alone.covariance))
     return np.asarray(half)
-
-
-def _by_recording(
-    segment: IntArray, gamma: tuple[FloatArray, ...], weights: Callable[[BoolArray], FloatArray]
-) -> FloatArray:
-    """Variances (b,) of weighted errors, recording by recording: of hours the weights fill the memory."""
-    parts = [segment == name for name in distinct(segment)]
-    return np.asarray(sum(variances(weights(own), gamma, segment[own]) for own in parts))
 
 
 class _Map:

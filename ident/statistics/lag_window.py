@@ -21,7 +21,7 @@ import numpy as np
 from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors, products_of
-from ident.statistics.toeplitz import ComplexArray, circle, spectrum, times
+from ident.statistics.toeplitz import ComplexArray, circle, forms, spectrum
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _LONGEST = 200
@@ -87,7 +87,7 @@ def variances(weights: FloatArray, gamma: tuple[FloatArray, ...], segment: IntAr
     for joint, covariance in enumerate(gamma):
         for index in distinct(segment):
             part = weights[segment == index, joint]
-            total += np.sum(part * times(_padded(covariance, part.shape[0]), spectrum(part)), axis=0)
+            total += forms(_padded(covariance, part.shape[0]), spectrum(part))
     return np.maximum(total, 0.0)
 
 

@@ -42,7 +42,26 @@ def times(gamma: FloatArray, series: ComplexArray) -> FloatArray:
     Returns:
         samples × columns.
     """
-    samples, around = gamma.size, circle(gamma.size)
-    whole = np.concatenate([gamma, np.zeros(around - 2 * samples + 1), gamma[:0:-1]])
-    gain = np.fft.rfft(whole).real
-    return np.fft.irfft(np.moveaxis(series, 0, -1) * gain, around)[..., :samples].T
+    samples = gamma.size
+    return np.fft.irfft(np.moveaxis(series, 0, -1) * _gain(gamma), circle(samples))[..., :samples].T
+
+
+def forms(gamma: FloatArray, series: ComplexArray) -> FloatArray:
+    """(columns,) quadratic forms of the same matrix in each of the series: their energy behind its gain.
+
+    By Parseval's theorem, so that nothing is transformed back.
+
+    Args:
+        gamma, series: as of :func:`times`.
+    """
+    around = circle(gamma.size)
+    gain = _gain(gamma)
+    gain[1 : (around + 1) // 2] *= 2.0  # each of these frequencies stands for its mirror as well
+    return np.asarray(gain @ (series.real**2 + series.imag**2) / around)
+
+
+def _gain(gamma: FloatArray) -> FloatArray:
+    """Eigenvalues of the circulant matrix whose corner it is, frequency by frequency."""
+    around = circle(gamma.size)
+    whole = np.concatenate([gamma, np.zeros(around - 2 * gamma.size + 1), gamma[:0:-1]])
+    return np.fft.rfft(whole).real

@@ -197,7 +197,7 @@ def test_a_heavier_payload_makes_every_gain_larger(base: BaseParameters, truth: 
 def test_captures_in_the_wrong_place_are_noticed(base: BaseParameters, truth: np.ndarray) -> None:
     rows, loaded = rows_of(base, truth, PAYLOAD, 3)
     with pytest.raises(
-        IdentificationError, match=r"would be .* times the described one; are the captures sorted"
+        IdentificationError, match=r"would be .* times the described one; are the captures rightly told"
     ):
         drive_gains_of_rows(base, rows, ~loaded, PAYLOAD)
 

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from ident.statistics.restricted import _model, independent_whitening, regression_whitening
+from ident.statistics.toeplitz import forms, spectrum
 from ident.statistics.whitening import autoregressive_whitening, ljung_box
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -191,3 +192,11 @@ def test_a_correction_that_takes_more_than_there_is_is_left_out() -> None:
     assert left_out.sigma == pytest.approx(plain.sigma)
     taken = _model([products], [0.5 * products], [SAMPLES])
     assert taken.sigma[0] == pytest.approx(np.sqrt(1.5) * plain.sigma[0])
+
+
+@pytest.mark.parametrize("samples", [1, 7, 20, 33])
+def test_quadratic_forms_are_those_of_the_matrix(samples: int) -> None:
+    generator = np.random.default_rng(samples)
+    gamma, series = generator.normal(size=samples), generator.normal(size=(samples, 3))
+    expected = np.diag(series.T @ toeplitz(gamma) @ series)
+    assert forms(gamma, spectrum(series)) == pytest.approx(expected, abs=1e-12)

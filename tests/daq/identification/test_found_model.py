@@ -129,6 +129,11 @@ def test_what_was_found_before_is_not_found_again(
     assert "Found before" in page and "stribeck friction (joint 1)" in page
 
 
+def nine_digits(content: Any) -> Any:
+    """Of all numbers in it: rows are made in another order where a model is given."""
+    return json.loads(json.dumps(content), parse_float=lambda text: f"{float(text):.9g}")
+
+
 def test_more_of_what_the_model_has_a_parameter_for(
     armhil: Call, captures: Path, chain: Path, tmp_path: Path
 ) -> None:
@@ -141,7 +146,8 @@ def test_more_of_what_the_model_has_a_parameter_for(
 
     fit = captures / "rubbing.mcap"
     whole = call(armhil, "identify", fit, "--model", model(tmp_path, "why"))
-    assert whole["found"] == [] and whole["estimates"] == call(armhil, "identify", fit)["estimates"]
+    plain = call(armhil, "identify", fit)
+    assert whole["found"] == [] and nine_digits(whole["estimates"]) == nine_digits(plain["estimates"])
     assert any(text.startswith("coulomb friction (joint 1): without a prior") for text in whole["warnings"])
 
 

@@ -44,7 +44,7 @@ def test_it_stands_on_the_terminal_and_the_page_where_it_is_asked_for(plan: Plan
 def test_more_periods_show_smaller_effects(plan: Plan) -> None:
     few = sizes(plan, *MOTION)
     many = sizes(plan, "--periods", 8, "--seed", 1)
-    for name in ("drifting_friction", "hysteresis", "torque_ripple"):
+    for name in ("drifting_friction", "hysteresis", "dragging_brake"):
         assert many[name] < 0.8 * few[name], name
 
 
