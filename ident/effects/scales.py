@@ -42,10 +42,10 @@ def travel(robot: Robot, place: Place) -> float:
 
 
 def way(robot: Robot, place: Place) -> float:
-    """Way of a place's first joint over which a spring is bent, rad (or m): half its travel, at most a radian.
+    """Over which a spring at a place's first joint is bent, rad (or m): half its travel, at most a radian.
 
-    A stiffness has no size of its own: what a spring does is its torque at the end of the way, which on an axis
-    of 0.3 m has little to do with that at a metre.
+    A stiffness has no size of its own: what a spring does is its torque at the end of the way, which on an
+    axis of 0.3 m has little to do with that at a metre.
     """
     half = travel(robot, place)
     return half if robot.joint[place.joints[0]].kind == "prismatic" else min(half, _RADIAN)

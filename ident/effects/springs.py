@@ -35,7 +35,7 @@ _SPRING, _CABLE, _STIFFENED, _CONTACT = 0.1, 0.03, 0.1, 0.3
 rated torque."""
 
 _RESTS = tuple(float(share) for share in np.linspace(0.1, 0.9, 17))
-"""Of the travel: closer than a contact's, since beside a wrong rest a cable pulls where it should hang free."""
+"""Of the travel: closer than a contact's; a cable with a wrong rest pulls where it should hang free."""
 
 _MARGIN = 0.2
 """rad (or m) beyond the joint's limits that the simulation's table reaches."""

@@ -103,7 +103,7 @@ def longer(robot: Robot, joint: int, limits: tuple[float, float]) -> Robot:
 
 
 def pull(robot: Robot, name: str, shape: tuple[float, ...], position: float) -> FloatArray:
-    """(p,) shares of the rated torque that each parameter of one deviation pulls joint 1 with at a position."""
+    """(p,) shares of the rated torque that one deviation of each parameter pulls joint 1 with."""
     model = RegressorModel.of(robot)
     family = next(one for one in VOCABULARY if one.name == name)
     effect = family.effect(robot, Place("joint", (0,)), shape, Present(model, model.prior()))
@@ -125,7 +125,7 @@ def pull(robot: Robot, name: str, shape: tuple[float, ...], position: float) -> 
 def test_a_spring_pulls_as_hard_at_the_end_of_a_short_axis_as_of_a_long_one(
     name: str, shape: tuple[float, ...], shares: tuple[float, ...]
 ) -> None:
-    """A stiffness per metre says nothing of an axis of 0.3 m: to a third power a thirtieth of what it should."""
+    """A stiffness per metre says nothing of 0.3 m: to a third power a thirtieth of what it should."""
     for half in (0.03, 0.3, 3.0):
         robot = longer(robots.load("emps"), 0, (-half, half))
         np.testing.assert_allclose(pull(robot, name, shape, half), shares)
