@@ -122,8 +122,8 @@ def time_ticks(first: datetime, last: datetime, most: int) -> list[tuple[datetim
     seconds = (last - first).total_seconds()
     step = next((step for step in _TIME_STEPS if seconds / step <= most), _TIME_STEPS[-1])
     words = "%Y-%m-%d" if step >= _DAY else "%m-%d %H:%M" if seconds > _DAY else "%H:%M"
-    start = math.ceil(first.timestamp() / step) * step
-    times = [datetime.fromtimestamp(t, UTC) for t in np.arange(start, last.timestamp() + 1.0, step).tolist()]
+    begin, end = math.ceil(first.timestamp() / step), math.floor(last.timestamp() / step)
+    times = [datetime.fromtimestamp(step * k, UTC) for k in range(begin, end + 1)]
     return [(time, time.strftime(words)) for time in times[: most + 1]] or [(first, first.strftime(words))]
 
 

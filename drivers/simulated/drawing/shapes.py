@@ -169,7 +169,8 @@ def cogging_sized(magnitude: float, shape: Entries) -> Entries:
 
 def scale(rng: np.random.Generator, place: Place) -> Entries:
     gear = float(place.robot.drive[place.index].gear) if place.robot.has_drives else 1.0
-    return {"turns": gear, "phase": float(rng.uniform(-3.0, 3.0))}
+    slides = place.robot.joint[place.index].kind == "prismatic"
+    return {"turns": 2.0 * np.pi * gear if slides else gear, "phase": float(rng.uniform(-3.0, 3.0))}
 
 
 def scale_sized(magnitude: float, shape: Entries) -> Entries:

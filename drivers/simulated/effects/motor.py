@@ -70,7 +70,7 @@ class EncoderEccentricity(DriveEntry):
         "a scale that turns about another point than its shaft: it reads a sine too much"
     )
     amplitude: Positive = Field(description="rad at the drive output")
-    turns: Positive = Field(default=1.0, description="of the encoder per turn of the drive output")
+    turns: Positive = Field(default=1.0, description="rad of the encoder per rad of the drive output")
     phase: Finite = Field(default=0.0, description="rad")
 
     def fill(self, drive: np.void) -> None:

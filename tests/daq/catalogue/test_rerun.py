@@ -31,21 +31,25 @@ def test_a_diagnosis_again(diagnosed: None, armhil: Call, ask: Any, tmp_path: Pa
     with Catalogue() as catalogue:
         assert chosen_analysis(catalogue, 1) == "diagnosis"
         (model,) = models.of_run(catalogue, 1)
-        (found,) = findings.of_run(catalogue, 1)
+        found = findings.of_run(catalogue, 1)
+        assert found
     again = ask("rerun", 1)
     assert (again["analysis"], again["model"], again["sameness"]) == ("diagnosis", model.id, "identical")
     assert (again["largest_difference"], again["remarks"], again["report"]) == (0.0, [], None)
-    (finding,) = again["findings"]
-    assert (finding["effect"], tuple(finding["joints"])) == (found.effect, found.joints)
+    assert [(one["effect"], tuple(one["joints"])) for one in again["findings"]] == [
+        (one.effect, one.joints) for one in found
+    ]
 
     with Catalogue() as catalogue, catalogue.writing() as connection:
         connection.exec_driver_sql("UPDATE findings SET effect = 'backlash'")
     code, out, _ = armhil("rerun", 1, "--json", "--out", tmp_path / "again")
     again = json.loads(out)
     assert (code, again["sameness"], again["largest_difference"]) == (1, "different", 0.0)
-    assert again["remarks"] == [
-        f"found then: backlash (joint 1); now: {found.effect} (joint 1)",
-    ]
+    then, now = (
+        ", ".join(f"{name} (joint 1)" for name in names)
+        for names in (["backlash"] * len(found), [one.effect for one in found])
+    )
+    assert again["remarks"] == [f"found then: {then}; now: {now}"]
     assert Path(again["report"]).is_file()
     with Catalogue() as catalogue:
         kept = models.of_run(catalogue, 1)

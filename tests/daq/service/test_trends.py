@@ -90,6 +90,13 @@ def test_times_have_as_many_labels_as_there_is_room_for() -> None:
             assert all(START <= time <= START + timedelta(days=days) for time, _ in ticks)
 
 
+def test_no_label_lies_behind_the_last_run() -> None:
+    """Two runs within seconds, the next whole minute less than a second after: the label was cut off."""
+    first = START.replace(second=57)
+    last = first + timedelta(seconds=2.4)
+    assert [time for time, _ in time_ticks(first, last, 6)] == [first]
+
+
 def test_each_run_has_its_sigma() -> None:
     picture = wide(str(trend_of(course_of([1.0, 1.1, 1.2], 0.05), None).picture))
     bars = re.search(r'<path class="sigma" d="([^"]*)"', picture)

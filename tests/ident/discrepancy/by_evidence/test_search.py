@@ -26,17 +26,17 @@ from ident.discrepancy.prior import Prior
 from ident.effects.placed import Family
 from ident.effects.vocabulary import family_named
 from ident.parameters.base import BaseParameters
+from robots.description import Robot
 from tests.ident.discrepancy import blind_search
 
-TRUTH, DURATION = 501, 5.0
+EMPS, TRUTH, DURATION = robots.load("emps"), 501, 5.0
 FEW = tuple(
     family_named(name)
     for name in ("viscous_friction", "coulomb_friction", "drive_gain_error", "time_delay", "torque_ripple")
 )
 
 
-def recorded(scenario: dict[str, object], motion: int, seed: int) -> Recording:
-    robot = robots.load("emps")
+def recorded(scenario: dict[str, object], motion: int, seed: int, robot: Robot = EMPS) -> Recording:
     hidden = blind_search.hidden(scenario) if scenario else Scenario()
     return blind_search.recorded(robot, TRUTH, hidden, motion, seed, DURATION)
 
@@ -51,11 +51,14 @@ def prior(base: BaseParameters) -> Prior:
 
 
 def search(
-    scenario: dict[str, object], validated: dict[str, object] | None = None, families: Sequence[Family] = FEW
+    scenario: dict[str, object],
+    validated: dict[str, object] | None = None,
+    families: Sequence[Family] = FEW,
+    robot: Robot = EMPS,
 ) -> EvidenceAnswer:
-    fit = recorded(scenario, 0, 2)
-    validation = recorded(scenario if validated is None else validated, 1, 3)
-    question = Question(robots.load("emps"), (fit,), (validation,), tuple(families), prior)
+    fit = recorded(scenario, 0, 2, robot)
+    validation = recorded(scenario if validated is None else validated, 1, 3, robot)
+    question = Question(robot, (fit,), (validation,), tuple(families), prior)
     return diagnose_by_evidence(question)
 
 
