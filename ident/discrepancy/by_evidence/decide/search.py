@@ -115,13 +115,13 @@ class Search:
         leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")
-        best: dict[Name, Member] = {}
+        forms: dict[Name, Member] = {}
         for k in order:
-            best.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
-        last = list(best.values())
+            forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
+        last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
-        better = max(sets, key=lambda one: one.log_posterior, default=None)
-        return better if better is not None and better.log_posterior > found.log_posterior else None
+        best = max(sets, key=lambda one: one.log_posterior, default=None)
+        return best if best is not None and best.log_posterior > found.log_posterior else None
 
     def _swapped(self, found: Found, entries: Sequence[Entry]) -> Found | None:
         """The best set with another candidate in place of one member; None where none is better.

@@ -116,6 +116,7 @@ def test_what_is_scanned_takes_no_place_among_those_that_are_tried() -> None:
     any_period, motor = sorted(of_ripple(small()[0]), key=lambda one: not one.is_scanned)
     kinds = [any_period, any_period, motor, any_period, motor, motor, any_period]
     assert first_of("abcdefg", 1, kinds) == list("abcdefg")
+    kinds[3] = replace(any_period, place=Place("drive", (3,)))
     kinds[4:6] = (replace(motor, place=Place("drive", (k,))) for k in (1, 2))
     assert first_of("abcdefg", 1, kinds) == list("abcd")
     assert first_of("abcdefg", 2, kinds) == list("abcde")
