@@ -34,8 +34,8 @@ RULES = (
     Broken(
         "what is scanned takes no other's place among those that are tried",
         f"{_BY}decide/search.py",
-        "if not kind.is_scanned]",
-        "]",
+        "if not kind.is_scanned and kind.key not in names:",
+        "if kind.key not in names:",
     ),
     Broken(
         "a ripple's period costs the number of those that could have been tried",
