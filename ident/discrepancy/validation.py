@@ -17,6 +17,7 @@ from ident.discrepancy.gap import (
     position_floor,
     torque_residual,
 )
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
@@ -53,10 +54,13 @@ class Validation:
     Attributes:
         prepared: the recordings.
         whitening: of the rows of an inverse model.
+        standstill: how dry friction turns its sign, as recordings that were fitted show it; the description's
+            where None.
     """
 
     prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
+    standstill: Standstill | None = None
     _runs: IdentityCache[LoopRun] = field(
         default_factory=lambda: IdentityCache(_STEPS), repr=False, compare=False
     )
@@ -67,7 +71,11 @@ class Validation:
 
     def loop_run(self, step: Step) -> LoopRun:
         """The model of a step in closed loop; each is compared with several others."""
-        return self._runs.of(step, lambda: closed_loop_gap(step.base, step.standard_shown, self.prepared))
+
+        def run() -> LoopRun:
+            return closed_loop_gap(step.base, step.standard_shown, self.prepared, self.standstill)
+
+        return self._runs.of(step, run)
 
     def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
         """Of two models."""

@@ -13,7 +13,7 @@ from ident.discrepancy.basis import ranking_of
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.library import Library, build_library
-from ident.discrepancy.prepared_recording import prepared_recordings
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import dependences_beside
 from ident.discrepancy.results import Candidate, Diagnosis, Finding
@@ -225,7 +225,7 @@ class Search:
 
     def _answer(self) -> Diagnosis:
         first = self.course.first
-        validation = Validation(self.validation, first.examination.whitening)
+        validation = self._validation(self.validation)
         findings, rejected, last = self.course.validated(validation)
         self._look_again(findings)
         margin = first.base.model.robot.identification.torque_margin
@@ -271,6 +271,10 @@ class Search:
             covariance=examination.covariance,
             examinations=(first.examination, examination),
         )
+
+    def _validation(self, prepared: tuple[PreparedRecording, ...]) -> Validation:
+        """What recordings say of models; drives hold at standstill as they are described."""
+        return Validation(prepared, self.course.first.examination.whitening)
 
     def _leaves_the_usual(self) -> bool:
         """Whether before anything was found rows that are fitted leave no more than an accepted model."""
