@@ -20,7 +20,8 @@ import numpy as np
 
 from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
-from ident.statistics.restricted import Taken, fit_of, independent_whitening, of_the_errors, products_of
+from ident.statistics.restricted import independent_whitening, of_the_errors
+from ident.statistics.taken import Taken, fit_of
 from ident.statistics.toeplitz import ComplexArray, circle, forms, spectrum
 from robots.arrays import BoolArray, FloatArray, IntArray
 
@@ -55,9 +56,8 @@ def windowed_autocovariance(
     """
     target, regressor, segment, used = of_the_errors(target, regressor, segment, used)
     omega = independent_whitening(target, regressor, segment, used)
-    fit = fit_of(omega, target, regressor, used)
-    residual = np.where(used, target - torques_of(regressor, fit.beta), 0.0)[:, :, np.newaxis]
-    taken = Taken.of(fit.basis, segment)
+    beta, taken = fit_of(omega, target, regressor, segment, used)
+    residual = np.where(used, target - torques_of(regressor, beta), 0.0)[:, :, np.newaxis]
     longest = max(1, min(_LONGEST, int(used.sum(axis=0).min()) // 4))
     joints = range(used.shape[1])
     present = used.astype(np.float64)[:, :, np.newaxis]
@@ -158,12 +158,9 @@ def _hidden(
     longest: int,
 ) -> list[FloatArray]:
     """Per joint: lagged products of the errors that the fit has taken, were ``gamma`` right."""
-    moved = taken.moved(lambda joint, lags: _padded(gamma[joint], lags) / omega[joint] ** 2)
-    moved *= used[:, :, np.newaxis]
-    basis, between = taken.basis, products_of(taken.basis, moved)
     found = []
-    for joint in range(used.shape[1]):
-        other = moved[:, joint] - 0.5 * basis[:, joint] @ between
-        known = [spectra[:, joint] for spectra in taken.spectra]
-        found.append(2.0 * omega[joint] ** 2 * _lagged(known, other, taken.pieces, longest))
+    others = taken.from_errors(lambda joint, lags: _padded(gamma[joint], lags) / omega[joint] ** 2)
+    for joint, (known, other) in enumerate(zip(taken.spectra, others, strict=True)):
+        seen = other * used[:, joint, np.newaxis]
+        found.append(2.0 * omega[joint] ** 2 * _lagged(known, seen, taken.pieces, longest))
     return found

@@ -15,9 +15,7 @@ leaves of the motion in r makes the next model slower still, and so on without e
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +23,7 @@ from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
-from ident.statistics.toeplitz import ComplexArray, spectrum, times
+from ident.statistics.taken import DEPENDENT, Taken, fit_of
 from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
@@ -45,10 +43,6 @@ _ORDERS_BEYOND = 4
 
 _MOST_SAMPLES = 20_000
 """Of which a model of the errors is made."""
-_DEPENDENT = 1e-12
-"""Eigenvalues of the scaled XᵀΩ⁻¹X below this share of the largest are no information."""
-
-
 _LAGS_LEFT = 30
 
 
@@ -65,14 +59,13 @@ def regression_whitening(
     """
     target, regressor, segment, used = of_the_errors(target, regressor, segment, used)
     omega = independent_whitening(target, regressor, segment, used)
-    fit = fit_of(omega, target, regressor, used)
-    residual = target - torques_of(regressor, fit.beta)
+    beta, taken = fit_of(omega, target, regressor, segment, used)
+    residual = target - torques_of(regressor, beta)
     whitening = autoregressive_whitening(residual, segment, used, regressor.shape[2])
     largest = min(largest_order(used), max(a.size for a in whitening.coefficients) + _ORDERS_BEYOND)
     products = [
         lagged_products(residual[:, j], residual[:, j], segment, used[:, j], largest) for j in _axes(used)
     ]
-    taken = Taken.of(fit.basis, segment)
     counts = [samples_without_gap(segment, used[:, j], largest) for j in _axes(used)]
     for _ in range(_ITERATIONS):
         missing = _missing(whitening, taken, omega.sigma, segment, used, largest)
@@ -136,17 +129,9 @@ def _beta_of(sigma: FloatArray, squares: FloatArray, shares: FloatArray) -> Floa
     scale = np.sqrt(np.diag(whole))
     scale[scale == 0.0] = 1.0
     values, directions = np.linalg.eigh(whole / np.outer(scale, scale))
-    held = values > _DEPENDENT * values[-1]
+    held = values > DEPENDENT * values[-1]
     root = directions[:, held] / np.sqrt(values[held])
     return np.asarray((root @ (root.T @ (sigma**-2.0 @ shares / scale))) / scale)
-
-
-@dataclass(frozen=True)
-class OmegaFit:
-    """Weighted least squares: β̂ (b,), and U, samples × joints × b', orthonormal over the weighted rows."""
-
-    beta: FloatArray
-    basis: FloatArray
 
 
 def _axes(used: BoolArray) -> range:
@@ -158,57 +143,6 @@ def _start(target: FloatArray, used: BoolArray) -> Whitening:
     size = np.sqrt(np.sum(np.where(used, target, 0.0) ** 2, axis=0) / used.sum(axis=0))
     empty = tuple(np.empty(0) for _ in range(target.shape[1]))
     return Whitening("block", empty, np.where(size > 0, size, 1.0))
-
-
-def fit_of(omega: Whitening, target: FloatArray, regressor: FloatArray, used: BoolArray) -> OmegaFit:
-    weight = (used / omega.sigma).T
-    x = regressor.transpose(2, 1, 0) * weight
-    flat = x.reshape(len(x), -1)
-    scale = np.sqrt(np.einsum("kr,kr->k", flat, flat))
-    scale[scale == 0.0] = 1.0
-    flat /= scale[:, np.newaxis]
-    values, directions = np.linalg.eigh(flat @ flat.T)
-    held = values > _DEPENDENT * values[-1]
-    root = directions[:, held] / np.sqrt(values[held])
-    basis = root.T @ flat
-    shares = basis @ (target.T * weight).ravel()
-    return OmegaFit((root @ shares) / scale, basis.reshape(-1, *weight.shape).transpose(2, 1, 0))
-
-
-@dataclass(frozen=True)
-class Taken:
-    """U with its Fourier transforms per recording: samples × joints × b', and frequencies × joints × b'."""
-
-    basis: FloatArray
-    pieces: tuple[slice, ...]
-    spectra: tuple[ComplexArray, ...]
-
-    @classmethod
-    def of(cls, basis: FloatArray, segment: IntArray) -> Taken:
-        ends = [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist(), segment.size]
-        pieces = tuple(slice(begin, end) for begin, end in pairwise(ends))
-        spectra = tuple(spectrum(basis[chosen]) for chosen in pieces)
-        return cls(basis, pieces, spectra)
-
-    def moved(self, covariance: Callable[[int, int], FloatArray]) -> FloatArray:
-        """ΓU recording by recording; samples × joints × b'.
-
-        Args:
-            covariance: of the weighted errors of a joint (from 0) at so many lags from 0 on.
-        """
-        moved = np.empty_like(self.basis)
-        for chosen, spectra in zip(self.pieces, self.spectra, strict=True):
-            for joint in range(self.basis.shape[1]):
-                moved[chosen, joint] = times(covariance(joint, chosen.stop - chosen.start), spectra[:, joint])
-        return moved
-
-
-def products_of(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(b, b) over samples and joints, of samples × joints × b each, whose time is last in memory."""
-    columns = one.shape[2]
-    return np.asarray(
-        one.transpose(2, 1, 0).reshape(columns, -1) @ other.transpose(2, 1, 0).reshape(columns, -1).T
-    )
 
 
 def _missing(
@@ -225,13 +159,9 @@ def _missing(
         sigma = float(whitening.sigma[joint] / omega[joint])
         return autocovariance(whitening.coefficients[joint], sigma, lags)
 
-    basis, moved = taken.basis, taken.moved(covariance)
-    between = products_of(basis, moved)
     found = []
-    for joint in _axes(used):
-        one = basis[:, joint] * omega[joint]
-        other = moved[:, joint] * omega[joint] - 0.5 * one @ between
-        half = lagged_products(one, other, segment, used[:, joint], largest)
+    for joint, (one, other) in enumerate(zip(taken.columns, taken.from_errors(covariance), strict=True)):
+        half = lagged_products(omega[joint] ** 2 * one, other, segment, used[:, joint], largest)
         found.append(half + half.T)
     return found
 
