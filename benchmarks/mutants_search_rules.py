@@ -11,10 +11,31 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "a cable is hard at the end of the travel, whatever its length",
+        "ident/effects/springs.py",
+        " / travel(robot, place) ** 3",
+        "",
+        ("tests/ident/effects/test_scales.py",),
+    ),
+    Broken(
+        "a cable that is bent pulls back",
+        "ident/effects/springs.py",
+        "(POSITIVE, POSITIVE), scale),\n        law",
+        "(ANY, POSITIVE), scale),\n        law",
+        ("tests/ident/effects/test_scales.py",),
+    ),
+    Broken(
+        "where a cable rests is looked for more closely than where a contact begins",
+        "ident/effects/springs.py",
+        "np.linspace(0.1, 0.9, 17)",
+        "np.linspace(0.1, 0.9, 5)",
+        ("tests/ident/effects/test_scales.py",),
+    ),
+    Broken(
         "what is scanned takes no other's place among those that are tried",
         f"{_BY}decide/search.py",
-        "if not kind.is_scanned]",
-        "]",
+        "if not kind.is_scanned and kind.key not in names:",
+        "if kind.key not in names:",
     ),
     Broken(
         "a ripple's period costs the number of those that could have been tried",

@@ -25,7 +25,7 @@ from ident.effects.placed import (
     joint_row,
     torque_unit,
 )
-from ident.effects.scales import rated_torque
+from ident.effects.scales import rated_torque, way
 from ident.effects.simulated import Bristle, FrictionTorque, PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -54,13 +54,15 @@ def _make(
         )
 
     torque, size = torque_unit(robot, place), _PACK * rated_torque(robot, place)
+    scale = (size, size / way(robot, place), size)
     symbols = ("pack_hysteresis", "pack_stiffness", "pack_pull")
     units = (torque, f"{torque}/{angle_unit(robot, place)}", torque)
-    return Parameters(symbols, units, (POSITIVE, POSITIVE, ANY), (size,) * 3), law, parts
+    return Parameters(symbols, units, (POSITIVE, POSITIVE, ANY), scale), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("bend", angle_unit(robot, place), (0.1, 0.3, 1.0), 0.02, 5.0, True),)
+    low, *grid, high = (share * way(robot, place) for share in (0.02, 0.1, 0.3, 1.0, 5.0))
+    return (Shape("bend", angle_unit(robot, place), tuple(grid), low, high, True),)
 
 
 DRESS_PACK_HYSTERESIS = Family(

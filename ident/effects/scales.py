@@ -23,6 +23,9 @@ _LIGHTEST = 1e-3
 _LEVER = 0.1
 """m, from the last link's frame to what a usual arm carries; longer as the arm is larger."""
 
+_RADIAN = 1.0
+"""rad: cables, packs and levers turn with a joint, and what they pull changes over a radian."""
+
 _TYPICAL_SPEED = 0.3
 """Of the speed limit: root mean square of a motion that excites an arm."""
 
@@ -30,6 +33,22 @@ _TYPICAL_SPEED = 0.3
 def rated_torque(robot: Robot, place: Place) -> float:
     """Torque limit of a place's first joint, N·m (or N)."""
     return float(robot.joint[place.joints[0]].torque)
+
+
+def travel(robot: Robot, place: Place) -> float:
+    """Half the travel of a place's first joint, rad (or m)."""
+    joint = place.joints[0]
+    return 0.5 * float(robot.upper[joint] - robot.lower[joint])
+
+
+def way(robot: Robot, place: Place) -> float:
+    """Over which a spring at a place's first joint is bent, rad (or m): half its travel, at most a radian.
+
+    A stiffness has no size of its own: what a spring does is its torque at the end of the way, which on an
+    axis of 0.3 m has little to do with that at a metre.
+    """
+    half = travel(robot, place)
+    return half if robot.joint[place.joints[0]].kind == "prismatic" else min(half, _RADIAN)
 
 
 def dry_friction(robot: Robot, place: Place) -> float:

@@ -20,7 +20,7 @@ from ident.effects.placed import (
     joint_row,
     torque_unit,
 )
-from ident.effects.scales import rated_torque
+from ident.effects.scales import rated_torque, travel, way
 from ident.effects.simulated import PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -30,8 +30,12 @@ Curves = tuple[Callable[[FloatArray], FloatArray], ...]
 _ANCHORS = np.arange(-3, 5) / 4.0
 """Of π: where the search for the angle of two anchors begins."""
 
-_SPRING, _CABLE, _CONTACT = 0.1, 0.03, 0.3
-"""Deviations of stiffnesses, of the rated torque per rad (or m)."""
+_SPRING, _CABLE, _STIFFENED, _CONTACT = 0.1, 0.03, 0.1, 0.3
+"""Deviations of what springs pull with at the end of the way (:func:`ident.effects.scales.way`), of the
+rated torque."""
+
+_RESTS = tuple(float(share) for share in np.linspace(0.1, 0.9, 17))
+"""Of the travel: closer than a contact's; a cable with a wrong rest pulls where it should hang free."""
 
 _MARGIN = 0.2
 """rad (or m) beyond the joint's limits that the simulation's table reaches."""
@@ -63,7 +67,7 @@ def _gravity_spring(
     symbols = ("stiffness", "preload")
     units = (f"{torque}/{angle_unit(robot, place)}", torque)
     size = _SPRING * rated_torque(robot, place)
-    return Parameters(symbols, units, (POSITIVE, ANY), (size, size)), law, parts
+    return Parameters(symbols, units, (POSITIVE, ANY), (size / way(robot, place), size)), law, parts
 
 
 def _anchored_spring(
@@ -106,9 +110,10 @@ def _cable_spring(
     law, parts = _over_position(robot, place, (lambda q: q - rest, lambda q: (q - rest) ** 3))
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
     symbols = ("cable", "stiffening")
-    scale = (_CABLE * rated_torque(robot, place),) * 2
+    torque_there = rated_torque(robot, place)
+    scale = (_CABLE * torque_there / way(robot, place), _STIFFENED * torque_there / travel(robot, place) ** 3)
     return (
-        Parameters(symbols, (f"{torque}/{angle}", f"{torque}/{angle}³"), (ANY, POSITIVE), scale),
+        Parameters(symbols, (f"{torque}/{angle}", f"{torque}/{angle}³"), (POSITIVE, POSITIVE), scale),
         law,
         parts,
     )
@@ -125,7 +130,7 @@ def _contact(
 
     law, parts = _over_position(robot, place, (pressed,))
     unit = f"{torque_unit(robot, place)}/{angle_unit(robot, place)}"
-    scale = (_CONTACT * rated_torque(robot, place),)
+    scale = (_CONTACT * rated_torque(robot, place) / way(robot, place),)
     return Parameters(("contact",), (unit,), (POSITIVE,), scale), law, parts
 
 
@@ -137,7 +142,7 @@ def _within_limits(robot: Robot, place: Place, shares: tuple[float, ...]) -> tup
 
 def _rest_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     low, high = _within_limits(robot, place, (0.05, 0.95))
-    grid = _within_limits(robot, place, (0.25, 0.4, 0.5, 0.6, 0.75))
+    grid = _within_limits(robot, place, _RESTS)
     return (Shape("rest_angle", angle_unit(robot, place), grid, low, high),)
 
 

@@ -9,11 +9,12 @@ import pytest
 
 import robots
 from ident import RegressorModel
-from ident.effects import scales
+from ident.effects import State, scales
 from ident.effects.family import Place
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY
 from ident.parameters.present import Present
+from robots.arrays import FloatArray
 from robots.description import Robot
 
 FORMS = [form for family in VOCABULARY for form in family.nested]
@@ -92,3 +93,65 @@ def test_a_payload_is_a_tenth_of_the_arm() -> None:
     mass, lever = scales.payload(robots.load("tx40"))
     assert 1.0 < mass < 4.0
     assert lever == pytest.approx(0.1 * (10.0 * mass / 25.0) ** (1.0 / 3.0))
+
+
+def longer(robot: Robot, joint: int, limits: tuple[float, float]) -> Robot:
+    """The arm with other limits of a joint."""
+    changed = list(robot.joint)
+    changed[joint] = changed[joint].model_copy(update={"position": limits})
+    return robot.model_copy(update={"joint": tuple(changed)})
+
+
+def pull(robot: Robot, name: str, shape: tuple[float, ...], position: float) -> FloatArray:
+    """(p,) shares of the rated torque that one deviation of each parameter pulls joint 1 with."""
+    model = RegressorModel.of(robot)
+    family = next(one for one in VOCABULARY if one.name == name)
+    effect = family.effect(robot, Place("joint", (0,)), shape, Present(model, model.prior()))
+    at = np.zeros((1, robot.n))
+    at[0, 0] = position
+    columns = effect.columns(State(at, np.zeros_like(at), np.zeros_like(at)))[0, 0]
+    return np.asarray(columns * np.array(effect.scale) / robot.joint[0].torque)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "shares"),
+    [
+        ("gravity_spring", (), (0.1, 0.1)),
+        ("cable_spring", (0.0,), (0.03, 0.1)),
+        ("contact", (0.0, 1.0), (0.3,)),
+        ("dress_pack_hysteresis", (0.1,), (0.0, 0.03, 0.03)),
+    ],
+)
+def test_a_spring_pulls_as_hard_at_the_end_of_a_short_axis_as_of_a_long_one(
+    name: str, shape: tuple[float, ...], shares: tuple[float, ...]
+) -> None:
+    """A stiffness per metre says nothing of 0.3 m: to a third power a thirtieth of what it should."""
+    for half in (0.03, 0.3, 3.0):
+        robot = longer(robots.load("emps"), 0, (-half, half))
+        np.testing.assert_allclose(pull(robot, name, shape, half), shares)
+
+
+def test_what_turns_is_bent_over_a_radian_and_a_cable_is_hard_at_the_end_of_its_travel() -> None:
+    for half, way in ((0.5, 0.5), (2.0, 1.0), (4.0, 1.0)):
+        robot = longer(robots.load("tx40"), 0, (-half, half))
+        assert scales.way(robot, Place("joint", (0,))) == way
+        np.testing.assert_allclose(pull(robot, "gravity_spring", (), way), (0.1, 0.1))
+        np.testing.assert_allclose(pull(robot, "cable_spring", (0.0,), way)[0], 0.03)
+        np.testing.assert_allclose(pull(robot, "cable_spring", (0.0,), half)[1], 0.1)
+
+
+def test_a_pack_on_a_short_axis_bends_over_a_part_of_its_way() -> None:
+    pack = next(one for one in VOCABULARY if one.name == "dress_pack_hysteresis")
+    (bend,) = pack.shapes(robots.load("emps"), Place("joint", (0,)))
+    assert bend.grid == pytest.approx((0.03, 0.09, 0.3)) and (bend.lower, bend.upper) == pytest.approx(
+        (0.006, 1.5)
+    )
+
+
+def test_a_cable_pulls_back_and_its_rest_is_looked_for_every_twentieth_of_the_travel() -> None:
+    """One that pushes away near its rest is none; beside a wrong rest it pulls where it should hang free."""
+    robot, place = robots.load("emps"), Place("joint", (0,))
+    cable = next(one for one in VOCABULARY if one.name == "cable_spring")
+    (rest,) = cable.shapes(robot, place)
+    assert np.diff(rest.grid) == pytest.approx(np.full(16, 0.05 * 0.6))
+    assert [low for low, _ in cable.effect(robot, place, (0.0,), present("emps")).bounds] == [0.0, 0.0]

@@ -23,14 +23,14 @@ from robots.identity_cache import IdentityCache
 _log = logging.getLogger(__name__)
 
 LEADERS = 10
-"""Candidates whose κ is fitted with them, and whose shapes are refined.
+"""Names at their places whose κ is fitted with them, and whose shapes are refined.
 
 All of them: a play of 4.7 mm on a grid of 4 and 8 explains a fifth of what it does with its own size, and a
 delay that needs no shape would be preferred to it.
 """
 
 _PAIRED = 6
-"""Candidates that are tried in pairs."""
+"""Names that are tried in pairs, each in its best form."""
 
 _SWAPPED = 3
 """Candidates that are tried in the place of each member, once nothing more is found."""
@@ -40,7 +40,10 @@ MOST = 5
 
 One = TypeVar("One")
 
-Key = frozenset[tuple[str, tuple[int, ...]]]
+Name = tuple[str, tuple[int, ...]]
+"""With its joints, from 0."""
+
+Key = frozenset[Name]
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +115,10 @@ class Search:
         leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")
-        last = [sets[k].members[-1] for k in order]
+        forms: dict[Name, Member] = {}
+        for k in order:
+            forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
+        last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
@@ -217,15 +223,24 @@ class Search:
 
 
 def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> list[One]:
-    """So many, and what is scanned beside them: there is some of each drive, and it takes no other's place.
+    """So many names, each with its forms that come before the next name, and what is scanned beside them.
+
+    Forms of one name at one place are much the same: six of a drift had left no place for the play of another
+    joint, and a delay was found in its stead. What is scanned there is some of for each drive, and it takes
+    no other's place.
 
     Args:
         ordered: the likeliest first.
-        most: not counting what is scanned.
+        most: names at their places, not counting what is scanned.
         kinds: of each.
     """
-    counted = [k for k, kind in enumerate(kinds) if not kind.is_scanned]
-    return list(ordered[: counted[most - 1] + 1] if len(counted) >= most else ordered)
+    names: set[Name] = set()
+    for k, kind in enumerate(kinds):
+        if not kind.is_scanned and kind.key not in names:
+            if len(names) == most:
+                return list(ordered[:k])
+            names.add(kind.key)
+    return list(ordered)
 
 
 def joints_of(member: Member) -> tuple[int, ...]:

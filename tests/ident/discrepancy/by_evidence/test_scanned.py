@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
 from ident.discrepancy.by_evidence.workflow import posed
-from ident.effects.family import PresentModel
+from ident.effects.family import Place, PresentModel
 from ident.effects.torque_ripple import TORQUE_RIPPLE
 from tests.ident.discrepancy.by_evidence.test_search import FEW, prior, recorded
 
@@ -114,9 +115,12 @@ def test_what_is_scanned_takes_no_place_among_those_that_are_tried() -> None:
     """There is one of each drive beside any set, and the places are few."""
     any_period, motor = sorted(of_ripple(small()[0]), key=lambda one: not one.is_scanned)
     kinds = [any_period, any_period, motor, any_period, motor, motor, any_period]
+    assert first_of("abcdefg", 1, kinds) == list("abcdefg")
+    kinds[3] = replace(any_period, place=Place("drive", (3,)))
+    kinds[4:6] = (replace(motor, place=Place("drive", (k,))) for k in (1, 2))
+    assert first_of("abcdefg", 1, kinds) == list("abcd")
     assert first_of("abcdefg", 2, kinds) == list("abcde")
-    assert first_of("abcdefg", 3, kinds) == list("abcdef")
-    assert first_of("abcdefg", 4, kinds) == list("abcdefg")
+    assert first_of("abcdefg", 3, kinds) == list("abcdefg")
 
 
 def test_the_adjoint_of_whitening_is_its_own() -> None:

@@ -110,6 +110,18 @@ def test_what_the_other_recording_does_not_bear_out_is_not_confirmed() -> None:
     assert "not confirmed" in answer.findings[0].words() and answer.findings[0].probability < 0.1
 
 
+def test_a_cable_that_stiffens_is_no_straight_spring_with_a_contact() -> None:
+    """On an axis of 0.3 m it pulls with a quarter of the rated torque at the end of the travel."""
+    springs = tuple(family_named(name) for name in ("gravity_spring", "cable_spring", "contact"))
+    cable = {"joint": 1, "stiffness": 8.0, "cubic": 3000.0, "centre": -0.03}
+    answer = search({"cable_spring": [cable]}, families=(*FEW, *springs))
+    assert answer.verdict == "named"
+    assert [one.name for one in answer.findings] == ["cable_spring"]
+    value = {one.name: one.value for one in answer.findings[0].parameters}
+    assert value["stiffening1"] == pytest.approx(3000.0, rel=0.1)
+    assert value["rest_angle"] == pytest.approx(-0.03, abs=0.003)
+
+
 def test_every_leader_is_looked_at_with_its_best_shape(monkeypatch: pytest.MonkeyPatch) -> None:
     shaped: list[str] = []
     original = Search._shaped

@@ -44,6 +44,26 @@ def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:
     assert names_of(found) == ["both", "one"]
 
 
+@pytest.mark.parametrize(("leaders", "paired"), [(2, 6), (10, 2)])
+def test_forms_of_one_name_take_no_place_of_another_name(
+    monkeypatch: pytest.MonkeyPatch, leaders: int, paired: int
+) -> None:
+    """Three forms of the louder name come before the other; both are there, and are found with one step."""
+    monkeypatch.setattr(module, "LEADERS", leaders)
+    monkeypatch.setattr(module, "_PAIRED", paired)
+    further = tuple(waves("loud", w9=1.0, w13=share) for share in (0.02, 0.04))
+    families = [replace(waves("loud", w9=1.0), further=further), waves("quiet", w17=1.0)]
+    search = searching(problem_of(lambda q: torque(q, w9=2.0, w17=0.5)), families)
+    empty = without_effects(search.problem)
+    present = present_with(search.problem, empty)
+    entries = library(search.problem.rows, search.wanted, present)
+    order = [one.candidate.family.name for one in screen(search.problem, empty, entries)]
+    assert order == ["loud", "loud", "loud", "quiet"]
+    better = search._extended(empty, entries, present)
+    assert better is not None
+    assert {member.candidate.family.name for member in better.members} == {"loud", "quiet"}
+
+
 def test_what_came_first_and_is_superfluous_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
     """A mixture is likeliest until all that it is a mixture of is there."""
     monkeypatch.setattr(module, "_PAIRED", 1)
