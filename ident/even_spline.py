@@ -62,7 +62,11 @@ class EvenSpline:
 
     def _integrals_to(self, k: IntArray, part: FloatArray) -> FloatArray:
         rest, y, bend = 1.0 - part, self._values, self._bend
-        found = self._whole.take(k, 0) + (part - 0.5 * part**2) * y.take(k, 0) + (0.5 * part**2) * y.take(k + 1, 0)
+        found = (
+            self._whole.take(k, 0)
+            + (part - 0.5 * part**2) * y.take(k, 0)
+            + (0.5 * part**2) * y.take(k + 1, 0)
+        )
         found += ((1.0 - rest**4 - 2.0 * (1.0 - rest**2)) / 24.0) * bend.take(k, 0)
         found += ((part**4 - 2.0 * part**2) / 24.0) * bend.take(k + 1, 0)
         return found

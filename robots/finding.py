@@ -43,4 +43,6 @@ def find(name_or_path: str | Path) -> Path:
         raise RobotFileError(path, f"cannot be read: {error.strerror}", allowed=allowed) from None
     if there:
         raise RobotFileError(path, "not a file", allowed=allowed)
-    raise RobotFileError(path, f"no robot of this name, no such file{did_you_mean(text, names)}", allowed=allowed)
+    raise RobotFileError(
+        path, f"no robot of this name, no such file{did_you_mean(text, names)}", allowed=allowed
+    )

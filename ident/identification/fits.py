@@ -116,7 +116,11 @@ def _with_covariance(prepared: Prepared, fit: LinearFit, instruments: FloatArray
             errors = regression_whitening(residual, instruments, rows.segment, rows.used)
         covariance = instrumental_covariance(z, rows.regressor, fit.sigma, errors, rows.segment, rows.used)
         return replace(fit, covariance=covariance, covariance_kind=errors.describe())
-    from ident.covariances import covariance_named, covariance_of, estimated_rows  # the kinds that few ask for
+    from ident.covariances import (
+        covariance_named,
+        covariance_of,
+        estimated_rows,
+    )  # the kinds that few ask for
 
     kind = covariance_named(name)
     estimated = estimated_rows(rows.regressor, z, residual, fit.sigma, rows.segment, rows.used)

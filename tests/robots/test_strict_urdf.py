@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-import xml.etree.ElementTree as ElementTree
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -190,4 +190,4 @@ def test_a_model_with_another_mass_or_place_than_the_file_is_refused(
 
 def test_a_value_reads_back_as_it_was_written() -> None:
     text = "a&b <c> \"d\" 'e' é\n\tf\r"
-    assert ElementTree.fromstring(f"<mesh filename={quoted(text)}/>").get("filename") == text
+    assert ET.fromstring(f"<mesh filename={quoted(text)}/>").get("filename") == text
