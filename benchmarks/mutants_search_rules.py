@@ -472,7 +472,7 @@ RULES = (
     Broken(
         "any law of standstill leaves no more than gate 1's margin",
         f"{_BY}diagnosis.py",
-        "if other is not None and not _beyond_margin(other):",
+        "if other is not None and not beyond_margin(other):",
         "if other is not None:",
     ),
     Broken(

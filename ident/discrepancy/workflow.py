@@ -209,8 +209,7 @@ class Search:
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what the data show is not its name.
 
-        What rests on the prior is no part of that, unless the data show plenty: a changed parameter shows in
-        the prior's rows.
+        What rests on the prior is no part of that, unless the data show plenty: then it shows in its rows.
         """
         assert choice.chosen is not None
         plenty = float(self.step.examination.excess_of_joints.sum()) > self._misfit_threshold()
@@ -241,10 +240,9 @@ class Search:
             self.course = Course.begun(self.prepared, first)
             findings, rejected, last = [], [*rejected, *findings], validation.loop_run(first)
         examination = self.step.examination
-        not_repeating = unrepeated(examination, self.prepared[0].row_time)
         left = Left(
             dependences_beside(self.step.base, examination.beta, self.prepared),
-            not_repeating,
+            unrepeated(examination, self.prepared[0].row_time),
             self.unnamed,
             not nothing and self._more_in_motion(),
             validation.unexplained(self.step),
@@ -260,7 +258,7 @@ class Search:
             unexplained=left.unexplained,
             description=description(verdict, left),
             dependences=left.dependences,
-            unrepeated=not_repeating,
+            unrepeated=left.unrepeated,
             torque=validation.gap(first, self.step),
             position=loops.position,
             control_signal=loops.control_signal,

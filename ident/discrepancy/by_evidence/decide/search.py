@@ -14,7 +14,7 @@ from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.scanned import scanned
-from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
@@ -33,7 +33,7 @@ _PAIRED = 6
 """Names that are tried in pairs, each in its best form."""
 
 _SWAPPED = 3
-"""Candidates that are tried in the place of each member, once nothing more is found."""
+"""Names that are tried in the place of each member, each in all its forms, once nothing more is found."""
 
 MOST = 5
 """Effects of a set."""
@@ -132,7 +132,7 @@ class Search:
         for number, member in enumerate(found.members):
             without, own = self.without(found, number), member.candidate.key
             others = [one for one in screen(self.problem, without, entries) if one.candidate.key != own]
-            sets += self.replaced(without, others[:_SWAPPED])
+            sets += self.replaced(without, with_all_forms(others, _SWAPPED))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
