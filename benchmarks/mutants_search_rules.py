@@ -88,8 +88,8 @@ RULES = (
     Broken(
         "what is slow is no noise",
         f"{_BY}evidence/prepared.py",
-        "_without_slow(part, not_repeating(piece, part.period), part.period)",
-        "not_repeating(piece, part.period)",
+        "pieces.append(without_slow(part.own, part.used, left, part.period))",
+        "pieces.append(left)",
     ),
     Broken(
         "a parameter without a prior has columns of the other periods",
