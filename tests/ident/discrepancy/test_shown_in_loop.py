@@ -62,7 +62,7 @@ def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> No
     robot = robots.load("emps")
     base = base_parameters(RegressorModel.of(robot))
     standard = base.model.prior()
-    time = robot.controller.sample_time * np.arange(2000)
+    time = np.asarray(robot.controller.sample_time * np.arange(2000), dtype=np.float64)
     reference = (0.02 * (1.0 - np.cos(2.0 * np.pi * time)))[:, np.newaxis]
     described = Recording("arm", time, reference, reference, np.zeros_like(reference))
     law = (FrictionSign("tanh", 0.02),)

@@ -4,9 +4,9 @@ Noise is read off what does not repeat, and no effect is looked for in noise. So
 recording has to leave it: a constant torque, dry and viscous friction, each times half waves over the
 recording. How many is what the residual says: a drift needs few, a brake that rubs every seven seconds more
 (with six half waves over 30 s it was noise of 0.16 N·m with a long memory at a joint that has 0.01, and
-nothing was found there). They are twice as many as long as that takes more off the innovations of the noise
-that is left than twice what columns take that say nothing (Akaike's criterion, IEEE Trans. Autom. Control 19,
-1974): one half wave too many costs noise next to nothing, one too few hides an effect.
+nothing was found there). They are twice as many as long as that is likelier by the innovations of the noise
+that is left (Schwarz's criterion, Ann. Statist. 6, 1978; with Akaike's, which asks for less, log 10 of the
+foreign plant had two false effects beside its play: noise that was too small).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def _likeliest(
     while 2 * waves * causes.shape[1] * _ROWS <= count:
         fewer = _less(causes, share, used, noise, period, 2 * waves)
         gain = 2.0 * count * np.log(_innovation(rest, used) / _innovation(fewer, used))
-        if gain <= 2.0 * waves * causes.shape[1]:
+        if gain <= waves * causes.shape[1] * np.log(count):
             break
         waves, rest = 2 * waves, fewer
     return rest

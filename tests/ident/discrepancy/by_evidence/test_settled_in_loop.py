@@ -11,6 +11,7 @@ import robots
 from ident.discrepancy.by_evidence import diagnosis
 from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.confirmation import Shown
+from ident.discrepancy.course import Course
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.workflow import Search
 from ident.effects.family import Place, PlacedEffect
@@ -38,7 +39,7 @@ def test_the_moving_rows_are_weighed_with_the_loop(
     monkeypatch: pytest.MonkeyPatch, rows: float, shown: Shown | None, takes: bool
 ) -> None:
     course = Taken()
-    monkeypatch.setattr(diagnosis.Course, "begun", lambda *_: course)
+    monkeypatch.setattr(Course, "begun", lambda *_: course)
     loop = SimpleNamespace(loop_run=lambda step: None, shown_in_loop=lambda *_: shown)
     monkeypatch.setattr(diagnosis, "replace", lambda basis, **_: basis)
     monkeypatch.setattr(diagnosis, "_component", lambda *_: "the rival")
@@ -63,8 +64,9 @@ def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
     search.standstill = None
     other = cast(Any, ("another recording",))
     assert search._validation(other) == Validation(other, cast(Any, "noise"), cast(Any, "beside nothing"))
-    search.standstill = cast(Any, "beside what was found")
-    assert search._validation(other).standstill == "beside what was found"
+    found = cast(Any, ("beside what was found",))
+    search.standstill = found
+    assert search._validation(other).standstill is found
     search.standstill, search.question = None, cast(Any, SimpleNamespace(at_reversals=False))
     assert search._validation(other).standstill is None
 
