@@ -28,6 +28,9 @@ _CENTRAL_DIFFERENCE = {
 }
 """Weights of f(+k) − f(−k), k = 1, 2, …, for the first derivative at a step of one."""
 
+_FORGOTTEN = 1e-6
+"""Share of its state that a filter still has when it is said to have forgotten it."""
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -115,6 +118,28 @@ def motion(time: FloatArray, position: FloatArray, settings: Identification) -> 
     acceleration = differentiate(velocity, sample_time, settings.derivative_accuracy)
     keep = kept_samples(time.shape[0], settings)
     return Motion(time[keep], q[keep], velocity[keep], acceleration[keep])
+
+
+def own_settings(recording: Recording, settings: Identification) -> Identification:
+    """Settings whose trim gives up what other recordings lent this one."""
+    begin, end = (max(pair) for pair in zip(settings.trim_samples, recording.lent, strict=True))
+    return settings.model_copy(update={"trim_samples": (begin, end)})
+
+
+def filter_memory(settings: Identification, sample_time: float) -> int:
+    """Samples after which the positions' low-pass and differences know no more of an end of a record.
+
+    By the slowest pole of the low-pass; 0 where the cut-off is none.
+
+    Args:
+        settings: cut-off, order and accuracy.
+        sample_time: s.
+    """
+    share = 2.0 * settings.cutoff_hz * sample_time
+    if not 0.0 < share < 1.0:
+        return 0
+    slowest = butterworth(settings.filter_order, share).slowest
+    return int(np.ceil(np.log(_FORGOTTEN) / np.log(slowest))) + settings.derivative_accuracy
 
 
 def kept_samples(samples: int, settings: Identification) -> slice:

@@ -19,7 +19,7 @@ from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
-from ident.signals import kept_samples, low_pass, motion
+from ident.signals import kept_samples, low_pass, motion, own_settings
 from ident.statistics.restricted import regression_whitening
 from ident.statistics.tails import beyond_f
 from ident.verdicts import ColumnCheck, ColumnKind
@@ -77,7 +77,7 @@ def _one(robot: Robot, recording: Recording, run: SimulatedRun) -> dict[str, Flo
     reference = recording.reference
     if reference is None:
         raise IdentificationError(f"{recording.name}: no position reference was recorded")
-    settings = robot.identification
+    settings = own_settings(recording, robot.identification)
     simulated = replace(recording, position=run.position, control_signal=run.control_signal)
     moved = motion(recording.time, run.position, settings)
 

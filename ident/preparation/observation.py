@@ -15,7 +15,7 @@ from ident.preparation.observed_torque import observed_torque
 from ident.preparation.row_columns import columns_of
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
-from ident.signals import Motion, kept_samples, motion
+from ident.signals import Motion, kept_samples, motion, own_settings
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -94,6 +94,7 @@ def observed_columns(base: BaseParameters, recording: Recording, settings: Ident
     The same function serves the measured and the simulated positions, so that X and Z see one filter. The
     recording's torque is for effects that ask for one.
     """
+    settings = own_settings(recording, settings)
     return columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
 
 
@@ -103,6 +104,7 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
         raise IdentificationError(
             f"{recording.name}: {recording.joints} joints; allowed: {robot.n}, as {robot.name} has"
         )
+    settings = own_settings(recording, settings)
     keep = kept_samples(recording.time.shape[0], settings)
     torque = observed_torque(robot, recording, settings, as_rows=True)
     moved = motion(recording.time, recording.position, settings)
