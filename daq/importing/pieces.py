@@ -11,7 +11,7 @@ import numpy as np
 from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.recording import JITTER_ALLOWED
-from ident.signals import filter_memory
+from ident.signals import lendable
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification
 
@@ -79,23 +79,22 @@ def answered_pieces(
 
 
 def in_parts(recording: Recording, settings: Identification) -> tuple[Recording, ...]:
-    """A recording of hours in parts of about equal length, which are filtered one after the other; else itself.
+    """A recording of hours in parts, which are filtered one after the other; a shorter one as it is.
 
-    Each part goes on into its neighbours for as long as the filter of the positions remembers, so that no row
-    knows of a seam; and seams are a whole number of rows apart, so that the rows are those of the whole.
+    Each part goes on into its neighbours for as long as the filters remember, so that no row knows of a seam;
+    and seams are a whole number of rows apart, so that the rows are those of the whole.
 
     Args:
         recording: of any length.
         settings: filters, decimation and trim of the rows.
     """
-    samples = recording.time.size
-    count = -(-samples // _LONGEST_PART)
+    samples, more = recording.time.size, lendable(settings, recording.sample_time)
+    count = min(-(-samples // _LONGEST_PART), samples // (2 * more + 1))
     if count < 2:
         return (recording,)
     last, every = samples - settings.trim_samples[1], settings.decimation
     even = np.linspace(0, last, count + 1)[1:-1]
     ends = [0, *(last - every * np.round((last - even) / every).astype(int)).tolist(), samples]
-    more = max(*settings.trim_samples, filter_memory(settings, recording.sample_time))
     parts = []
     for number, (begin, end) in enumerate(pairwise(ends), start=1):
         first, behind = max(begin - more, 0), min(end + more, samples)

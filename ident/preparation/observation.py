@@ -15,7 +15,7 @@ from ident.preparation.observed_torque import observed_torque
 from ident.preparation.row_columns import columns_of
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
-from ident.signals import Motion, kept_samples, motion, own_settings
+from ident.signals import Motion, kept_samples, motion, own_rows, own_settings
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -95,7 +95,8 @@ def observed_columns(base: BaseParameters, recording: Recording, settings: Ident
     recording's torque is for effects that ask for one.
     """
     settings = own_settings(recording, settings)
-    return columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
+    moved = motion(recording.time, recording.position, settings)
+    return own_rows(columns_of(base, recording, moved, settings), recording, settings)
 
 
 def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
@@ -112,8 +113,9 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     time = _decimated_time(recording.time[keep], settings.decimation)
     used = _fast_enough(robot, moved, recording.sample_time, settings)
     used = used[decimate_index(moved.time.shape[0], settings.decimation)]
+    time, used = own_rows(time, recording, settings), own_rows(used, recording, settings)
     segment = np.full(time.shape[0], index, dtype=np.int64)
-    return Rows(time, segment, torque, regressor, used)
+    return Rows(time, segment, torque, own_rows(regressor, recording, settings), used)
 
 
 def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Identification) -> BoolArray:
