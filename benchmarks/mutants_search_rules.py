@@ -326,6 +326,30 @@ RULES = (
         "TEMPERATURE * seen.nats_of_no_name",
     ),
     Broken(
+        "a form that says something else of other motion is a name of its own",
+        f"{_BY}decide/names.py",
+        " and one.key not in apart",
+        "",
+    ),
+    Broken(
+        "a form that says something else of other motion is not replaced by its limit",
+        f"{_BY}decide/names.py",
+        "            if search.elsewhere.same(searched.found, best):\n                return",
+        "            if True:\n                return",
+    ),
+    Broken(
+        "motion all over the travel is asked about",
+        f"{_BY}decide/elsewhere.py",
+        "half * np.sin(np.multiply.outer(time, rate))",
+        "0.1 * half * np.sin(np.multiply.outer(time, rate))",
+    ),
+    Broken(
+        "what an accepted model leaves makes no difference",
+        f"{_BY}decide/elsewhere.py",
+        "<= self.problem.misfit.accepted))",
+        "<= 0.0))",
+    ),
+    Broken(
         "a limit that is shown stays beside its likelier forms",
         f"{_BY}decide/names.py",
         "forms=tuple(one for one in more if one.log_odds > first.log_odds)",
