@@ -11,6 +11,27 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "two rivals that no motion tells apart do not cost the motion",
+        "daq/diagnosis/telling_apart.py",
+        "for one in kept)\n",
+        "for one in kept[:1])\n",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
+        "a form that was fitted as its limit is planned for with a shape of its grid",
+        "daq/diagnosis/telling_apart.py",
+        "if set(family.contains) & set(names):",
+        "if False:",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
+        "a form and its limit are told apart by what the form has more",
+        "trajectories/information/separation.py",
+        "candidates.own[a, b] - candidates.model, candidates.columns[b]",
+        "candidates.columns[a] - candidates.model, candidates.columns[b]",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
         "a cable is hard at the end of the travel, whatever its length",
         "ident/effects/springs.py",
         " / travel(robot, place) ** 3",
