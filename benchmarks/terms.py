@@ -50,13 +50,14 @@ FAMILIES: dict[str, tuple[set[str], Law]] = {
     "exponential spring": ({"q1"}, lambda q, v, t: np.exp(8.0 * q)),
     "dry that grows": ({"t", "v1"}, lambda q, v, t: np.tanh(v / 1e-3) * t),
     "viscous that grows": ({"t", "v1"}, lambda q, v, t: v * t),
+    "drag along the travel": ({"q1", "v1"}, lambda q, v, t: v * np.abs(v) * q),
+    "spring that slackens": ({"q1", "t"}, lambda q, v, t: q * np.exp(-t / 4.0)),
 }
 """Variables, and what it goes with; each without its mean."""
 FURTHER: dict[str, tuple[set[str], Law]] = {
     "power of one and a half": ({"v1"}, lambda q, v, t: np.sign(v) * np.abs(v) ** 1.5),
     "drag that saturates": ({"v1"}, lambda q, v, t: np.arctan(8.0 * v)),
     "drag with a hump": ({"v1"}, lambda q, v, t: v * np.exp(-np.abs(v) / 0.1)),
-    "drag along the travel": ({"q1", "v1"}, lambda q, v, t: v * np.abs(v) * q),
     "dry, bell over the travel": (
         {"q1", "v1"},
         lambda q, v, t: np.tanh(v / 1e-3) * np.exp(-((q / 0.02) ** 2)),
@@ -64,7 +65,8 @@ FURTHER: dict[str, tuple[set[str], Law]] = {
     "dry, root of the travel": ({"q1", "v1"}, lambda q, v, t: np.tanh(v / 1e-3) * np.sqrt(np.abs(q))),
     "spring that saturates": ({"q1"}, lambda q, v, t: np.tanh(30.0 * q)),
     "fifth power of the travel": ({"q1"}, lambda q, v, t: q**5),
-    "spring that slackens": ({"q1", "t"}, lambda q, v, t: q * np.exp(-t / 4.0)),
+    "viscous, bell over the travel": ({"q1", "v1"}, lambda q, v, t: v * np.exp(-((q / 0.02) ** 2))),
+    "dry, wave over the travel": ({"q1", "v1"}, lambda q, v, t: np.tanh(v / 1e-3) * np.sin(50.0 * q)),
     "viscous that settles": ({"t", "v1"}, lambda q, v, t: v * (1.0 - np.exp(-t / 3.0))),
 }
 """The same, of which the dictionary has none."""

@@ -1,6 +1,7 @@
 """Every effect of the vocabulary as one that has no name: joint, variables and gap of the terms in its place.
 
-Shoulder and elbow of the shipped arm on the own bench, another arm for each seed. An effect is drawn at a
+Shoulder and elbow of the shipped arm on the own bench, or all its six axes (``--six``); other masses and
+friction for each seed. An effect is drawn at a
 joint, so large that its gap is eight noise floors, and a term is asked for as where a diagnosis without that
 effect says ``unnamed``: no name is tried, at each joint whose misfit is above the accepted one.
 
@@ -14,8 +15,7 @@ import argparse
 import json
 import tempfile
 import time
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,19 +65,18 @@ VARIABLES: dict[str, tuple[frozenset[str], ...]] = {
 """Variables of the effect's own joint that describe it; others are no product of the dictionary's."""
 
 
-@cache
-def arm() -> Robot:
-    return robots.load(str(shoulder_and_elbow(Path(tempfile.mkdtemp()))))
+def arm(six: bool) -> Robot:
+    """Of six axes, or two of them."""
+    return robots.load("tx40" if six else str(shoulder_and_elbow(Path(tempfile.mkdtemp()))))
 
 
-@cache
-def path(seed: int) -> FloatArray:
-    return exercise(arm(), PERIOD, seed)
-
-
-def one_run(effect: str, seed: int) -> dict[str, Any]:
+def one_run(robot: Robot, effect: str, seed: int) -> dict[str, Any]:
     """Draw, simulate, ask."""
-    robot, started = arm(), time.process_time()
+
+    def path(motion: int) -> FloatArray:
+        return exercise(robot, PERIOD, motion)
+
+    started = time.process_time()
     truth, line = draw_truth(robot, seed), {"effect": effect, "seed": seed}
     try:
         drawn = draw_scenario(robot, effect, seed, SIZE, truth=truth, reference=path(0))
@@ -92,15 +91,24 @@ def one_run(effect: str, seed: int) -> dict[str, Any]:
         return line | {"skipped": str(error)}
     return line | {
         "axes": list(drawn.axes),
+        "joints": sorted(joints_of(robot, drawn.axes)),
         "terms": terms,
         "processor_seconds": round(time.process_time() - started, 1),
     }
 
 
+def joints_of(robot: Robot, axes: Iterable[int]) -> set[int]:
+    """These, and those that their drives move too (from 1): a coupled wrist's torques fall on two."""
+    return {
+        *axes,
+        *(int(joint) + 1 for axis in axes for joint in robot.transmission_matrix[axis - 1].nonzero()[0]),
+    }
+
+
 def right_joint(line: dict[str, Any]) -> bool:
-    """The terms are at the joint that has it; of the whole arm any is."""
+    """The terms are at the joints that have it; of the whole arm any is."""
     places = {term["joint"] for term in line["terms"]}
-    return bool(places) and (not line["axes"] or places <= set(line["axes"]))
+    return bool(places) and (not line["axes"] or places <= set(line["joints"]))
 
 
 def right_variables(line: dict[str, Any]) -> bool:
@@ -156,17 +164,19 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=600)
     parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--six", action="store_true", help="six axes")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin none after so long")
     parser.add_argument("--out", type=Path, default=Path("left-out.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     given = parser.parse_args()
+    robot = arm(given.six)
     naming.PERIODS = 2
     until, done = time.monotonic() + given.seconds, {line["seed"] for line in lines_of(given.out)}
     for number in range(given.rounds * len(NAMES) if given.report is None else 0):
         if time.monotonic() > until:
             break
         if given.seed + number not in done:
-            line = one_run(NAMES[number % len(NAMES)], given.seed + number)
+            line = one_run(robot, NAMES[number % len(NAMES)], given.seed + number)
             with given.out.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line, ensure_ascii=False) + "\n")
     print(report(lines_of(given.report or given.out)))

@@ -37,6 +37,7 @@ NOTES = {
     "from an angle on": "a cable or hose that goes taut, a bumper, a stop that is touched",
     "way": "a dress pack or hose that bends with losses, friction that builds up over a way",
     "position and speed": "lubricant that is thicker at one end of the travel, a damper with a lever",
+    "position and time": "a spring or counterbalance that slackens, a dress pack that warms up",
     "position and sign": "a seal or brake that rubs more at one end of the travel",
     "load": "a bearing or gear under load, a torque constant that droops",
     "load and speed": "losses of a gear with load and speed, a worm or wave gear",
@@ -107,7 +108,11 @@ def _of_kinds(robot: Robot, j: int) -> Iterator[tuple[str, Sequence[tuple[Factor
     yield "position", [(q,), (q, q), (q, q, q)]
     yield "from an angle on", [(one,) for one in beyond(robot, j)]
     yield "way", [(one,) for one in drawn(robot, j)]
-    yield "position and speed", [(v, q), (v, q, q), (v, amount(q))]
+    yield (
+        "position and speed",
+        [(v, q), (v, q, q), (v, amount(q)), (v, amount(v), q), (v, amount(v), amount(q))],
+    )
+    yield "position and time", [(q, one) for one in (t, *fading(j))]
     yield "position and sign", [(s, q), (s, q, q), (s, amount(q))]
     drive = [(cubed_torque(robot, j),)] if _alone(robot, j) else []
     yield "load", [*drive, (weight,), (weight, amount(weight)), (s, amount(weight)), (s, weight, weight)]

@@ -145,6 +145,12 @@ def test_every_term_has_its_unit_and_a_note() -> None:
         "1/(N·m)²",
         "N·m",
     ]
+    assert units(["q̇₃·|q̇₃|·q₃", "q̇₃·|q̇₃|·|q₃|", "q₃·t", "q₃·exp(−t/20)"]) == [
+        "N·m·s²/rad³",
+        "N·m·s²/rad³",
+        "N·m/(s·rad)",
+        "N·m/rad",
+    ]
     for arm in ("tx40", "emps"):
         robot = robots.load(arm)
         for joint in range(robot.n):
