@@ -74,7 +74,7 @@ def all_over(robot: Robot, step: float) -> Recording:
         robot: its limits. No collision is looked for: nothing moves.
         step: between samples, s.
     """
-    time = step * np.arange(round(_DURATION / step))
+    time = np.asarray(step * np.arange(round(_DURATION / step)), dtype=np.float64)
     half = _OF_LIMITS * 0.5 * (robot.upper - robot.lower)
     rate = _OF_LIMITS * np.minimum(robot.velocity_limits / half, np.sqrt(robot.acceleration_limits / half))
     position = 0.5 * (robot.upper + robot.lower) + half * np.sin(np.multiply.outer(time, rate))
