@@ -379,8 +379,8 @@ RULES = (
     Broken(
         "a limit that is shown has its forms' probability",
         f"{_BY}decide/names.py",
-        "return Slot(as_limit(probabilities(odds, forms), own))",
-        "return Slot(as_limit(probabilities(odds, forms)))",
+        "as_limit(listed, own, ",
+        "as_limit(listed, None, ",
     ),
     Broken(
         "the prediction has noise",
