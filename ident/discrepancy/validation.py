@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -64,6 +65,11 @@ class Validation:
     _runs: IdentityCache[LoopRun] = field(
         default_factory=lambda: IdentityCache(_STEPS), repr=False, compare=False
     )
+
+    @cached_property
+    def as_described(self) -> Validation:
+        """The same with drives that hold at standstill as the description says."""
+        return self if self.standstill is None else Validation(self.prepared, self.whitening)
 
     def gap(self, before: Step, after: Step) -> Gap:
         """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
