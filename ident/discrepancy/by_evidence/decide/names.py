@@ -144,10 +144,10 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior + elsewhere)
     others = [one for one in candidates if one.candidate.key != own]
     asked = with_all_forms(others, _FITTED)
-    replaced = dict(zip(asked, search.replaced(without, asked), strict=True))
+    replaced = dict(zip(map(id, asked), search.replaced(without, asked), strict=True))
     for one in others:
         value = one.log_odds + elsewhere
-        other = replaced.get(one)
+        other = replaced.get(id(one))
         if other is not None:
             value = max(value, other.log_posterior - without.log_posterior + elsewhere)
             value -= TEMPERATURE * held.shown(found, other).nats
