@@ -5,7 +5,8 @@ squares, each in a process of its own, on one thread, in turns: armhil with the 
 such logs (50 Hz filter, 100 Hz rows), FIGAROH with its own (100 Hz filter, 500 Hz rows), and armhil with
 those of FIGAROH. armhil besides judges the signals, finds the lag and fits the error model of its σ.
 Times are from files to results, without and with imports; processor time beside the wall's, which a busy
-machine stretches. Medians over the repetitions, with the smallest and the largest.
+machine stretches. Medians over the repetitions, with the smallest and the largest; a repetition before them
+is not counted: Python keeps its compiled files of a clone then, as pip has made those of a package.
 
 FIGAROH wants an environment of its own:
 
@@ -72,6 +73,7 @@ def peak_memory() -> float:
 def run(command: list[str]) -> dict[str, float]:
     """What another process prints as JSON."""
     environment = os.environ | {"PYTHONPATH": str(HERE.parent), "PYTHONWARNINGS": "ignore"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     for library in ("OMP", "OPENBLAS", "MKL"):
         environment[f"{library}_NUM_THREADS"] = "1"
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -95,9 +97,11 @@ def main() -> None:
     if options.figaroh is not None:
         commands["FIGAROH"] = [str(options.figaroh), str(HERE / "figaroh_log.py"), str(options.folder)]
     found: dict[str, list[dict[str, float]]] = {name: [] for name in commands}
-    for _ in range(options.repetitions):
+    for repetition in range(options.repetitions + 1):
         for name, command in commands.items():
-            found[name].append(run(command))
+            result = run(command)
+            if repetition:
+                found[name].append(result)
     print(f"{options.repetitions} repetitions: median [smallest, largest]; × is FIGAROH's median over it")
     for key, label in KEYS.items():
         print(label)

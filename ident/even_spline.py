@@ -6,6 +6,7 @@ value is a sum of two samples and two second derivatives: half the memory of a l
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +18,9 @@ _POLE = np.sqrt(3.0) - 2.0
 _INVERSE = RecursiveFilter(float(np.sqrt(-_POLE)), np.array([_POLE + 0.0j]), 0)
 _HEARD = 32
 """Samples beyond which one has no share in another: the pole's power is 10⁻¹⁸."""
+
+_PLACES_AT_ONCE = 4096
+"""What is computed for so many stays in the cache."""
 
 _BENT = 3
 """Samples of which a spline is more than a line."""
@@ -35,12 +39,14 @@ class EvenSpline:
 
     def at(self, place: FloatArray) -> FloatArray:
         """Values at places (m,), m × channels; beyond the ends by the first and the last cubic."""
-        k, part = self._between(place)
+        return self._piece_by_piece(self._values_at, place)
+
+    def _values_at(self, k: IntArray, part: FloatArray) -> FloatArray:
         rest, y, bend = 1.0 - part, self._values, self._bend
-        found = rest * y[k] + part * y[k + 1]
-        found += ((rest**3 - rest) / 6.0) * bend[k]
-        found += ((part**3 - part) / 6.0) * bend[k + 1]
-        return np.asarray(found)
+        found = rest * y.take(k, 0) + part * y.take(k + 1, 0)
+        found += ((rest**3 - rest) / 6.0) * bend.take(k, 0)
+        found += ((part**3 - part) / 6.0) * bend.take(k + 1, 0)
+        return found
 
     def slopes(self) -> FloatArray:
         """Derivatives at the samples, per sample."""
@@ -52,16 +58,29 @@ class EvenSpline:
 
     def integral(self, place: FloatArray) -> FloatArray:
         """From the first sample to places (m,), m × channels, in units times samples."""
-        k, part = self._between(place)
-        rest, y, bend = 1.0 - part, self._values, self._bend
-        found = self._whole[k] + (part - 0.5 * part**2) * y[k] + (0.5 * part**2) * y[k + 1]
-        found += ((1.0 - rest**4 - 2.0 * (1.0 - rest**2)) / 24.0) * bend[k]
-        found += ((part**4 - 2.0 * part**2) / 24.0) * bend[k + 1]
-        return np.asarray(found)
+        return self._piece_by_piece(self._integrals_to, place)
 
-    def _between(self, place: FloatArray) -> tuple[IntArray, FloatArray]:
-        k = np.clip(np.floor(place).astype(np.int64), 0, self._values.shape[0] - 2)
-        return k, (place - k)[:, np.newaxis]
+    def _integrals_to(self, k: IntArray, part: FloatArray) -> FloatArray:
+        rest, y, bend = 1.0 - part, self._values, self._bend
+        found = (
+            self._whole.take(k, 0)
+            + (part - 0.5 * part**2) * y.take(k, 0)
+            + (0.5 * part**2) * y.take(k + 1, 0)
+        )
+        found += ((1.0 - rest**4 - 2.0 * (1.0 - rest**2)) / 24.0) * bend.take(k, 0)
+        found += ((part**4 - 2.0 * part**2) / 24.0) * bend.take(k + 1, 0)
+        return found
+
+    def _piece_by_piece(
+        self, evaluate: Callable[[IntArray, FloatArray], FloatArray], place: FloatArray
+    ) -> FloatArray:
+        """What is found for the sample before each place, and how far that is beyond it."""
+        found = np.empty((place.size, *self._values.shape[1:]))
+        for start in range(0, place.size, _PLACES_AT_ONCE):
+            some = place[start : start + _PLACES_AT_ONCE]
+            k = np.clip(np.floor(some).astype(np.int64), 0, self._values.shape[0] - 2)
+            found[start : start + some.size] = evaluate(k, (some - k)[:, np.newaxis])
+        return found
 
     @cached_property
     def _whole(self) -> FloatArray:

@@ -61,8 +61,7 @@ class LongStage:
 
     @property
     def head(self) -> slice:
-        """Up to a kept sample, since the last of a record is one."""
-        return slice(0, self._first + self.factor * (2 * self.near - 1) + 1)
+        return slice(0, 2 * self.near * self.factor)
 
     @property
     def middle(self) -> slice:
@@ -91,11 +90,11 @@ class LongStage:
         taps, recursion = _finite_part(self.factor)
         mixed = _mixed(middle, self.step * taps[:: self.step], self.factor // self.step)
         inner = recursion.both_ways(mixed, 0)
-        beyond = self.near - _ORDER
-        first, last = between_ends(head, self.factor), between_ends(tail, self.factor)
-        return np.concatenate(
-            [first[:, : self.near], inner[:, beyond : inner.shape[1] - beyond], last[:, -self.near :]], axis=1
-        )
+        beyond, channels = self.near - _ORDER, len(middle)
+        smooth = _filter(self.factor).both_ways(np.concatenate([head, tail]), PADDING)
+        first = smooth[:channels, self._first :: self.factor][:, : self.near]
+        last = smooth[channels:, self.factor - 1 :: self.factor][:, -self.near :]
+        return np.concatenate([first, inner[:, beyond : inner.shape[1] - beyond], last], axis=1)
 
 
 def between_ends(series: FloatArray, factor: int) -> FloatArray:

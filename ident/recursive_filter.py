@@ -25,8 +25,8 @@ ComplexArray = NDArray[np.complex128]
 _BLOCK = 32
 """Samples that are one product."""
 
-_IN_CACHE = 1 << 18
-"""Values that are filtered together: two megabytes."""
+_IN_CACHE = 1 << 16
+"""Values that are filtered together: half a megabyte; of more, memory is asked for and cleared each time."""
 
 _GONE = 1e-20
 """Of a pole's power; blocks so far apart do not know of each other."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -12,6 +11,7 @@ from pydantic import ValidationError
 from robots.allowed import allowed_at, keys_of, table_at
 from robots.description import Robot
 from robots.errors import RobotFileError, ValueNotAllowed, shown
+from robots.nearest import did_you_mean
 from robots.toml_lines import Path, TomlLines, key_text
 
 _TYPE_WORDS = {
@@ -105,12 +105,10 @@ def _missing(path: Path) -> str:
 def _unknown_key(path: Path, value: object, lines: TomlLines) -> _Finding:
     table = table_at(Robot, path[:-1]) or Robot
     keys = keys_of(table)
-    close = difflib.get_close_matches(str(path[-1]), keys, n=1)
-    hint = f' (did you mean "{close[0]}"?)' if close else ""
     return _Finding(
         path,
         lines.line_of(path),
-        f"{shown(value)} is given to a key that does not exist{hint}",
+        f"{shown(value)} is given to a key that does not exist{did_you_mean(str(path[-1]), keys)}",
         ", ".join(keys),
     )
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
 
 from robots.errors import RobotFileError
+from robots.nearest import did_you_mean
 
 FILE_NAME = "robot.toml"
 
@@ -43,6 +43,6 @@ def find(name_or_path: str | Path) -> Path:
         raise RobotFileError(path, f"cannot be read: {error.strerror}", allowed=allowed) from None
     if there:
         raise RobotFileError(path, "not a file", allowed=allowed)
-    close = difflib.get_close_matches(text, names, n=1)
-    hint = f' (did you mean "{close[0]}"?)' if close else ""
-    raise RobotFileError(path, f"no robot of this name, no such file{hint}", allowed=allowed)
+    raise RobotFileError(
+        path, f"no robot of this name, no such file{did_you_mean(text, names)}", allowed=allowed
+    )

@@ -12,7 +12,6 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from robots.description import Robot
 from robots.errors import RobotFileError
 from robots.pseudo_inertia import impossible_links
 from robots.urdf import FIXED, UrdfJoint, read_urdf_joints
+from robots.urdf_text import quoted
 
 _TAG = re.compile(rb"""<(?:[^<>"']|"[^"]*"|'[^']*')*>""")
 _TENSOR = ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
@@ -90,9 +90,9 @@ def _inertial(link: FloatArray, indent: bytes) -> bytes:
     xyz = " ".join(repr(value) for value in center.tolist())
     lines = (
         "<inertial>",
-        f"  <mass value={quoteattr(repr(mass))}/>",
-        f"  <origin xyz={quoteattr(xyz)} rpy={quoteattr('0 0 0')}/>",
-        "  <inertia " + " ".join(f"{name}={quoteattr(repr(value))}" for name, value in values.items()) + "/>",
+        f"  <mass value={quoted(repr(mass))}/>",
+        f"  <origin xyz={quoted(xyz)} rpy={quoted('0 0 0')}/>",
+        "  <inertia " + " ".join(f"{name}={quoted(repr(value))}" for name, value in values.items()) + "/>",
         "</inertial>",
     )
     return (b"\n" + indent).join(line.encode() for line in lines)

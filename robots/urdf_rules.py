@@ -8,7 +8,6 @@ arm can be.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from math import isfinite, pi
 from pathlib import Path
 
 from robots.errors import RobotFileError, shown
+from robots.nearest import did_you_mean
 from robots.urdf_elements import Element
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -156,7 +156,7 @@ def _check_attributes(element: Element, rule: Rule, file: Path) -> None:
         if element.tag == "robot" and (name == "xmlns" or name.startswith("xmlns:")):
             continue
         if name not in rule.attributes:
-            hint = _hint(name, tuple(rule.attributes))
+            hint = did_you_mean(name, tuple(rule.attributes))
             raise RobotFileError(
                 file,
                 f"{shown(text)} is given to an attribute that does not exist{hint}",
@@ -222,7 +222,7 @@ def _unknown(child: Element, element: Element, rule: Rule, file: Path) -> RobotF
         return _error(
             child, "<mimic> makes a joint follow another", file, "a joint of its own, or a fixed one"
         )
-    hint = _hint(child.tag, rule.tags)
+    hint = did_you_mean(child.tag, rule.tags)
     problem = f"<{child.tag}> is not part of <{element.tag}>{hint}"
     return _error(child, problem, file, ", ".join(f"<{tag}>" for tag in rule.tags) or "nothing")
 
@@ -237,11 +237,6 @@ def _words(values: Values) -> str:
     if isinstance(values, Numbers):
         return values.allowed
     return "a text" if values == TEXT else "a name without quotes, <, >, & or line ends"
-
-
-def _hint(name: str, known: tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    return f' (did you mean "{close[0]}"?)' if close else ""
 
 
 def _error(element: Element, problem: str, file: Path, allowed: str) -> RobotFileError:

@@ -8,9 +8,12 @@ the collision bodies does.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from xml.sax.saxutils import quoteattr
 
 from robots.urdf import FIXED, LIMITS, Pose, Urdf, UrdfBody, UrdfInertial, UrdfJoint
+
+_ENTITIES = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+)
 
 _TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -27,14 +30,19 @@ def urdf_text(urdf: Urdf, mesh: Naming, *, inertias: bool = True, bodies: bool =
         inertias: whether the links have their ``<inertial>``.
         bodies: whether they have their ``<collision>`` bodies.
     """
-    parts = [f"<robot name={quoteattr(urdf.name)}>"]
+    parts = [f"<robot name={quoted(urdf.name)}>"]
     for link in sorted(urdf.links, key=lambda link: link.name):
-        parts += [f"<link name={quoteattr(link.name)}>"]
+        parts += [f"<link name={quoted(link.name)}>"]
         parts += [inertial_text(link.inertial)] if inertias and link.inertial is not None else []
         parts += [body_text(body, mesh) for body in link.bodies] if bodies else []
         parts += ["</link>"]
     parts += [joint_text(joint) for joint in sorted(urdf.joints, key=lambda joint: joint.name)]
     return "\n".join([*parts, "</robot>\n"])
+
+
+def quoted(text: str) -> str:
+    """The value of an attribute; ``xml.sax.saxutils`` loads all of ``urllib`` and TLS to write one."""
+    return f'"{text.translate(_ENTITIES)}"'
 
 
 def inertial_text(inertial: UrdfInertial) -> str:
@@ -47,7 +55,7 @@ def inertial_text(inertial: UrdfInertial) -> str:
 def body_text(body: UrdfBody, mesh: Naming) -> str:
     """``<collision>``."""
     if body.shape == "mesh":
-        shape = f'<mesh filename={quoteattr(mesh(body))} scale="{_all(body.size)}"/>'
+        shape = f'<mesh filename={quoted(mesh(body))} scale="{_all(body.size)}"/>'
     elif body.shape == "cylinder":
         shape = f'<cylinder radius="{_one(body.size[0])}" length="{_one(body.size[1])}"/>'
     elif body.shape == "box":
@@ -64,8 +72,8 @@ def joint_text(joint: UrdfJoint) -> str:
         limits = " ".join(f'{name}="{_one(joint.limits[name])}"' for name in LIMITS)
         moves = f'<axis xyz="{_all(joint.axis)}"/><limit {limits}/>'
     return (
-        f'<joint name={quoteattr(joint.name)} type="{joint.kind}">{_origin(joint.pose)}'
-        f"<parent link={quoteattr(joint.parent)}/><child link={quoteattr(joint.child)}/>{moves}</joint>"
+        f'<joint name={quoted(joint.name)} type="{joint.kind}">{_origin(joint.pose)}'
+        f"<parent link={quoted(joint.parent)}/><child link={quoted(joint.child)}/>{moves}</joint>"
     )
 
 

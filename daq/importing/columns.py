@@ -12,8 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from daq.importing.dialect import TextTable, decoded, text_table
-from daq.importing.table_process import TableProcess
-from daq.importing.table_readers import READERS
 from daq.recording.errors import CaptureError
 from ident.listing import listed, short
 from robots.arrays import FloatArray
@@ -81,17 +79,25 @@ def read_table(path: Path) -> Table:
         CaptureError: it is not there, not readable, or not what its name says.
     """
     _refuse_pointer(path)
-    if path.is_dir() or path.suffix.lower() in READERS:
-        with TableProcess() as process:
-            return Table(path, process.read(path))
-    if path.suffix.lower() not in TEXTS:
-        raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
+    if path.is_dir() or path.suffix.lower() not in TEXTS:
+        return _read_apart(path)
     try:
         return _read_csv(path)
     except FileNotFoundError:
         raise CaptureError(f"{path}: no such file") from None
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _read_apart(path: Path) -> Table:
+    """Of a binary file or a bag, by a process of its own."""
+    from daq.importing.table_process import TableProcess  # text needs none of these
+    from daq.importing.table_readers import READERS
+
+    if not path.is_dir() and path.suffix.lower() not in READERS:
+        raise CaptureError(f"{path}: cannot be imported; allowed: {ALLOWED}")
+    with TableProcess() as process:
+        return Table(path, process.read(path))
 
 
 def _refuse_pointer(path: Path) -> None:
@@ -106,7 +112,7 @@ def _read_csv(path: Path) -> Table:
     except (UnicodeDecodeError, csv.Error) as error:
         raise CaptureError(f"{path}: is not a text file; allowed: rows of numbers under a header") from error
     header = table.header
-    if not header or not table.body.strip():
+    if not header or not table.body or table.body.isspace():
         raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
     body, words = _whole_lines(path, table)
     try:
@@ -125,11 +131,10 @@ def _read_csv(path: Path) -> Table:
 
 def _whole_lines(path: Path, table: TextTable) -> tuple[str, tuple[str, ...]]:
     """The rows of a text, without a last one that was cut off; and a sentence on that."""
-    rows = table.body.rstrip("\n").split("\n")
-    count = len(table.header)
-    if len(rows) > 1 and not table.body.endswith("\n") and _fields(rows[-1], table.delimiter) < count:
+    last = table.body.rfind("\n") + 1  # 0 where it is the only one; the end where the text ends a row
+    if 0 < last < len(table.body) and _fields(table.body[last:], table.delimiter) < len(table.header):
         words = f"{path.name}: its last row is cut off and left out; more may be missing behind it"
-        return "\n".join(rows[:-1]) + "\n", (words,)
+        return table.body[:last], (words,)
     return table.body, ()
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
-from ident.effects.simulated import SimulatedParts, Table
 from ident.even_spline import EvenSpline
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray
 from robots.description import Robot
+
+if TYPE_CHECKING:
+    from ident.effects.simulated import SimulatedParts, Table
 
 OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
 """Whether the model's offset is a load that passes through the gear (1) or an error of measurement (0)."""
@@ -84,7 +87,7 @@ class Parameters:
 
 
 Law = Callable[[State], FloatArray]
-Parts = Callable[[FloatArray], SimulatedParts]
+Parts = Callable[[FloatArray], "SimulatedParts"]
 Make = Callable[[Robot, Place, tuple[float, ...], PresentModel], tuple[Parameters, Law, Parts]]
 
 
@@ -262,6 +265,8 @@ def rate(values: FloatArray, state: State) -> FloatArray:
 
 def over_time(course: Callable[[FloatArray], FloatArray]) -> Table:
     """A course of the time since the start, s, as long as a motion that is simulated may be."""
+    from ident.effects.simulated import Table  # what is not simulated needs none
+
     return Table.of(course, 0.0, _LONGEST)
 
 

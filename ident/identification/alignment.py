@@ -108,18 +108,20 @@ def estimate_lag(
     observed = _Torques(robot, recordings, settings)
     for _ in range(_ITERATIONS):
         if abs(lag - rate_at) > _SAME_RATE * row:
-            rates = observed.rate_at(lag)
+            moved, rates = observed.with_rate_at(lag)
             rate = _stack(rows, rates) * weights
             probe = _probe(stacked.x, rate, reference, weights)
             sigma, rate_at = _deviation(rows, probe, weights, whitening) / abs(float(probe @ rate)), lag
-        torque = observed.at(lag)
-        step = float(probe @ (_stack(rows, torque) * weights) / (probe @ rate))
+        else:
+            moved = observed.at(lag)
+        torque = _stack(rows, moved)
+        step = float(probe @ (torque * weights) / (probe @ rate))
         lag += step
         if abs(step) < _STILL * sigma or abs(lag - given) > _FARTHEST:
             break
     converged = abs(step) < _STILL * sigma and abs(lag - given) <= _FARTHEST
     if converged and abs(lag - given) > _OTHER_ERRORS * row:
-        smaller = _error_deviations(replace(stacked, y=_stack(rows, torque))) / deviations
+        smaller = _error_deviations(replace(stacked, y=torque)) / deviations
         errors = replace(whitening, sigma=whitening.sigma * smaller)
         sigma = _deviation(rows, probe, weights, errors) / abs(float(probe @ rate))
     return LagEstimate(lag, sigma, given, sample_time, converged)
@@ -139,8 +141,9 @@ class _Torques:
     def at(self, lag: float) -> FloatArray:
         return np.concatenate([make().at(lag) for make in self._one_by_one])
 
-    def rate_at(self, lag: float) -> FloatArray:
-        return np.concatenate([make().rate_at(lag) for make in self._one_by_one])
+    def with_rate_at(self, lag: float) -> tuple[FloatArray, FloatArray]:
+        torques, rates = zip(*(make().with_rate_at(lag) for make in self._one_by_one), strict=True)
+        return np.concatenate(torques), np.concatenate(rates)
 
 
 def _error_deviations(stacked: Stacked) -> FloatArray:

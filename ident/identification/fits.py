@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from ident.covariances import covariance_named, covariance_of, estimated_rows
 from ident.errors import IdentificationError, SimulationError
 from ident.estimators import ALTERNATIVES, LinearFit, Stacked, weighted_least_squares
-from ident.estimators.consistent import consistent_fit
 from ident.identification.alignment import LagEstimate
 from ident.identification.instruments import Instruments, iterate_instruments
 from ident.identification.options import Options
@@ -118,6 +116,12 @@ def _with_covariance(prepared: Prepared, fit: LinearFit, instruments: FloatArray
             errors = regression_whitening(residual, instruments, rows.segment, rows.used)
         covariance = instrumental_covariance(z, rows.regressor, fit.sigma, errors, rows.segment, rows.used)
         return replace(fit, covariance=covariance, covariance_kind=errors.describe())
+    from ident.covariances import (
+        covariance_named,
+        covariance_of,
+        estimated_rows,
+    )  # the kinds that few ask for
+
     kind = covariance_named(name)
     estimated = estimated_rows(rows.regressor, z, residual, fit.sigma, rows.segment, rows.used)
     return replace(fit, covariance=covariance_of(estimated, kind), covariance_kind=kind.describe(estimated))
@@ -144,6 +148,8 @@ def _instrumental(
         progress(f"closed-loop simulation {iteration}{first}", 0.65 + 0.2 * min(1.0, iteration / 4))
 
     def nearest_arm(fit: LinearFit) -> FloatArray:
+        from ident.estimators.consistent import consistent_fit
+
         return consistent_fit(prepared.base, fit, prepared.stacked).standard
 
     if any(recording.reference is None for recording in recordings):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ident.effects.found import Found
 from ident.errors import IdentificationError
 from ident.estimators import LinearFit, stack
-from ident.estimators.consistent import ConsistentFit, consistent_fit, require_solver
 from ident.exogeneity.untested import no_such_arm, not_testable
 from ident.identification.alignment import estimate_lag
 from ident.identification.doubts import doubts_of
@@ -46,6 +46,9 @@ from ident.results import Identification, Signals
 from ident.statistics.restricted import regression_whitening
 from ident.verdicts import Gate, RevisedTest
 from robots.description import Robot
+
+if TYPE_CHECKING:
+    from ident.estimators.consistent import ConsistentFit
 
 _LEVEL = 0.05
 _DEFAULTS = Options()
@@ -94,6 +97,8 @@ def identify(
             the solver that it needs.
     """
     if options.method == "consistent":
+        from ident.estimators.consistent import require_solver
+
         require_solver()
     progress("base parameters", 0.0)
     warnings = check_recordings(robot, (*recordings, *options.validation))
@@ -180,6 +185,8 @@ def identify(
 
 def _nearest_arm(prepared: Prepared, fits: Fits, result: Identification) -> ConsistentFit:
     """The arm that can exist nearest to the estimate that the verdict tells to use."""
+    from ident.estimators.consistent import consistent_fit
+
     iv = result.of_verdict.method == "iv" and fits.instrumental is not None
     fit = fits.instrumental if iv else fits.least_squares
     assert fit is not None

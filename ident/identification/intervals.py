@@ -147,8 +147,13 @@ class _Map:
 
     def influence(self, own: BoolArray) -> FloatArray:
         """Samples × joints × b of some samples: what each weighted row adds to the parameters."""
-        weighted = self._z[own] * self._weight[own, :, np.newaxis]
-        return np.asarray(weighted @ np.linalg.inv(self._cross).T)
+        inverse, columns = np.linalg.inv(self._cross), self._z.transpose(2, 1, 0)
+        found = np.empty((*columns.shape[:2], np.count_nonzero(own)))
+        for joint in range(found.shape[1]):
+            z = columns[:, joint, own] * self._weight[own, joint]
+            seen = z.any(axis=1)
+            found[:, joint] = inverse[:, seen] @ z[seen]
+        return found.transpose(2, 1, 0)
 
     def of(self, torque: FloatArray) -> FloatArray:
         """The estimate (b,) of weighted torques, samples × joints."""

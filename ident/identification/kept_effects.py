@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.effects.found import Found
-from ident.effects.term_family import is_term
 from ident.estimators.fit import LinearFit
 from ident.identification.found_effects import FoundModel
 from ident.parameters.base import BaseParameters
@@ -98,9 +97,12 @@ def _is_beside_links(base: BaseParameters, effect: Found) -> bool:
 
     A formula may be anything.
     """
+    # Imported here: every effect, and the compiler.
+    from ident.effects.term_family import is_term
+    from ident.effects.vocabulary import form_of
+
     if is_term(effect.name):
         return False
-    from ident.effects.vocabulary import form_of  # loads every effect and the compiler
 
     family = form_of(base.model.robot, effect.name, effect.shape_names)
     return effect.place.scope != "drive" or family.needs_prior

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.covariances import covariance_named, covariance_of, estimated_rows
 from ident.decimation import decimate
 from ident.effects import RigidBody, State
 from ident.effects.scales import payload
@@ -127,6 +126,8 @@ def _fitted(
     base: BaseParameters, rows: Rows, added: FloatArray, sigma: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Values (k,) of columns beside those of the arm, and their covariance with errors that remember."""
+    from ident.covariances import covariance_named, covariance_of, estimated_rows  # most know their loads
+
     k = added.shape[2]
     if not k:
         return np.zeros(0), np.zeros((0, 0))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ident.errors import IdentificationError
-from ident.estimators import Dropped, EssentialFit, LinearFit, Stacked, essential_parameters, stack
-from ident.estimators.consistent import ConsistentFit
+from ident.estimators import LinearFit, Stacked, stack
 from ident.listing import listed
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
@@ -29,6 +29,10 @@ from ident.results import (
 )
 from ident.statistics.whitening import lag1_autocorrelation
 from robots.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from ident.estimators import Dropped, EssentialFit
+    from ident.estimators.consistent import ConsistentFit
 
 _POORLY_SEEN = 0.3
 _LEVEL = 0.05
@@ -127,6 +131,8 @@ def _errors(stacked: Stacked, residuals: list[FloatArray]) -> tuple[float, Float
 
 def essential_of(base: BaseParameters, rows: Rows) -> Essential:
     """The parameters that the data need, by F-test on prewhitened rows."""
+    from ident.estimators import essential_parameters  # few ask for it
+
     fit = essential_parameters(rows, base.names)
     deviation = np.sqrt(np.diag(fit.covariance))
     return Essential(

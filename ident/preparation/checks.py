@@ -96,8 +96,7 @@ def _check_units(robot: Robot, recording: Recording) -> None:
     """Refuse angles in degrees: far outside the limits, and within them once divided by 57.3."""
     revolute = np.array([joint.kind == "revolute" for joint in robot.joint])
     far = revolute & (_beyond_limits(robot, recording.position) > 1.0)
-    fits = _beyond_limits(robot, recording.position / _DEGREES) <= _BEYOND
-    if not far.any() or not fits[revolute].all():
+    if not far.any() or (_beyond_limits(robot, recording.position / _DEGREES) > _BEYOND)[revolute].any():
         return
     joint = int(np.argmax(far))
     reached = float(np.abs(recording.position[:, joint]).max())

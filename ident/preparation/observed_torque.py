@@ -76,24 +76,36 @@ class ObservedTorque:
 
     def at(self, lag: float) -> FloatArray:
         """Torque, N·m (or N), with the control signal ``lag`` seconds late, through the rows' filter."""
-        torque = self._of_arm(lag)
-        smooth = self._smooth(torque) if self.settings.torque_filter == "positions" else torque
-        return self._rows(smooth - self.carried)
+        return self._through_filter(self._of_drives(lag))
 
     def unfiltered_at(self, lag: float) -> FloatArray:
         """The same without the low-pass of the positions."""
-        return self._rows(self._of_arm(lag) - self.carried)
+        return self._rows(self._with_outside(self._of_drives(lag)) - self.carried)
 
-    def _of_arm(self, lag: float) -> FloatArray:
-        torque = self.robot.joint_torque(self.signal.at(lag))
+    def _through_filter(self, drives: FloatArray) -> FloatArray:
+        torque = self._with_outside(drives)
+        smooth = self._smooth(torque) if self.settings.torque_filter == "positions" else torque
+        return self._rows(smooth - self.carried)
+
+    def _of_drives(self, lag: float) -> FloatArray:
+        return self.robot.joint_torque(self.signal.at(lag))
+
+    def _with_outside(self, drives: FloatArray) -> FloatArray:
         outside = self.signal.recording.outside
-        return torque if outside is None else torque + outside
+        return drives if outside is None else drives + outside
 
     def rate_at(self, lag: float) -> FloatArray:
         """dτ/dt, N·m/s (or N/s): what a shift in time adds to the torque."""
-        smooth = self._smooth(self.robot.joint_torque(self.signal.at(lag)))
+        return self._rate(self._of_drives(lag))
+
+    def with_rate_at(self, lag: float) -> tuple[FloatArray, FloatArray]:
+        """Both of these."""
+        drives = self._of_drives(lag)
+        return self._through_filter(drives), self._rate(drives)
+
+    def _rate(self, drives: FloatArray) -> FloatArray:
         step = self.signal.recording.sample_time
-        return self._rows(differentiate(smooth, step, self.settings.derivative_accuracy))
+        return self._rows(differentiate(self._smooth(drives), step, self.settings.derivative_accuracy))
 
     def _smooth(self, torque: FloatArray) -> FloatArray:
         settings = self.settings

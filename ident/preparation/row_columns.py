@@ -28,8 +28,8 @@ from ident.signals import Motion
 from robots.arrays import FloatArray, IntArray
 from robots.description import Identification
 
-_COLUMNS_AT_ONCE = 16
-"""Columns filtered together: bounds the memory of the decimation on long records."""
+_VALUES_AT_ONCE = 1_000_000
+"""Filtered together: bounds the memory of the decimation on long records."""
 
 _SMOOTH = (RigidBody, RotorInertia, ViscousFriction, CurrentOffset)
 """Effects that look at each sample alone and have no jump."""
@@ -126,8 +126,9 @@ def _fill(
 ) -> None:
     """Write the decimated columns of effects, b × joints × rows."""
     joint, column, series = _series(base, of, state)
-    for start in range(0, joint.size, _COLUMNS_AT_ONCE):
-        part = slice(start, start + _COLUMNS_AT_ONCE)
+    columns = max(1, _VALUES_AT_ONCE // series.shape[1])
+    for start in range(0, joint.size, columns):
+        part = slice(start, start + columns)
         thin[column[part], joint[part]] = decimated(series[part])
 
 

@@ -43,8 +43,10 @@ def weighted_score_covariance(
             z = instruments[own, joint] / sigma[joint] ** 2
             if used is not None:
                 z *= used[own, joint, np.newaxis]
+            seen = np.flatnonzero(z.any(axis=0))  # half of the columns of an arm know nothing of a joint
+            z = z[:, seen]
             gamma = autocovariance(coefficients, float(whitening.sigma[joint]), z.shape[0])
-            total += z.T @ times(gamma, spectrum(z))
+            total[np.ix_(seen, seen)] += z.T @ times(gamma, spectrum(z))
     return total
 
 

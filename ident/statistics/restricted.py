@@ -27,8 +27,8 @@ from ident.statistics.taken import DEPENDENT, Taken, fit_of
 from ident.statistics.whitening import (
     Whitening,
     autoregressive_whitening,
+    best_process,
     block_whitening,
-    is_stable,
     largest_order,
     ljung_box,
 )
@@ -176,37 +176,8 @@ def _model(products: list[FloatArray], missing: list[FloatArray], counts: list[i
         one + other if one[0, 0] + other[0, 0] > 0.0 else one
         for one, other in zip(products, missing, strict=True)
     ]
-    fits = [_best(one, count) for one, count in zip(whole, counts, strict=True)]
+    fits = [best_process(one, count) for one, count in zip(whole, counts, strict=True)]
     return Whitening("ar", tuple(a for a, _ in fits), np.array([sigma for _, sigma in fits]))
-
-
-def _best(products: FloatArray, count: int) -> tuple[FloatArray, float]:
-    """AR coefficients of the order with the smallest BIC and the deviation of the innovation."""
-    left = _left(products) / count
-    orders = np.arange(left.size)
-    criterion = count * np.log(left) + orders * np.log(count)
-    for order in np.argsort(criterion, kind="stable"):
-        lags = slice(1, order + 1)
-        a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
-        if not order or is_stable(a):
-            return a, float(np.sqrt(left[order]))
-    raise AssertionError  # order 0 is always stable
-
-
-def _left(products: FloatArray) -> FloatArray:
-    """Sum of squares that AR processes of order 0, 1, … leave, up to the first that leaves nothing.
-
-    One Cholesky factor has those of all orders: it nests.
-    """
-    whole = products[0, 0]
-    try:
-        factor = np.linalg.cholesky(products[1:, 1:])
-    except np.linalg.LinAlgError:
-        return _left(products[:-1, :-1]) if products.shape[0] > 1 else np.array([whole])
-    taken = np.linalg.solve(factor, products[1:, 0]) if factor.size else np.empty(0)
-    left = whole - np.concatenate([[0.0], np.cumsum(taken**2)])
-    spent = np.flatnonzero(left <= 0.0)
-    return np.asarray(left[: spent[0]] if spent.size else left)
 
 
 def _change(before: Whitening, after: Whitening) -> float:

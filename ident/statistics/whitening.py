@@ -117,10 +117,9 @@ def autoregressive_whitening(
     largest = largest_order(used)
     coefficients, sigma = [], np.empty(joints)
     for joint in range(joints):
-        target, lagged = _lagged(residual[:, joint], segment, used[:, joint], largest)
-        a = _best_ar(target, lagged)
-        error = target - lagged[:, : a.size] @ a
-        sigma[joint] = np.sqrt(error @ error / (target.size - parameters / joints))
+        lagged = _lagged(residual[:, joint], segment, used[:, joint], largest)
+        a, deviation = best_process(lagged.T @ lagged, len(lagged))
+        sigma[joint] = deviation * np.sqrt(len(lagged) / (len(lagged) - parameters / joints))
         coefficients.append(a)
     return Whitening("ar", tuple(coefficients), sigma)
 
@@ -147,17 +146,41 @@ def unbroken(used: BoolArray, order: int) -> BoolArray:
     return whole
 
 
-def _best_ar(target: FloatArray, lagged: FloatArray) -> FloatArray:
-    """AR coefficients of the order with the smallest BIC, all orders compared on the same samples."""
-    best: FloatArray = np.empty(0)
-    smallest = target.size * np.log(np.mean(target**2))
-    for order in range(1, lagged.shape[1] + 1):
-        a = np.asarray(np.linalg.lstsq(lagged[:, :order], target, rcond=None)[0], dtype=np.float64)
-        error = target - lagged[:, :order] @ a
-        bic = target.size * np.log(np.mean(error**2)) + order * np.log(target.size)
-        if bic < smallest and is_stable(a):
-            best, smallest = a, bic
-    return best
+def best_process(products: FloatArray, count: int) -> tuple[FloatArray, float]:
+    """AR coefficients of the order with the smallest BIC and the deviation of the innovation.
+
+    All orders are compared on the same samples.
+
+    Args:
+        products: (p + 1, p + 1) sums of lagged products of a series, at lags from 0 on.
+        count: of the samples that they are sums over.
+    """
+    left = _left(products) / count
+    orders = np.arange(left.size)
+    criterion = count * np.log(left) + orders * np.log(count)
+    for order in np.argsort(criterion, kind="stable"):
+        lags = slice(1, order + 1)
+        a = np.asarray(np.linalg.solve(products[lags, lags], products[lags, 0]), dtype=np.float64)
+        if not order or is_stable(a):
+            return a, float(np.sqrt(left[order]))
+    raise AssertionError  # order 0 is always stable
+
+
+def _left(products: FloatArray) -> FloatArray:
+    """Sum of squares that AR processes of order 0, 1, … leave, up to the first that leaves nothing,
+    which is left out unless it is the only one.
+
+    One Cholesky factor has those of all orders: it nests.
+    """
+    whole = products[0, 0]
+    try:
+        factor = np.linalg.cholesky(products[1:, 1:])
+    except np.linalg.LinAlgError:
+        return _left(products[:-1, :-1]) if products.shape[0] > 1 else np.array([whole])
+    taken = np.linalg.solve(factor, products[1:, 0]) if factor.size else np.empty(0)
+    left = whole - np.concatenate([[0.0], np.cumsum(taken**2)])
+    spent = np.flatnonzero(left <= 0.0)
+    return np.asarray(left[: max(1, spent[0])] if spent.size else left)
 
 
 def is_stable(coefficients: FloatArray) -> bool:
@@ -174,18 +197,15 @@ def is_stable(coefficients: FloatArray) -> bool:
     return True
 
 
-def _lagged(
-    series: FloatArray, segment: IntArray, used: BoolArray, largest: int
-) -> tuple[FloatArray, FloatArray]:
+def _lagged(series: FloatArray, segment: IntArray, used: BoolArray, largest: int) -> FloatArray:
     """Each sample that has ``largest`` unbroken samples before it, and those, nearest first."""
-    targets, lags = [], []
+    pieces = []
     for index in distinct(segment):
         part = series[segment == index]
         whole = unbroken(used[segment == index], largest)
-        targets.append(part[largest:][whole])
-        columns = [part[largest - k : part.size - k][whole] for k in range(1, largest + 1)]
-        lags.append(np.column_stack(columns) if columns else np.empty((int(whole.sum()), 0)))
-    return np.concatenate(targets), np.concatenate(lags)
+        columns = [part[largest - k : part.size - k][whole] for k in range(largest + 1)]
+        pieces.append(np.column_stack(columns))
+    return np.concatenate(pieces)
 
 
 def lag1_autocorrelation(series: FloatArray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import robots
 from robots import RobotFileError
 from robots.rigid_body import collision_bodies
 from robots.urdf import read_urdf
-from robots.urdf_text import urdf_text
+from robots.urdf_text import quoted, urdf_text
 from tests.robots.conftest import RobotFolder
 
 SPHERE = '<sphere radius="0.065"/>'
@@ -185,3 +186,8 @@ def test_a_model_with_another_mass_or_place_than_the_file_is_refused(
     monkeypatch.setattr("robots.rigid_body.urdf_text", other)
     with pytest.raises(RobotFileError, match=r"in Pinocchio's model; allowed: a URDF that Pinocchio reads"):
         robots.load(folder.path)
+
+
+def test_a_value_reads_back_as_it_was_written() -> None:
+    text = "a&b <c> \"d\" 'e' é\n\tf\r"
+    assert ET.fromstring(f"<mesh filename={quoted(text)}/>").get("filename") == text
