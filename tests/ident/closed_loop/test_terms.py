@@ -42,7 +42,8 @@ FORMULAS = (
     "sin 45q₃",
 )
 """One of every way in which a term is made of its factors; all 175 of this joint that the motion reaches stay
-within 2.1 % (six springs begin beyond it), and those of the motor's angle that the filter hardly passes within 24 %."""
+within 2.1 % (six springs begin beyond it), and those of the motor's angle, that the filter hardly passes,
+within 24 %."""
 
 
 @pytest.mark.slow
