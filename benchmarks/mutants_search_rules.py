@@ -11,6 +11,27 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "two rivals that no motion tells apart do not cost the motion",
+        "daq/diagnosis/telling_apart.py",
+        "for one in kept)\n",
+        "for one in kept[:1])\n",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
+        "a form that was fitted as its limit is planned for with a shape of its grid",
+        "daq/diagnosis/telling_apart.py",
+        "if set(family.contains) & set(names):",
+        "if False:",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
+        "a form and its limit are told apart by what the form has more",
+        "trajectories/information/separation.py",
+        "candidates.own[a, b] - candidates.model, candidates.columns[b]",
+        "candidates.columns[a] - candidates.model, candidates.columns[b]",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
         "a cable is hard at the end of the travel, whatever its length",
         "ident/effects/springs.py",
         " / travel(robot, place) ** 3",
@@ -326,6 +347,30 @@ RULES = (
         "TEMPERATURE * seen.nats_of_no_name",
     ),
     Broken(
+        "a form that says something else of other motion is a name of its own",
+        f"{_BY}decide/names.py",
+        " and one.key not in apart",
+        "",
+    ),
+    Broken(
+        "a form that says something else of other motion is not replaced by its limit",
+        f"{_BY}decide/names.py",
+        "            if search.elsewhere.same(searched.found, best):\n                return",
+        "            if True:\n                return",
+    ),
+    Broken(
+        "motion all over the travel is asked about",
+        f"{_BY}decide/elsewhere.py",
+        "half * np.sin(np.multiply.outer(time, rate))",
+        "0.1 * half * np.sin(np.multiply.outer(time, rate))",
+    ),
+    Broken(
+        "what an accepted model leaves makes no difference",
+        f"{_BY}decide/elsewhere.py",
+        "<= self.problem.misfit.accepted))",
+        "<= 0.0))",
+    ),
+    Broken(
         "a limit that is shown stays beside its likelier forms",
         f"{_BY}decide/names.py",
         "forms=tuple(one for one in more if one.log_odds > first.log_odds)",
@@ -334,8 +379,8 @@ RULES = (
     Broken(
         "a limit that is shown has its forms' probability",
         f"{_BY}decide/names.py",
-        "return Slot(as_limit(probabilities(odds, forms), own))",
-        "return Slot(as_limit(probabilities(odds, forms)))",
+        "as_limit(listed, own, ",
+        "as_limit(listed, None, ",
     ),
     Broken(
         "the prediction has noise",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ident.filters import windowed_sinc
-from ident.long_stage import LongStage, between_ends, first_kept
+from ident.long_stage import LongStage, between_ends, first_kept, rows_near
 from robots.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -95,6 +95,16 @@ def _fir_rows(rows: int, factor: int) -> csr_array:
 def decimation_reach(factor: int, kind: DecimationFilter) -> int:
     """Samples to either side that a row of the finite filter is made of; 0 where the filter has no end."""
     return _FIR_REACH * factor if kind == "fir" and factor > 1 else 0
+
+
+def rows_at_end(factor: int, kind: DecimationFilter) -> int:
+    """Rows at either end of a record that the end has a share in."""
+    if kind == "fir":
+        return _FIR_REACH if factor > 1 else 0
+    rows = 0
+    for stage in decimation_stages(factor):
+        rows = -(-rows // stage) + rows_near(stage)
+    return rows
 
 
 def decimation_stages(factor: int) -> list[int]:

@@ -51,8 +51,7 @@ class LongStage:
     @classmethod
     def of(cls, samples: int, factor: int, step: int = 1) -> LongStage | None:
         """None where the record is so short that it is better filtered at every sample."""
-        slowest = _filter(factor).slowest ** factor
-        near = _ORDER + int(np.ceil(np.log(_FORGOTTEN) / np.log(slowest)))
+        near = rows_near(factor)
         return cls(samples, factor, step, near) if samples > 8 * near * factor else None
 
     @property
@@ -95,6 +94,12 @@ class LongStage:
         first = smooth[:channels, self._first :: self.factor][:, : self.near]
         last = smooth[channels:, self.factor - 1 :: self.factor][:, -self.near :]
         return np.concatenate([first, inner[:, beyond : inner.shape[1] - beyond], last], axis=1)
+
+
+def rows_near(factor: int) -> int:
+    """Rows at either end that the end may have a share in."""
+    slowest = _filter(factor).slowest ** factor
+    return _ORDER + int(np.ceil(np.log(_FORGOTTEN) / np.log(slowest)))
 
 
 def between_ends(series: FloatArray, factor: int) -> FloatArray:

@@ -42,6 +42,8 @@ class Recording:
         added: samples × drives, known part of v_τ that no controller asked for: feed-forward or injected.
         second: samples × joints position by second encoders at the links, rad (or m).
         temperature: samples × drives, °C.
+        lent: samples at its beginning and its end that are other recordings' too: filters run over them, and
+            they are no rows of this one.
 
     Raises:
         IdentificationError: shapes differ, values are not finite or beyond ``LARGEST``, or the sampling is
@@ -58,6 +60,7 @@ class Recording:
     added: FloatArray | None = None
     second: FloatArray | None = None
     temperature: FloatArray | None = None
+    lent: tuple[int, int] = (0, 0)
 
     def __post_init__(self) -> None:
         samples = self.time.shape[0]
@@ -97,8 +100,8 @@ class Recording:
         signals = [("position", self.position), ("control signal", self.control_signal)]
         return [*signals, *((label, values) for label, values in more.items() if values is not None)]
 
-    def piece(self, rows: slice, name: str | None = None) -> Recording:
-        """Some of its samples, with every channel."""
+    def piece(self, rows: slice, name: str | None = None, lent: tuple[int, int] = (0, 0)) -> Recording:
+        """Some of its samples, with every channel; of which some are ``lent``."""
         reference, outside, added, second, temperature = (
             None if values is None else values[rows]
             for values in (self.reference, self.outside, self.added, self.second, self.temperature)
@@ -114,6 +117,7 @@ class Recording:
             added=added,
             second=second,
             temperature=temperature,
+            lent=lent,
         )
 
     def _check_sampling(self) -> None:

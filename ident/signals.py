@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ident.decimation import decimation_stages
+from ident.decimation import decimation_stages, rows_at_end
 from ident.errors import IdentificationError
 from ident.even_spline import EvenSpline
 from ident.long_stage import PADDING
@@ -20,6 +22,8 @@ from ident.recursive_filter import butterworth
 from robots.arrays import FloatArray
 from robots.description import Identification
 
+Scalar = TypeVar("Scalar", bound=np.generic)
+
 _CENTRAL_DIFFERENCE = {
     2: (1 / 2,),
     4: (2 / 3, -1 / 12),
@@ -27,6 +31,9 @@ _CENTRAL_DIFFERENCE = {
     8: (4 / 5, -1 / 5, 4 / 105, -1 / 280),
 }
 """Weights of f(+k) − f(−k), k = 1, 2, …, for the first derivative at a step of one."""
+
+_FORGOTTEN = 1e-6
+"""Share of its state that a filter still has when it is said to have forgotten it."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +122,59 @@ def motion(time: FloatArray, position: FloatArray, settings: Identification) -> 
     acceleration = differentiate(velocity, sample_time, settings.derivative_accuracy)
     keep = kept_samples(time.shape[0], settings)
     return Motion(time[keep], q[keep], velocity[keep], acceleration[keep])
+
+
+def own_settings(recording: Recording, settings: Identification) -> Identification:
+    """Settings whose trim gives up what a low-pass spoils of samples that others lent a recording.
+
+    Of those that are left the decimation makes rows as well; :func:`own_rows` takes them away.
+    """
+    beside = rows_at_end(settings.decimation, settings.decimation_filter) * settings.decimation
+    return _trimmed_by(settings, (recording.lent[0] - beside, recording.lent[1] - beside))
+
+
+def own_samples(recording: Recording, settings: Identification) -> Identification:
+    """Settings whose trim gives up all samples that others lent a recording."""
+    return _trimmed_by(settings, recording.lent)
+
+
+def _trimmed_by(settings: Identification, least: tuple[int, int]) -> Identification:
+    begin, end = (max(pair) for pair in zip(settings.trim_samples, least, strict=True))
+    return settings.model_copy(update={"trim_samples": (begin, end)})
+
+
+def own_rows(rows: NDArray[Scalar], recording: Recording, settings: Identification) -> NDArray[Scalar]:
+    """Rows × … of a recording under :func:`own_settings`, without those that are of its neighbours."""
+    beside = rows_at_end(settings.decimation, settings.decimation_filter)
+    begin, end = (beside if lent else 0 for lent in recording.lent)
+    return rows[begin : len(rows) - end]
+
+
+def lendable(settings: Identification, sample_time: float) -> int:
+    """Samples of a neighbour that make the rows at a seam those of the whole.
+
+    Args:
+        settings: filters, decimation and trim.
+        sample_time: s.
+    """
+    beside = rows_at_end(settings.decimation, settings.decimation_filter) * settings.decimation
+    return max(*settings.trim_samples, filter_memory(settings, sample_time)) + beside
+
+
+def filter_memory(settings: Identification, sample_time: float) -> int:
+    """Samples after which the positions' low-pass and differences know no more of an end of a record.
+
+    By the slowest pole of the low-pass; 0 where the cut-off is none.
+
+    Args:
+        settings: cut-off, order and accuracy.
+        sample_time: s.
+    """
+    share = 2.0 * settings.cutoff_hz * sample_time
+    if not 0.0 < share < 1.0:
+        return 0
+    slowest = butterworth(settings.filter_order, share).slowest
+    return int(np.ceil(np.log(_FORGOTTEN) / np.log(slowest))) + settings.derivative_accuracy
 
 
 def kept_samples(samples: int, settings: Identification) -> slice:

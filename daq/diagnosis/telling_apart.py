@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from daq.diagnosis.scored_families import scored_family, settled_by
 from ident.discrepancy import Candidate, Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
-from ident.effects.family import PlacedEffect
+from ident.discrepancy.component import inner
+from ident.effects.family import EffectFamily, PlacedEffect, Shape
 from ident.effects.vocabulary import hidden_from_motion
+from ident.parameters.present import Present
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import Conditions, Motion, PlanError, Trajectory, TrajectoryError
@@ -146,14 +148,17 @@ def _planned(
     before: Motion | None,
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
-    words = tuple(one.words for one in everything)
+    words, names = tuple(one.words for one in everything), {name for one in everything for name in one.names}
+    everything = [_away_from_limits(stage, one, names) for one in everything]
     kept, unsettled = [everything[0]], []
     for other in everything[1:]:
-        why = _hidden_from_motion(robot, stage, everything[0], other, settings)
+        # Two rivals that no motion tells apart are one to it: the others can be told from it all the same.
+        hidden = ((one, _hidden_from_motion(robot, stage, one, other, settings)) for one in kept)
+        like, why = next(((one, why) for one, why in hidden if why is not None), (other, None))
         if why is None:
             kept.append(other)
         else:
-            unsettled.append(_unsettled(everything[0], other, why))
+            unsettled.append(_unsettled(like, other, why))
     if len(kept) < 2:
         return TellingApart(number, words, None, tuple(unsettled))
     found = _discriminate(robot, stage, kept, settings, settings.evaluations, before, progress)
@@ -174,6 +179,37 @@ def _named(finding: Finding) -> _Explanation:
 
 def _explanation(candidate: Candidate) -> _Explanation:
     return _Explanation(candidate.words(), candidate.effects, candidate.placed)
+
+
+def _away_from_limits(stage: Stage, one: _Explanation, names: Collection[str]) -> _Explanation:
+    """Forms that have another candidate in their limit, with the nearest shapes of their grids.
+
+    On a motion that does not tell them apart a form may well be fitted with a shape at which it is that
+    limit, and no motion tells those apart. Grids stay away from limits.
+    """
+    robot = stage.base.model.robot
+    present = Present(stage.base.model, stage.base.standard_from(stage.beta, stage.base.model.prior()))
+    effects = []
+    for effect in one.effects:
+        family = _form_of(robot, effect)
+        if set(family.contains) & set(names):
+            shapes = family.shapes(robot, effect.place)
+            values = tuple(map(_nearest_of_grid, shapes, effect.shape))
+            effect = family.effect(robot, effect.place, values, present)
+        effects.append(effect)
+    return replace(one, effects=tuple(effects))
+
+
+def _form_of(robot: Robot, effect: PlacedEffect) -> EffectFamily:
+    """The form of a candidate's name that has its shapes."""
+    for form in scored_family(effect.name).nested:
+        if {shape.name for shape in form.shapes(robot, effect.place)} == set(effect.shape_names):
+            return form
+    return scored_family(effect.name)
+
+
+def _nearest_of_grid(shape: Shape, value: float) -> float:
+    return min(shape.grid, key=lambda one: abs(inner(shape, one) - inner(shape, value)))
 
 
 def _unsettled(first: _Explanation, second: _Explanation, why: str) -> Unsettled:

@@ -83,7 +83,7 @@ def load_log(
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz, done)
     recordings, dropped = answered_pieces(path, recording, complete)
-    recordings = tuple(part for recording in recordings for part in in_parts(recording))
+    recordings = tuple(part for recording in recordings for part in in_parts(recording, settings))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from daq.recording.errors import CaptureError
 from ident import Recording
 from ident.recording import JITTER_ALLOWED
+from ident.signals import lendable
 from robots.arrays import BoolArray, FloatArray
+from robots.description import Identification
 
 SHORTEST_PIECE = 2.0
 """s; a shorter piece between two gaps is hardly more than the ends that filtering costs."""
@@ -76,14 +78,29 @@ def answered_pieces(
     return long_pieces(path, [rows.stop - rows.start for rows in pieces], recording.sample_time, make)
 
 
-def in_parts(recording: Recording) -> tuple[Recording, ...]:
-    """A recording of hours in parts of equal length, which are filtered one after the other; else itself."""
-    count = -(-recording.time.size // _LONGEST_PART)
+def in_parts(recording: Recording, settings: Identification) -> tuple[Recording, ...]:
+    """A recording of hours in parts, which are filtered one after the other; a shorter one as it is.
+
+    Each part goes on into its neighbours for as long as the filters remember, so that no row knows of a seam;
+    and seams are a whole number of rows apart, so that the rows are those of the whole.
+
+    Args:
+        recording: of any length.
+        settings: filters, decimation and trim of the rows.
+    """
+    samples, more = recording.time.size, lendable(settings, recording.sample_time)
+    count = min(-(-samples // _LONGEST_PART), samples // (2 * more + 1))
     if count < 2:
         return (recording,)
-    ends = np.linspace(0, recording.time.size, count + 1).astype(int).tolist()
-    parts = enumerate(pairwise(ends), start=1)
-    return tuple(recording.piece(slice(a, b), f"{recording.name}, part {k}") for k, (a, b) in parts)
+    last, every = samples - settings.trim_samples[1], settings.decimation
+    even = np.linspace(0, last, count + 1)[1:-1]
+    ends = [0, *(last - every * np.round((last - even) / every).astype(int)).tolist(), samples]
+    parts = []
+    for number, (begin, end) in enumerate(pairwise(ends), start=1):
+        first, behind = max(begin - more, 0), min(end + more, samples)
+        name = f"{recording.name}, part {number}"
+        parts.append(recording.piece(slice(first, behind), name, (begin - first, behind - end)))
+    return tuple(parts)
 
 
 def complete_at(grid: FloatArray, time: FloatArray, complete: BoolArray) -> BoolArray:

@@ -16,7 +16,7 @@ from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
-from ident.signals import kept_samples, motion
+from ident.signals import kept_samples, motion, own_samples
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Identification, Robot
 from robots.identity_cache import IdentityCache
@@ -136,7 +136,7 @@ def prepared_recording(
     Raises:
         IdentificationError: too short, or a cut-off that its sampling does not allow.
     """
-    settings = robot.identification
+    settings = own_samples(recording, robot.identification)
     if not as_identified:
         settings = edges_trimmed(settings, recording.sample_time)
     keep = kept_samples(recording.time.shape[0], settings)

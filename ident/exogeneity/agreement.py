@@ -19,7 +19,7 @@ from ident.errors import IdentificationError
 from ident.exogeneity.motion_functions import loop_functions, torque_functions
 from ident.preparation.observed_torque import observed_torque
 from ident.recording import Recording
-from ident.signals import kept_samples, low_pass, motion
+from ident.signals import kept_samples, low_pass, motion, own_rows, own_settings
 from ident.statistics.restricted import regression_whitening
 from ident.statistics.tails import beyond_f
 from ident.verdicts import ColumnCheck, ColumnKind
@@ -77,12 +77,13 @@ def _one(robot: Robot, recording: Recording, run: SimulatedRun) -> dict[str, Flo
     reference = recording.reference
     if reference is None:
         raise IdentificationError(f"{recording.name}: no position reference was recorded")
-    settings = robot.identification
+    settings = own_settings(recording, robot.identification)
     simulated = replace(recording, position=run.position, control_signal=run.control_signal)
     moved = motion(recording.time, run.position, settings)
 
     def thin(values: FloatArray) -> FloatArray:
-        return decimate(values, settings.decimation, settings.decimation_filter)
+        rows = decimate(values, settings.decimation, settings.decimation_filter)
+        return own_rows(rows, recording, settings)
 
     def following(position: FloatArray) -> FloatArray:
         error = (reference - position) @ robot.transmission_matrix.T

@@ -23,7 +23,7 @@ from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observed_columns
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
-from ident.signals import differentiate, low_pass
+from ident.signals import differentiate, low_pass, own_settings
 from ident.statistics.covariance import weighted_score_covariance
 from ident.statistics.triangle import triangle_beside
 from ident.statistics.whitening import Whitening
@@ -132,7 +132,7 @@ class _Torques:
 
     def __init__(self, robot: Robot, recordings: tuple[Recording, ...], settings: Identification) -> None:
         self._one_by_one: list[Callable[[], ObservedTorque]] = [
-            partial(ObservedTorque.of, robot, recording, settings) for recording in recordings
+            partial(ObservedTorque.of, robot, one, own_settings(one, settings)) for one in recordings
         ]
         if len(recordings) == 1:
             only = self._one_by_one[0]()

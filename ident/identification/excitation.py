@@ -20,7 +20,7 @@ from ident.preparation.observation import Rows
 from ident.preparation.spectrum import PositionSpectrum
 from ident.recording import Recording
 from ident.results import Rank
-from ident.signals import kept_samples, motion
+from ident.signals import kept_samples, motion, own_samples
 from ident.statistics.triangle import triangle_of
 from robots.arrays import FloatArray, IntArray
 from robots.description import Identification
@@ -64,12 +64,12 @@ class _Moved:
 
     @classmethod
     def of(cls, recordings: Sequence[Recording], settings: Identification) -> _Moved:
-        lengths = [kept_samples(r.time.shape[0], settings) for r in recordings]
+        lengths = [kept_samples(r.time.shape[0], own_samples(r, settings)) for r in recordings]
         ends = np.cumsum([0, *(kept.stop - kept.start for kept in lengths)])
         chosen = np.linspace(0, ends[-1] - 1, min(_STATES, int(ends[-1]))).astype(np.int64)
         parts, lowest, highest, fastest, quickest = [], [], [], [], []
         for recording, begin, end in zip(recordings, ends[:-1], ends[1:], strict=True):
-            moved = motion(recording.time, recording.position, settings)
+            moved = motion(recording.time, recording.position, own_samples(recording, settings))
             own = chosen[(chosen >= begin) & (chosen < end)] - begin
             parts.append((moved.position[own], moved.velocity[own], moved.acceleration[own]))
             lowest.append(moved.position.min(axis=0))

@@ -24,7 +24,7 @@ from ident.identification.fits import Prepared
 from ident.ordered import distinct
 from ident.preparation.observed_torque import ObservedTorque
 from ident.recording import Recording
-from ident.signals import low_pass, motion
+from ident.signals import low_pass, motion, own_rows, own_settings
 from ident.statistics.lag_window import variances, windowed_autocovariance
 from ident.statistics.triangle import weighted_product
 from robots.arrays import BoolArray, FloatArray
@@ -166,7 +166,8 @@ def _rate(prepared: Prepared, recordings: tuple[Recording, ...]) -> FloatArray:
     robot = prepared.base.model.robot
     settings = robot.identification
     lag = settings.control_signal_lag
-    return np.concatenate([ObservedTorque.of(robot, one, settings).rate_at(lag) for one in recordings])
+    rates = [ObservedTorque.of(robot, one, own_settings(one, settings)).rate_at(lag) for one in recordings]
+    return np.concatenate(rates)
 
 
 def _lag_square(prepared: Prepared) -> float:
@@ -193,11 +194,13 @@ def away_from_reversals(prepared: Prepared, recordings: tuple[Recording, ...]) -
     transmission = robot.transmission_matrix
     parts = []
     for recording in recordings:
-        velocity = motion(recording.time, recording.position, settings).velocity
+        own = own_settings(recording, settings)
+        velocity = motion(recording.time, recording.position, own).velocity
         turns = _turns(velocity) | (_turns(velocity @ transmission.T) @ (transmission != 0.0))
         reach = _settled(settings, recording.sample_time)
         reach += decimation_reach(settings.decimation, "fir")
-        parts.append(~near(turns, reach)[decimate_index(velocity.shape[0], settings.decimation)])
+        away = ~near(turns, reach)[decimate_index(velocity.shape[0], settings.decimation)]
+        parts.append(own_rows(away, recording, own))
     return np.asarray(np.concatenate(parts) & prepared.rows.used)
 
 

@@ -25,7 +25,7 @@ from ident.estimators.least_squares import joint_deviations
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
-from ident.signals import motion
+from ident.signals import motion, own_rows, own_settings
 from robots.arrays import FloatArray
 from robots.carried import Load
 from robots.standard import LINK_SYMBOLS
@@ -151,7 +151,7 @@ def columns_of(base: BaseParameters, recordings: Sequence[Recording], loads: Seq
     settings, body = robot.identification, RigidBody(robot)
     parts = []
     for recording in recordings:
-        moved = motion(recording.time, recording.position, settings)
+        moved = motion(recording.time, recording.position, own_settings(recording, settings))
         pieces = []
         for load in loads:
             columns = np.zeros((*moved.position.shape, len(load.unknown)))
@@ -161,7 +161,7 @@ def columns_of(base: BaseParameters, recordings: Sequence[Recording], loads: Seq
             pieces.append(columns)
         whole = np.concatenate(pieces, axis=2)
         thin = decimate(whole.reshape(whole.shape[0], -1), settings.decimation, settings.decimation_filter)
-        parts.append(thin.reshape(-1, *whole.shape[1:]))
+        parts.append(own_rows(thin.reshape(-1, *whole.shape[1:]), recording, settings))
     return np.concatenate(parts)
 
 

@@ -15,7 +15,7 @@ from ident.preparation.observed_torque import observed_torque
 from ident.preparation.row_columns import columns_of
 from ident.preparation.row_memory import one_after_the_other, torques_of
 from ident.recording import Recording
-from ident.signals import Motion, kept_samples, motion
+from ident.signals import Motion, kept_samples, motion, own_rows, own_settings
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -94,7 +94,9 @@ def observed_columns(base: BaseParameters, recording: Recording, settings: Ident
     The same function serves the measured and the simulated positions, so that X and Z see one filter. The
     recording's torque is for effects that ask for one.
     """
-    return columns_of(base, recording, motion(recording.time, recording.position, settings), settings)
+    settings = own_settings(recording, settings)
+    moved = motion(recording.time, recording.position, settings)
+    return own_rows(columns_of(base, recording, moved, settings), recording, settings)
 
 
 def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: Identification) -> Rows:
@@ -103,6 +105,7 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
         raise IdentificationError(
             f"{recording.name}: {recording.joints} joints; allowed: {robot.n}, as {robot.name} has"
         )
+    settings = own_settings(recording, settings)
     keep = kept_samples(recording.time.shape[0], settings)
     torque = observed_torque(robot, recording, settings, as_rows=True)
     moved = motion(recording.time, recording.position, settings)
@@ -110,8 +113,9 @@ def _rows_of(base: BaseParameters, index: int, recording: Recording, settings: I
     time = _decimated_time(recording.time[keep], settings.decimation)
     used = _fast_enough(robot, moved, recording.sample_time, settings)
     used = used[decimate_index(moved.time.shape[0], settings.decimation)]
+    time, used = own_rows(time, recording, settings), own_rows(used, recording, settings)
     segment = np.full(time.shape[0], index, dtype=np.int64)
-    return Rows(time, segment, torque, regressor, used)
+    return Rows(time, segment, torque, own_rows(regressor, recording, settings), used)
 
 
 def _fast_enough(robot: Robot, moved: Motion, sample_time: float, settings: Identification) -> BoolArray:

@@ -18,7 +18,7 @@ from ident.effects import RigidBody, State
 from ident.even_spline import EvenSpline
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
-from ident.signals import AlignedControlSignal, differentiate, kept_samples, low_pass, motion
+from ident.signals import AlignedControlSignal, differentiate, kept_samples, low_pass, motion, own_rows
 from robots.arrays import FloatArray
 from robots.description import Identification, Robot
 
@@ -113,7 +113,8 @@ class ObservedTorque:
 
     def _rows(self, values: FloatArray) -> FloatArray:
         keep = kept_samples(values.shape[0], self.settings)
-        return decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
+        rows = decimate(values[keep], self.settings.decimation, self.settings.decimation_filter)
+        return own_rows(rows, self.signal.recording, self.settings)
 
 
 def load_torque(robot: Robot, recording: Recording, settings: Identification) -> FloatArray:

@@ -34,8 +34,8 @@ class Separation:
 
     Attributes:
         first, second: names of the candidates.
-        correlation: largest canonical correlation after partialling out the model, 0 to 1; 1 where no
-            size of effect can be told apart.
+        correlation: largest canonical correlation, after partialling out the model, of what either has beside
+            the other with all that the other has, 0 to 1; 1 where no size of effect can be told apart.
         first_sigma, second_sigma: standard deviation of each candidate's parameters with the other candidate
             and the model free beside it, in the parameters' units; inf for what is not told apart.
     """
@@ -144,9 +144,23 @@ def separations(matrix: FloatArray, candidates: CandidateColumns) -> tuple[Separ
     result = []
     for i, j in candidates.pairs:
         sigmas = [_sigmas(rest, candidates, one, other) for one, other in ((i, j), (j, i))]
-        correlation = _correlation(rest, *(candidates.columns[k] - candidates.model for k in (i, j)))
+        correlation = _of_what_is_own(rest, candidates, i, j)
         result.append(Separation(candidates.names[i], candidates.names[j], correlation, *sigmas))
     return tuple(result)
+
+
+def _of_what_is_own(rest: FloatArray, candidates: CandidateColumns, one: int, other: int) -> float:
+    """Largest correlation of what either candidate has and the other has not with all that the other has.
+
+    Of a spring that stiffens and a straight one the straight part is the same by definition: the cubic one
+    tells them apart.
+    """
+    values = [
+        _correlation(rest, candidates.own[a, b] - candidates.model, candidates.columns[b] - candidates.model)
+        for a, b in ((one, other), (other, one))
+        if candidates.own[a, b].size
+    ]
+    return max(values, default=1.0)
 
 
 def _sigmas(rest: FloatArray, candidates: CandidateColumns, one: int, other: int) -> tuple[float, ...]:

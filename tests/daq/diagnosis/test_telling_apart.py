@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -74,6 +75,47 @@ def test_a_motion_is_planned_that_keeps_the_limits(stage: Stage, monkeypatch: py
     assert (np.abs(found.trajectory.velocity) <= robot.velocity_limits + 1e-9).all()
     np.testing.assert_allclose(found.trajectory.velocity[[0, -1]], 0.0, atol=1e-9)
     assert found.discrimination.separation_after[0].correlation < 0.9
+
+
+def test_a_form_and_its_limit_are_told_apart_by_what_the_form_has_more(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The straight part of a cable is that of a spring by definition."""
+    _, found = apart(stage, monkeypatch, "gravity_spring", "cable_spring")
+    assert found.trajectory is not None and found.unsettled == ()
+
+
+def test_a_form_that_was_fitted_as_its_limit_is_planned_for_with_a_shape_of_its_grid(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, family = stage.base.model.robot, scored_family("dress_pack_hysteresis")
+    place = family.places(robot)[0]
+    present = Present(stage.base.model, stage.base.model.prior())
+    straight = family.effect(robot, place, (1.45,), present)
+    planned: list[float] = []
+    original = telling_apart.discriminate
+
+    def noted(robot: Robot, base: Any, candidates: Any, **settings: Any) -> Any:
+        planned.append(candidates[1][0].shape[0])
+        return original(robot, base, candidates, **settings)
+
+    monkeypatch.setattr(telling_apart, "discriminate", noted)
+    for other, shape in (("gravity_spring", 0.3), ("contact", 1.45)):
+        planned.clear()
+        with_shape = Candidate(("dress_pack_hysteresis",), ((1,),), 100.0, 0.5, (straight,))
+        monkeypatch.setattr(sys.modules[__name__], "candidate", lambda *given, one=with_shape: one)
+        apart(stage, monkeypatch, other, "dress_pack_hysteresis")
+        assert {round(value, 6) for value in planned} == {shape}
+
+
+def test_two_rivals_that_no_motion_tells_apart_do_not_cost_the_motion(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, found = apart(stage, monkeypatch, "cable_spring", "time_delay", "current_loop_lag")
+    assert found.trajectory is not None
+    assert [(pair.first, pair.second) for pair in found.unsettled] == [
+        ("time_delay (joint 1)", "current_loop_lag (joint 1)")
+    ]
 
 
 def test_a_form_without_a_name_is_a_candidate_like_any_other(

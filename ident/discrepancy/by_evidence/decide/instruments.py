@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from ident.discrepancy.unknown_feed_forward import unknown_feed_forward
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
+from ident.parameters.present import Present
 from ident.parameters.regressor import RegressorModel
 from ident.recording import Recording
 from robots.arrays import FloatArray
@@ -118,3 +119,17 @@ def prepared_beside(
         IdentificationError: as :func:`prepare`.
     """
     return prepare(base.model.robot, recordings, Simulation(base, beta, beside))
+
+
+def predicted(prepared: Prepared, present: Present) -> Prepared:
+    """Recordings of a motion with the torque that a model says of it."""
+    parts = tuple(
+        replace(
+            part,
+            torque=present.torque(part.own),
+            own=replace(part.own, torque=present.torque(part.own)),
+            other=replace(part.other, torque=present.torque(part.other)),
+        )
+        for part in prepared.parts
+    )
+    return replace(prepared, parts=parts)

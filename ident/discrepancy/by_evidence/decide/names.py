@@ -7,14 +7,14 @@ second only some of what this name says is right.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.screening import screen
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.confirmation import Shown
@@ -154,7 +154,33 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         forms.setdefault(one.candidate.key, one.best.entry.placed)
     no_name = TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))
     odds[NO_NAME, own[1]] = odds[own] + no_name
-    return Slot(as_limit(probabilities(odds, forms), own))
+    listed = probabilities(odds, forms)
+    return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))
+
+
+def _more_elsewhere(
+    search: Search,
+    found: Found,
+    without: Found,
+    listed: Sequence[Named],
+    own: Key,
+    candidates: Sequence[Screened],
+) -> tuple[Key, ...]:
+    """Likely forms that contain a name at its place, and say something else of motion all over the travel."""
+    forms = [
+        one.key
+        for one in listed
+        if one.joints == own[1] and own[0] in _contained(one.name) and one.probability > 1.0 - HELD
+    ]
+    return tuple(
+        key for key in forms if not search.elsewhere.same(_with(search, without, candidates, key), found)
+    )
+
+
+def _with(search: Search, without: Found, candidates: Sequence[Screened], key: Key) -> Found:
+    """A set with the likeliest form of a name in the place of what it lacks."""
+    forms = search.replaced(without, [one for one in candidates if one.candidate.key == key])
+    return max(forms, key=lambda found: found.log_posterior)
 
 
 def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searched:
@@ -178,14 +204,15 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
             and one.candidate.key[1] == own[1]
         ]
         if limits:
-            likeliest = limits[0].candidate.key
-            forms = search.replaced(without, [one for one in limits if one.candidate.key == likeliest])
-            best = max(forms, key=lambda found: found.log_posterior)
-            return simplified(search, replace(searched, found=best), held)
+            best = _with(search, without, limits, limits[0].candidate.key)
+            if search.elsewhere.same(searched.found, best):
+                return simplified(search, replace(searched, found=best), held)
     return searched
 
 
-def as_limit(names: tuple[Named, ...], shown: Key | None = None) -> tuple[Named, ...]:
+def as_limit(
+    names: tuple[Named, ...], shown: Key | None = None, apart: Collection[Key] = ()
+) -> tuple[Named, ...]:
     """Names of which the one that is shown stands for every form that contains it at its place.
 
     Friction that falls with speed holds Coulomb friction and something more: where these data show Coulomb
@@ -195,11 +222,16 @@ def as_limit(names: tuple[Named, ...], shown: Key | None = None) -> tuple[Named,
     Args:
         names: the likeliest first.
         shown: key of the name that is shown; the likeliest where it is not said.
+        apart: forms that say something else of other motion: they are names of their own.
     """
     first = next(one for one in names if one.key == shown or (shown is None and one.name != NO_NAME))
     if first.key == NOTHING:
         return names
-    more = tuple(one for one in names if one.joints == first.joints and first.name in _contained(one.name))
+    more = tuple(
+        one
+        for one in names
+        if one.joints == first.joints and first.name in _contained(one.name) and one.key not in apart
+    )
     total = first.probability + sum(one.probability for one in more)
     whole = replace(
         first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
+from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.scanned import scanned
@@ -79,6 +81,11 @@ class Search:
         default_factory=lambda: IdentityCache(MOST), repr=False
     )
     """The model of a set, and that set with candidates in the place of what it lacks."""
+
+    @cached_property
+    def elsewhere(self) -> Elsewhere:
+        """Motion all over the travel."""
+        return Elsewhere.of(self.problem)
 
     def run(self) -> Searched:
         """Until no set is better."""

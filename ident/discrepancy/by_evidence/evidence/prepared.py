@@ -21,7 +21,7 @@ from ident.effects.family import PlacedEffect, PresentModel
 from ident.errors import IdentificationError
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
-from ident.signals import motion
+from ident.signals import motion, own_samples
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -185,7 +185,7 @@ def prepare(robot: Robot, recordings: Sequence[Recording], simulated: Simulated 
 
 
 def _part(robot: Robot, recording: Recording, started: float, simulated: Simulated | None) -> Part:
-    settings = robot.identification
+    settings = own_samples(recording, robot.identification)
     step = recording.sample_time
     stride = _stride(recording, settings.decimation)
     untrimmed = settings.model_copy(update={"trim_samples": (0, 0)})

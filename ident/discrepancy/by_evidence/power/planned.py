@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.by_evidence.accepted import SPREAD, prior_of
-from ident.discrepancy.by_evidence.decide.instruments import fitted_motion
+from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, predicted
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis, pose, usual_misfit
@@ -95,7 +95,7 @@ def planned_sizes(
     values = base.regroup(base.model.prior()) if prior is None else prior.values
     values = np.where(np.isfinite(values), values, 0.0)
     present = Present(base.model, base.standard_from(values, base.model.prior()))
-    prepared = _predicted(prepare(settled, (motion,)), present)
+    prepared = predicted(prepare(settled, (motion,)), present)
     if prior is None:
         prior = _of_this_motion(base, values, prepared, present, known.noise)
     rows = _rows(base, prior, values, prepared, present, known.noise)
@@ -128,7 +128,7 @@ def sizes_beside(
         lag_known: whether the description says how the channels lie in time.
     """
     robot, model = problem.prepared.robot, problem.present
-    prepared = _predicted(prepare(robot, [_as_asked(one) for one in recordings]), model)
+    prepared = predicted(prepare(robot, [_as_asked(one) for one in recordings]), model)
     rows = _rows(problem.base, problem.prior, problem.start, prepared, model, problem.rows.noise)
     members = tuple(_on(rows, member) for member in found.members)
     sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE)
@@ -155,20 +155,6 @@ def _on(rows: Rows, member: Member) -> Member:
     """A member with its columns on other rows."""
     entry = member.entry
     return Member(replace(entry, white=rows.effect(entry.placed)), member.volume)
-
-
-def _predicted(prepared: Prepared, present: Present) -> Prepared:
-    """With the torque that the model says of the motion."""
-    parts = tuple(
-        replace(
-            part,
-            torque=present.torque(part.own),
-            own=replace(part.own, torque=present.torque(part.own)),
-            other=replace(part.other, torque=present.torque(part.other)),
-        )
-        for part in prepared.parts
-    )
-    return replace(prepared, parts=parts)
 
 
 def _rows(

@@ -226,6 +226,7 @@ def test_the_likeliest_name_stands_for_the_forms_that_contain_it_at_its_place() 
     assert as_limit((likelier, dry, nothing)) == (likelier, dry, nothing)
     assert as_limit((replace(nothing, probability=0.9), dry, falling))[0].probability == 0.9
     assert as_limit((unknown, dry, falling))[0].probability == pytest.approx(0.8)
+    assert as_limit((dry, falling, other, nothing), apart=[falling.key]) == (dry, falling, other, nothing)
 
 
 def test_a_limit_that_is_shown_says_the_probability_of_the_forms_that_it_stands_for() -> None:

@@ -20,12 +20,24 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     assert simplest(monkeypatch, limit=2.0) == ("coulomb_friction", -2.0)
 
 
+def test_a_form_that_says_something_else_of_other_motion_is_not_its_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert simplest(monkeypatch, limit=5.0, same=False) == ("stribeck_friction", 0.0)
+
+
 def test_a_form_that_is_sure_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     assert simplest(monkeypatch, limit=1.7) == ("stribeck_friction", 0.0)
 
 
-def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]:
-    """Name and worth of a set with one form, of log odds 4, whose limit has these."""
+def simplest(monkeypatch: pytest.MonkeyPatch, limit: float, same: bool = True) -> tuple[str, float]:
+    """Name and worth of a set with one form, of log odds 4.
+
+    Args:
+        monkeypatch: of the test.
+        limit: log odds of its limit.
+        same: whether both say the same of motion all over the travel.
+    """
     falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family_named("stribeck_friction"))
     dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
     listed = names.probabilities({dry.key: limit, falling.key: 4.0, names.NOTHING: -9.0})
@@ -35,6 +47,7 @@ def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
+        elsewhere=elsewhere(same),
         replaced=lambda without, others: [
             SimpleNamespace(members=[SimpleNamespace(candidate=one.candidate)], log_posterior=one.fitted)
             for one in others
@@ -81,6 +94,19 @@ def test_a_limit_in_the_set_says_what_its_likelier_form_says(monkeypatch: pytest
     assert [one.key for one in said.forms(OWN)] == [form]
 
 
+def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Slow motion is even about a power of the speed: that is no reason to call it viscous."""
+    form = ("directional_efficiency", (1,))
+    unseen = {"nothing": UNSEEN, "rival": UNSEEN}
+    said = asked(monkeypatch, rival=12.0, own=12.0, shares=unseen, other=form, same=False)
+    assert said.probability(form) == pytest.approx(said.probability(OWN)) and said.forms(OWN) == ()
+    assert said.probability(OWN) < 0.5
+    unlikely = asked(monkeypatch, rival=8.0, own=12.0, shares=unseen, other=form, same=False)
+    assert unlikely.probability(form) == 0.0  # not asked: it is in no set
+
+
 def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -104,6 +130,7 @@ def asked(
     own: float,
     shares: Mapping[str, Shown],
     other: names.Key = RIVAL,
+    same: bool = True,
 ) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
@@ -112,6 +139,7 @@ def asked(
         rival, own: log odds of another name and of its own.
         shares: that other motion shows of the set against nothing and against the rival.
         other: the rival's name.
+        same: whether both say the same of motion all over the travel.
     """
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
@@ -119,6 +147,7 @@ def asked(
     without, with_rival = SimpleNamespace(log_posterior=0.0), SimpleNamespace(log_posterior=rival)
     search: Any = SimpleNamespace(
         problem=None,
+        elsewhere=elsewhere(same),
         replaced=lambda without, others: [
             with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
         ],
@@ -129,6 +158,11 @@ def asked(
     member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
     found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
     return names.slot(search, found, 0, without, held)  # type: ignore[arg-type]
+
+
+def elsewhere(same: bool) -> SimpleNamespace:
+    """Motion all over the travel, of which two sets say the same or not."""
+    return SimpleNamespace(same=lambda found, other: same)
 
 
 def screened(candidate: object, fitted: float) -> SimpleNamespace:

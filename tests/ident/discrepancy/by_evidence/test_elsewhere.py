@@ -1,0 +1,75 @@
+"""Two sets that fit the recordings alike: do they say the same of motion all over the travel?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import robots
+from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere, all_over
+from ident.discrepancy.by_evidence.decide.present_with import present_with
+from ident.discrepancy.by_evidence.decide.screening import screen
+from ident.discrepancy.by_evidence.decide.state import Found, without_effects
+from ident.discrepancy.by_evidence.library.candidates import library
+from robots.arrays import FloatArray
+from tests.ident.discrepancy.by_evidence.toy_effects import (
+    REACH,
+    family,
+    problem_of,
+    searching,
+    torque,
+    wave,
+)
+
+
+def spring(beyond: float) -> Callable[[FloatArray, object], FloatArray]:
+    """Waves, and so many N more at twice the way that the recording covers; nothing within it."""
+    return lambda q, shape: wave(9, q) + beyond * np.maximum(np.abs(q) / REACH - 1.01, 0.0)
+
+
+def test_what_the_recordings_do_not_show_makes_two_sets_of_other_motion() -> None:
+    families = [family("limit", spring(0.0)), family("same", spring(0.0)), family("more", spring(5.0))]
+    search = searching(problem_of(lambda q: torque(q, w9=2.0)), families)
+    empty = without_effects(search.problem)
+    present = present_with(search.problem, empty)
+    entries = library(search.problem.rows, search.wanted, present)
+    fitted: dict[str, Found] = {}
+    for one in screen(search.problem, empty, entries):
+        (fitted[one.candidate.family.name],) = search.replaced(empty, [one])
+    assert fitted["more"].log_evidence == pytest.approx(fitted["limit"].log_evidence, abs=0.1)
+    assert search.elsewhere.same(fitted["same"], fitted["limit"])
+    assert not search.elsewhere.same(fitted["more"], fitted["limit"])
+    assert not search.elsewhere.same(fitted["limit"], empty)
+
+
+def test_a_torque_below_the_accepted_misfit_makes_no_difference() -> None:
+    problem = problem_of(lambda q: torque(q, w9=2.0))
+    search = searching(problem, [family("limit", spring(0.0)), family("more", spring(1.0))])
+    empty = without_effects(problem)
+    entries = library(problem.rows, search.wanted, present_with(problem, empty))
+    one, other = (search.replaced(empty, [each])[0] for each in screen(problem, empty, entries))
+    elsewhere = Elsewhere.of(problem)
+    change = elsewhere._torque(one) - elsewhere._torque(other)
+    size = float(np.sqrt(np.mean(change[elsewhere.prepared.used] ** 2)))
+    for share, same in ((1.1, True), (0.9, False)):
+        problem.misfit.accepted[:] = share * size
+        assert elsewhere.same(one, other) is same
+
+
+@pytest.mark.parametrize("name", ["emps", "tx40"])
+def test_every_joint_goes_over_its_travel_within_its_limits(name: str) -> None:
+    robot, step = robots.load(name), 0.002
+    swings = all_over(robot, step)
+    assert swings.time[-1] == pytest.approx(24.0, abs=2.0 * step)
+    position = swings.position
+    assert (position <= robot.upper).all() and (position >= robot.lower).all()
+    assert np.ptp(position, axis=0) / (robot.upper - robot.lower) == pytest.approx(
+        np.full(robot.n, 0.9), rel=5e-3
+    )
+    speed = np.abs(np.diff(position, axis=0)).max(axis=0) / step
+    acceleration = np.abs(np.diff(position, 2, axis=0)).max(axis=0) / step**2
+    assert (speed <= robot.velocity_limits).all() and (acceleration <= robot.acceleration_limits).all()
+    most = np.maximum(speed / robot.velocity_limits, acceleration / robot.acceleration_limits)
+    assert (most > 0.7).all()
