@@ -655,8 +655,8 @@ RULES = (
     Broken(
         "the closed loop contradicts below one half, beyond its deviation",
         "ident/discrepancy/confirmation.py",
-        "return self.share + _INTERVAL * self.sigma < 0.5",
-        "return self.share < 0.5",
+        "return not self.of_nothing and self.share + _INTERVAL * self.sigma < 0.5",
+        "return not self.of_nothing and self.share < 0.5",
     ),
     Broken(
         "what the closed loop contradicts is not confirmed",
