@@ -65,7 +65,7 @@ def test_fifty_rows_are_the_least() -> None:
     assert prepare(settings, [recording(0.6)]).torque.shape[0] == 50
 
 
-@pytest.mark.parametrize(("waves", "left"), [(6, 0.0), (9, 0.5)])
+@pytest.mark.parametrize(("waves", "left"), [(5, 0.0), (9, 0.5)])
 def test_six_half_waves_are_slow_and_more_are_noise(waves: int, left: float) -> None:
     data = prepared()
     own = data.parts[0].own
