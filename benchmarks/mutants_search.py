@@ -40,7 +40,7 @@ FIGURES = (
     Figure(f"{_BY}evidence/prepared", "_FINER", "samples per row for columns | two"),
     Figure(f"{_BY}evidence/prepared", "_EDGE", "five periods of the cut-off"),
     Figure(f"{_BY}evidence/prepared", "_FEWEST_ROWS", "50 rows"),
-    Figure(f"{_BY}evidence/prepared", "_SLOW", "six half waves a recording"),
+    Figure(f"{_BY}evidence/slow", "_SLOW", "six half waves a recording"),
     Figure(f"{_BY}evidence/prepared", "_MINIMUM_SPEED", "1 % of the speed limit"),
     Figure(f"{_BY}evidence/prepared", "_MARGIN", "80 ms"),
     Figure(f"{_BY}evidence/expected_motion", "_BANDS", "8 half octaves"),

@@ -109,8 +109,8 @@ RULES = (
     Broken(
         "what is slow is no noise",
         f"{_BY}evidence/prepared.py",
-        "_without_slow(part, not_repeating(piece, part.period), part.period)",
-        "not_repeating(piece, part.period)",
+        "pieces.append(without_slow(part.own, part.used, left, part.period))",
+        "pieces.append(left)",
     ),
     Broken(
         "a parameter without a prior has columns of the other periods",
@@ -517,7 +517,7 @@ RULES = (
     Broken(
         "any law of standstill leaves no more than gate 1's margin",
         f"{_BY}diagnosis.py",
-        "if other is not None and not _beyond_margin(other):",
+        "if other is not None and not beyond_margin(other):",
         "if other is not None:",
     ),
     Broken(
@@ -655,8 +655,8 @@ RULES = (
     Broken(
         "the closed loop contradicts below one half, beyond its deviation",
         "ident/discrepancy/confirmation.py",
-        "return self.share + _INTERVAL * self.sigma < 0.5",
-        "return self.share < 0.5",
+        "return not self.of_nothing and self.share + _INTERVAL * self.sigma < 0.5",
+        "return not self.of_nothing and self.share < 0.5",
     ),
     Broken(
         "what the closed loop contradicts is not confirmed",

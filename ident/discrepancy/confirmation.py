@@ -16,6 +16,9 @@ from robots.arrays import FloatArray, IntArray
 _INTERVAL = 1.959964
 """Standard deviations to either side of a 95 % interval."""
 
+_ROUNDING = 1e-9
+"""Of a residual: a change that is smaller is the rounding of two sums."""
+
 
 @dataclass(frozen=True)
 class Shown:
@@ -61,7 +64,12 @@ class Shown:
     @property
     def contradicted(self) -> bool:
         """Nearer to nothing than to all, beyond its own deviation: the gap has grown."""
-        return self.share + _INTERVAL * self.sigma < 0.5
+        return not self.of_nothing and self.share + _INTERVAL * self.sigma < 0.5
+
+    @property
+    def of_nothing(self) -> bool:
+        """Whether nothing is changed on these recordings, so that they say nothing of it."""
+        return self.share == 0.0 and self.sigma == 0.0
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,8 @@ class Confirmation:
         """Why it is not confirmed, in words; empty where it is."""
         if self.unsure:
             return self.unsure
+        if self.torque.of_nothing:
+            return "data that was not fitted does not move where it acts; record a motion that does"
         if not self.torque.there:
             share = f"{100 * self.torque.share:.0f} ± {100 * self.torque.sigma:.0f} %"
             return f"of the torque that it adds, data that was not fitted shows {share}"
@@ -113,7 +123,7 @@ def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray) -> Show
     """
     change = before - after
     whole = float(change @ change)
-    if whole == 0.0:
+    if whole <= _ROUNDING**2 * float(before @ before):
         return Shown(0.0, 0.0)
     share = float(change @ before) / whole
     moments = np.bincount(blocks, change * (before - share * change))

@@ -125,7 +125,8 @@ class Course:
         A model is fitted again without what is contradicted: what is confirmed was fitted beside it. What was
         found at reversals was found beside all that moves, so of that nothing is taken away from under it; it
         goes alone, too, where it is refuted: a simulated loop that is a little wrong there explains itself by
-        whatever the vocabulary has, and that does not last on other motion.
+        whatever the vocabulary has, and that does not last on other motion. That loop had the friction at
+        standstill that the same recordings showed, so it is asked of one with the description's.
         """
         rejected: list[Finding] = []
         while True:
@@ -133,11 +134,13 @@ class Course:
             moving = last if self.step is self.moving else validation.loop_run(self.moving)
             found = []
             for k, one in enumerate(self.findings):
-                without, whole = self._without(k), (self.moving, moving)
+                without = self._without(k)
+                whole = self.moving
+                loops = (validation.loop_run(without), moving)
                 if k >= len(self._in_motion()):
-                    whole = (self.step, last)
-                loops = (validation.loop_run(without), whole[1])
-                found.append(validation.finding(one, without, whole[0], loops))
+                    whole, described = self.step, validation.as_described
+                    loops = (described.loop_run(without), described.loop_run(whole))
+                found.append(validation.finding(one, without, whole, loops))
             wrong = [k for k, one in enumerate(found) if not one.confirmation.passed]
             confirmed, in_motion = len(found) - len(wrong), self._in_motion()
             refuted = False

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.closed_loop import simulate
+from ident.discrepancy.loop import Standstill
+from ident.discrepancy.loop_parts import simulated_with
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.repeats import not_repeating
 from ident.errors import IdentificationError
@@ -89,15 +91,28 @@ class LoopGap:
 
 
 def closed_loop_gap(
-    base: BaseParameters, standard: FloatArray, prepared: Sequence[PreparedRecording]
+    base: BaseParameters,
+    standard: FloatArray,
+    prepared: Sequence[PreparedRecording],
+    standstill: Standstill | None = None,
 ) -> tuple[LoopGap | None, str]:
-    """The same in the closed-loop simulation, or the reason why there is none."""
+    """The same in the closed-loop simulation, or the reason why there is none.
+
+    Args:
+        base: the model.
+        standard: (p,) its parameters.
+        prepared: recordings.
+        standstill: dry friction of each drive at standstill; that of the description where None.
+    """
     n = base.model.robot.n
     position, signal, samples = np.zeros(n), np.zeros(n), 0
     errors: list[FloatArray] = []
     for piece in prepared:
         try:
-            run = simulate(base.model, standard, piece.recording)
+            if standstill is None:
+                run = simulate(base.model, standard, piece.recording)
+            else:
+                run = simulated_with(base, standard, standstill, piece.recording)
         except IdentificationError as error:
             return None, str(error)
         errors.append(piece.recording.position - run.position)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ident.discrepancy.gap import (
     position_floor,
     torque_residual,
 )
+from ident.discrepancy.loop import Standstill
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.residual_dependence import residual_dependences
 from ident.discrepancy.results import Finding, FoundParameter
@@ -53,13 +55,21 @@ class Validation:
     Attributes:
         prepared: the recordings.
         whitening: of the rows of an inverse model.
+        standstill: how dry friction turns its sign, as recordings that were fitted show it; the description's
+            where None.
     """
 
     prepared: tuple[PreparedRecording, ...]
     whitening: Whitening
+    standstill: Standstill | None = None
     _runs: IdentityCache[LoopRun] = field(
         default_factory=lambda: IdentityCache(_STEPS), repr=False, compare=False
     )
+
+    @cached_property
+    def as_described(self) -> Validation:
+        """The same with drives that hold at standstill as the description says."""
+        return self if self.standstill is None else Validation(self.prepared, self.whitening)
 
     def gap(self, before: Step, after: Step) -> Gap:
         """Torque gap: of the simulated loop where the later step was examined in it, else of the rows."""
@@ -67,7 +77,11 @@ class Validation:
 
     def loop_run(self, step: Step) -> LoopRun:
         """The model of a step in closed loop; each is compared with several others."""
-        return self._runs.of(step, lambda: closed_loop_gap(step.base, step.standard_shown, self.prepared))
+
+        def run() -> LoopRun:
+            return closed_loop_gap(step.base, step.standard_shown, self.prepared, self.standstill)
+
+        return self._runs.of(step, run)
 
     def loop_gaps(self, before: LoopRun, after: LoopRun) -> LoopGaps:
         """Of two models."""

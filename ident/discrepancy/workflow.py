@@ -13,7 +13,7 @@ from ident.discrepancy.basis import ranking_of
 from ident.discrepancy.course import Course
 from ident.discrepancy.decision import Choice, choose
 from ident.discrepancy.library import Library, build_library
-from ident.discrepancy.prepared_recording import prepared_recordings
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
 from ident.discrepancy.question import Progress, Question
 from ident.discrepancy.residual_dependence import dependences_beside
 from ident.discrepancy.results import Candidate, Diagnosis, Finding
@@ -209,8 +209,7 @@ class Search:
     def _worth_naming(self, choice: Choice) -> bool:
         """A candidate that explains too little of what the data show is not its name.
 
-        What rests on the prior is no part of that, unless the data show plenty: a changed parameter shows in
-        the prior's rows.
+        What rests on the prior is no part of that, unless the data show plenty: then it shows in its rows.
         """
         assert choice.chosen is not None
         plenty = float(self.step.examination.excess_of_joints.sum()) > self._misfit_threshold()
@@ -225,7 +224,7 @@ class Search:
 
     def _answer(self) -> Diagnosis:
         first = self.course.first
-        validation = Validation(self.validation, first.examination.whitening)
+        validation = self._validation(self.validation)
         findings, rejected, last = self.course.validated(validation)
         self._look_again(findings)
         margin = first.base.model.robot.identification.torque_margin
@@ -241,10 +240,9 @@ class Search:
             self.course = Course.begun(self.prepared, first)
             findings, rejected, last = [], [*rejected, *findings], validation.loop_run(first)
         examination = self.step.examination
-        not_repeating = unrepeated(examination, self.prepared[0].row_time)
         left = Left(
             dependences_beside(self.step.base, examination.beta, self.prepared),
-            not_repeating,
+            unrepeated(examination, self.prepared[0].row_time),
             self.unnamed,
             not nothing and self._more_in_motion(),
             validation.unexplained(self.step),
@@ -260,7 +258,7 @@ class Search:
             unexplained=left.unexplained,
             description=description(verdict, left),
             dependences=left.dependences,
-            unrepeated=not_repeating,
+            unrepeated=left.unrepeated,
             torque=validation.gap(first, self.step),
             position=loops.position,
             control_signal=loops.control_signal,
@@ -271,6 +269,10 @@ class Search:
             covariance=examination.covariance,
             examinations=(first.examination, examination),
         )
+
+    def _validation(self, prepared: tuple[PreparedRecording, ...]) -> Validation:
+        """What recordings say of models; drives hold at standstill as they are described."""
+        return Validation(prepared, self.course.first.examination.whitening)
 
     def _leaves_the_usual(self) -> bool:
         """Whether before anything was found rows that are fitted leave no more than an accepted model."""

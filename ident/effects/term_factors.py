@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from ident.effects.family import PresentModel, State
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.hysteresis import deflection
+from ident.effects.placed import as_filter_shows
+from ident.effects.torque_ripple import PERIODS, motor_angle
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -72,6 +75,7 @@ class Factor:
         size: natural size.
         quantity, joint: what it is made of; joints count from 0.
         function: of that, samples in, samples out.
+        left: share of it that the filter of the positions lets pass, of samples; None: all.
     """
 
     words: str
@@ -80,6 +84,7 @@ class Factor:
     quantity: Quantity
     joint: int
     function: Function = itself
+    left: Callable[[State], FloatArray] | None = None
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -95,7 +100,8 @@ class Factor:
 
     def value(self, state: State, present: PresentModel) -> FloatArray:
         """(samples,)."""
-        return self.function(self._quantity(state, present))
+        values = self.function(self._quantity(state, present))
+        return values if self.left is None else values * self.left(state)
 
     def _quantity(self, state: State, present: PresentModel) -> FloatArray:
         if self.quantity == "time":
@@ -158,6 +164,22 @@ def waves(robot: Robot, k: int) -> list[Factor]:
         for name, wave in (("cos", np.cos), ("sin", np.sin)):
             found.append(Factor(f"{name} {words}", (0, 0, 0), 1.0, "position", k, _periodic(wave, rate)))
     return found
+
+
+def motor_waves(robot: Robot, k: int) -> list[Factor]:
+    """Of the turn of the motor that moves joint k and no other."""
+    found = []
+    for periods in PERIODS:
+        rate = periods * motor_angle(robot, Place("drive", (k,)))
+        for name, wave in (("cos", np.cos), ("sin", np.sin)):
+            words, left = f"{name} {rate:g}{_name('q', k)}", partial(_left, robot, k, rate)
+            found.append(Factor(words, (0, 0, 0), 1.0, "position", k, _periodic(wave, rate), left))
+    return found
+
+
+def _left(robot: Robot, k: int, rate: float, state: State) -> FloatArray:
+    frequency = rate * np.abs(state.velocity[:, k]) / (2.0 * np.pi)
+    return as_filter_shows(robot, frequency, state.time)
 
 
 def amount(of: Factor) -> Factor:

@@ -20,6 +20,7 @@ from ident.effects.term_factors import (
     fading,
     falling,
     load,
+    motor_waves,
     position,
     root,
     speed,
@@ -46,6 +47,7 @@ NOTES = {
     "angle": "an unbalance, a magnet or cogging with the turn of the joint",
     "angle and sign": "a bent shaft, an eccentric bearing, a brake disc that is not flat",
     "angle and speed": "an eccentric rotor in a brake's field, a bearing out of round",
+    "motor's angle": "cogging of the motor, currents that are not quite sines, a gear that runs out of true",
     "neighbour": "crosstalk between drives, a cable over both joints, a coupling of the gears",
 }
 """Per family of the dictionary, what in nature looks like it."""
@@ -123,6 +125,8 @@ def _of_kinds(robot: Robot, j: int) -> Iterator[tuple[str, Sequence[tuple[Factor
     yield "angle", [(one,) for one in (*wave, *folded)]
     yield "angle and sign", [(s, one) for one in (*wave, *folded)]
     yield "angle and speed", [(v, one) for one in (*wave, *folded)]
+    if robot.has_drives and np.array_equal(robot.transmission_matrix[j], np.eye(robot.n)[j]):
+        yield "motor's angle", [(one,) for one in motor_waves(robot, j)]
     for k in range(robot.n):
         if k != j:
             other = speed(robot, k)

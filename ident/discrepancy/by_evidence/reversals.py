@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
-from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside
+from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import LEADERS, joints_of
 from ident.discrepancy.by_evidence.decide.shapes import refined
@@ -28,6 +28,7 @@ from ident.discrepancy.by_evidence.decide.state import (
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.discrepancy.by_evidence.workflow import misfit_of
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
@@ -178,3 +179,13 @@ def _explains(problem: Problem, found: Found) -> bool:
     rough = problem.rows.noise[joint].marginal ** 2 * (found.level.excess[joint] ** 2 - 1.0)
     left = found.level.kappa[joint] ** 2 + rough
     return bool(np.average(squares, weights=squares) > left)
+
+
+def beyond_margin(problem: Problem) -> bool:
+    """Whether any law of friction at standstill leaves more of a drive's torque than gate 1's margin.
+
+    Its columns hold to first order, so noise is no measure of what they leave.
+    """
+    left = misfit_of(problem, without_effects(problem)) / root_mean_square(problem.prepared)
+    _log.info("any law leaves at most %.1f %% of a drive's torque", 100.0 * left.max())
+    return bool(left.max() > problem.prepared.robot.identification.torque_margin)

@@ -85,6 +85,18 @@ def test_a_share_far_off_stays_finite() -> None:
     assert Shown(0.0, 0.0).nats_of_no_name == 0.0
 
 
+def test_a_change_that_is_rounding_is_none() -> None:
+    """A contact that other motion does not reach had a share of −4·10¹¹ ± 4·10¹¹ of the last digits."""
+    random = np.random.default_rng(3)
+    before = random.normal(size=BLOCKS.size)
+    shown = shown_share(before, before + 1e-13 * random.normal(size=BLOCKS.size), BLOCKS)
+    assert shown == Shown(0.0, 0.0)
+    assert not shown.there and not shown.contradicted
+    confirmation = Confirmation(shown, shown)
+    assert not confirmation.passed and not confirmation.refuted
+    assert "does not move where it acts" in confirmation.reason
+
+
 SURE = Shown(1.0, 0.02)
 
 

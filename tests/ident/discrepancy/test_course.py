@@ -29,12 +29,23 @@ class _Course(Course):
 
 
 class _Validation:
-    """Says of each finding how much of it is there."""
+    """Says of each finding how much of it is there.
+
+    Attributes:
+        asked: of which loop, the last time.
+    """
+
+    asked: Any = None
+
+    @property
+    def as_described(self) -> SimpleNamespace:
+        return SimpleNamespace(loop_run=lambda step: (None, "as described"))
 
     def loop_run(self, step: object) -> tuple[None, str]:
-        return None, ""
+        return None, "as recordings show it"
 
     def finding(self, accepted: Any, without: object, whole: object, loops: object) -> Any:
+        self.asked = loops
         confirmation = Confirmation(Shown(accepted.share, accepted.sigma), None)
         return SimpleNamespace(name=accepted.name, confirmation=confirmation)
 
@@ -76,3 +87,14 @@ def test_what_is_contradicted_beside_what_is_confirmed_is_taken_out(
     in_motion: str, at_reversals: str, kept: str, rejected: str
 ) -> None:
     assert validated(in_motion, at_reversals) == (kept, rejected)
+
+
+@pytest.mark.parametrize(("at_reversals", "asked"), [("", "as recordings show it"), ("R", "as described")])
+def test_what_reversals_showed_is_asked_of_a_loop_that_they_did_not_show(
+    at_reversals: str, asked: str
+) -> None:
+    found: Any = [SimpleNamespace(name=name, share=1.0, sigma=0.01) for name in "A" + at_reversals]
+    course = _Course((), step(1), step(1 + len(found)), step(2), None, found)
+    validation: Any = _Validation()
+    course.validated(validation)
+    assert validation.asked == ((None, asked), (None, asked))

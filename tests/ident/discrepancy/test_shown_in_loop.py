@@ -8,8 +8,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from ident.discrepancy.gap import LoopGap
+import robots
+from ident import Recording, RegressorModel
+from ident.discrepancy.gap import LoopGap, closed_loop_gap
+from ident.discrepancy.loop_parts import simulated_with
 from ident.discrepancy.validation import LoopRun, Validation
+from ident.effects import FrictionSign
+from ident.parameters.base import base_parameters
 
 STEP, SAMPLES = 0.01, 3000
 NOISE = 1e-6
@@ -50,3 +55,24 @@ def test_where_both_simulations_are_exact_there_is_nothing_to_tell() -> None:
     shown = validation().shown_in_loop(none, none)
     assert shown is not None
     assert not shown.there
+
+
+def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> None:
+    """One whose friction turns over 20 mm/s is another than one of bristles, by its positions alone."""
+    robot = robots.load("emps")
+    base = base_parameters(RegressorModel.of(robot))
+    standard = base.model.prior()
+    time = np.asarray(robot.controller.sample_time * np.arange(2000), dtype=np.float64)
+    reference = (0.02 * (1.0 - np.cos(2.0 * np.pi * time)))[:, np.newaxis]
+    described = Recording("arm", time, reference, reference, np.zeros_like(reference))
+    law = (FrictionSign("tanh", 0.02),)
+    run = simulated_with(base, standard, law, described)
+    recording = Recording("arm", time, reference, run.position, run.control_signal)
+    piece = cast(Any, SimpleNamespace(recording=recording))
+    same, other = (closed_loop_gap(base, standard, [piece], one)[0] for one in (law, None))
+    assert same is not None and other is not None
+    assert float(same.position[0]) < 0.01 * float(other.position[0])
+    step = cast(Any, SimpleNamespace(base=base, standard_shown=standard))
+    of_it = Validation((piece,), cast(Any, None), law).loop_run(step)[0]
+    assert of_it is not None
+    assert of_it.position == pytest.approx(same.position)

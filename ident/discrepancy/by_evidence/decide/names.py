@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.confirmation import Shown
@@ -35,7 +35,7 @@ OUTSIDE = 0.1
 _NONE: Mapping[Key, PlacedEffect] = MappingProxyType({})
 
 _FITTED = 4
-"""Other candidates whose κ is fitted with them; the rest stay as they were screened."""
+"""Other names whose κ is fitted with them, in all their forms; the rest stay as they were screened."""
 
 HELD = 0.95
 """Probability that a reported set holds."""
@@ -143,11 +143,12 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         (fitted,) = search.replaced(without, [again])
         odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior + elsewhere)
     others = [one for one in candidates if one.candidate.key != own]
-    replaced = search.replaced(without, others[:_FITTED])
-    for rank, one in enumerate(others):
+    asked = with_all_forms(others, _FITTED)
+    replaced = dict(zip(map(id, asked), search.replaced(without, asked), strict=True))
+    for one in others:
         value = one.log_odds + elsewhere
-        if rank < _FITTED:
-            other = replaced[rank]
+        other = replaced.get(id(one))
+        if other is not None:
             value = max(value, other.log_posterior - without.log_posterior + elsewhere)
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)

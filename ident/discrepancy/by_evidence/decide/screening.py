@@ -62,6 +62,17 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
     return sorted(screened, key=lambda one: -one.log_odds)
 
 
+def with_all_forms(screened: Sequence[Screened], most: int) -> list[Screened]:
+    """The likeliest names at their places, so many, each with every form of it.
+
+    A form whose best shape lies between those of its grid comes late, and is the likeliest once it is fitted:
+    friction of the load on the motor's side (5th on its grid) was not asked beside a directional efficiency,
+    which was sure of its name then.
+    """
+    names = list(dict.fromkeys(one.candidate.key for one in screened))[:most]
+    return [one for one in screened if one.candidate.key in names]
+
+
 def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArray:
     """(entries,) log evidence of the set with each of them, less that of the set."""
     rows, members = problem.rows, tuple(member.entry.white for member in found.members)

@@ -15,6 +15,7 @@ from scipy.ndimage import binary_dilation
 
 from ident.discrepancy.by_evidence.evidence.expected_motion import expected_motion
 from ident.discrepancy.by_evidence.evidence.repeated_motion import is_timeless, lengthened, shorter
+from ident.discrepancy.by_evidence.evidence.slow import without_slow
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
 from ident.effects.family import PlacedEffect, PresentModel
@@ -38,9 +39,6 @@ _EDGE = 5.0
 """Periods of the cut-off at both ends in which a filtered acceleration is not to be trusted."""
 
 _FEWEST_ROWS = 50
-
-_SLOW = 6
-"""Half waves over a recording: what changes more slowly than that is no noise."""
 
 _MINIMUM_SPEED = 0.01
 _MARGIN = 0.08
@@ -145,7 +143,8 @@ class Prepared:
         pieces = []
         for part, piece in zip(self.parts, np.split(values, cuts), strict=True):
             assert part.period is not None
-            pieces.append(_without_slow(part, not_repeating(piece, part.period), part.period))
+            left = not_repeating(piece, part.period)
+            pieces.append(without_slow(part.own, part.used, left, part.period))
         return np.concatenate(pieces)
 
 
@@ -276,22 +275,3 @@ def _away_from_standstill(robot: Robot, state: State, step: float, settings: Ide
     slow |= (np.abs(state.velocity @ transmission.T) <= limit) @ (transmission != 0.0)
     reach = round(settings.standstill_margin / step)
     return np.asarray(~binary_dilation(slow, np.ones((2 * reach + 1, 1), dtype=np.bool_)))
-
-
-def _without_slow(part: Part, noise: FloatArray, period: int) -> FloatArray:
-    """Noise less what of it is slow, or is friction that changes slowly: that is a finding, no noise."""
-    time = part.own.time
-    assert time is not None
-    share = (time - time[0]) / (time[-1] - time[0])
-    slow = np.stack([np.cos(np.pi * k * share) for k in range(1, _SLOW + 1)], axis=1)
-    rest = noise.copy()
-    for joint in range(noise.shape[1]):
-        speed = part.own.velocity[:, joint]
-        causes = np.stack([np.ones_like(speed), np.sign(speed), speed], axis=1)
-        basis = (causes[:, :, np.newaxis] * slow[:, np.newaxis, :]).reshape(share.size, -1)
-        basis = not_repeating(basis, period)
-        used = part.used[:, joint]
-        scale = np.maximum(np.linalg.norm(basis[used], axis=0), 1e-12)
-        fit = np.linalg.lstsq(basis[used] / scale, noise[used, joint], rcond=1e-6)[0]
-        rest[:, joint] -= basis / scale @ fit
-    return rest

@@ -13,6 +13,7 @@ from ident.discrepancy.by_evidence.decide import search as module
 from ident.discrepancy.by_evidence.decide.names import simplified, slot
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
@@ -177,6 +178,63 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     assert one > fitted + 2.0 and other < 0.0
     share = 1.0 / (1.0 + np.exp(fitted - one) + names.OUTSIDE)
     assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
+
+
+def test_a_rival_has_columns_of_the_model_that_is_fitted_beside_it() -> None:
+    """The same effect by another name is as likely; the model without it has taken up a part of it."""
+
+    def of_both(force: np.ndarray) -> np.ndarray:
+        return np.asarray(of_torque(force) + 0.03 * force)
+
+    def hidden(position: np.ndarray) -> np.ndarray:
+        speed = np.gradient(position)
+        return 3.0 * of_both(10.0 * speed / np.abs(speed).max())
+
+    def follows(name: str) -> Family:
+        return family(name, lambda q, shape: q, of_model=of_both)
+
+    search = searching(problem_of(hidden), [follows("payload"), follows("contact")])
+    searched = search.run()
+    assert len(searched.found.members) == 1
+    said = slot(search, searched, 0, search.without(searched.found, 0), NotLookedAt())
+    one, other = (said.log_odds((name, (0,))) for name in ("payload", "contact"))
+    assert one == pytest.approx(other, abs=3.0)
+
+
+def with_a_late_form() -> Family:
+    """A name of two forms: one that is a little wrong, and one that is right, but not on its grid."""
+    late = replace(of_any_number((8.3,)), name="contact")
+    return replace(waves("contact", w9=1.0, w13=0.1), further=(late,))
+
+
+def order_of(search: Search) -> list[str]:
+    """Names in the order in which they are screened beside nothing."""
+    empty = without_effects(search.problem)
+    entries = library(search.problem.rows, search.wanted, present_with(search.problem, empty))
+    return [one.candidate.family.name for one in screen(search.problem, empty, entries)]
+
+
+def test_a_rival_is_asked_in_all_forms_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its second form comes after another name, and is as good as what is shown once it is fitted."""
+    monkeypatch.setattr(names, "_FITTED", 1)
+    families = [waves("payload", w9=1.0), with_a_late_form(), waves("backlash", w9=1.0, w13=0.3)]
+    search = searching(problem_of(lambda q: torque(q, w9=1.0)), families)
+    assert order_of(search) == ["payload", "contact", "backlash", "contact"]
+    searched = search.run()
+    assert names_of(searched) == ["payload"]
+    said = slot(search, searched, 0, search.without(searched.found, 0), NotLookedAt())
+    own, rival, other = (said.log_odds((name, (0,))) for name in ("payload", "contact", "backlash"))
+    assert own - 6.0 < rival < own
+    assert other < own - 20.0
+
+
+def test_what_came_first_is_changed_for_any_form_of_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    for figure in ("LEADERS", "_PAIRED", "_SWAPPED", "MOST"):
+        monkeypatch.setattr(module, figure, 1)
+    families = [waves("first", w9=1.0, w13=0.08), with_a_late_form(), waves("backlash", w9=1.0, w13=0.3)]
+    search = searching(problem_of(lambda q: torque(q, w9=1.0)), families)
+    assert order_of(search) == ["first", "contact", "backlash", "contact"]
+    assert names_of(search.run()) == ["contact"]
 
 
 @pytest.mark.parametrize(("more", "kept"), [(0.1, "stribeck_friction"), (0.0, "coulomb_friction")])
