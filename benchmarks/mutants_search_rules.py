@@ -353,10 +353,10 @@ RULES = (
         "",
     ),
     Broken(
-        "a form that says something else of other motion is not replaced by its limit",
+        "a form that is likelier than its limit stays beside it",
         f"{_BY}decide/names.py",
-        "            if search.elsewhere.same(searched.found, best):\n                return",
-        "            if True:\n                return",
+        "1.0 - HELD < one.probability <= shown",
+        "1.0 - HELD < one.probability",
     ),
     Broken(
         "motion all over the travel is asked about",

@@ -29,7 +29,7 @@ import robots
 from benchmarks import naming
 from benchmarks.naming_report import lines_of, share
 from benchmarks.naming_settled import SETTINGS, Arm, motion
-from daq.diagnosis.telling_apart import TellingApart, tell_apart
+from daq.diagnosis.telling_apart import TOLD_APART, TellingApart, tell_apart
 from drivers.errors import DriveError
 from drivers.simulated import draw_truth
 from drivers.simulated.drawing import draw_scenario
@@ -218,6 +218,17 @@ def holds(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     return any(one[:2] == wanted for names in answer["names"] for one in names)
 
 
+def is_offered(line: dict[str, Any]) -> bool:
+    """The program tells the user to drive the planned motion: it tells some pair apart."""
+    return any(pair[2] <= TOLD_APART for pair in line["pairs"])
+
+
+def first(line: dict[str, Any], answer: dict[str, Any]) -> bool:
+    """The truth is the likeliest name of a finding, however sure."""
+    wanted = [line["effect"], line["axes"]]
+    return any(names[0][:2] == wanted for names in answer["names"] if names)
+
+
 def settled(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     """The truth is named, alone, and first."""
     names = answer["names"]
@@ -234,28 +245,32 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     """Figures with intervals, then per effect."""
     sets = [line for line in lines if line.get("verdict") == "ambiguous"]
     held = [line for line in sets if holds(line, line["first"])]
-    offered = [line for line in sets if "planned" in line]
+    driven = [line for line in sets if "planned" in line]
+    offered = [line for line in driven if is_offered(line)]
     both = [line for line in offered if holds(line, line["first"])]
+    rest = [line for line in driven if not is_offered(line) and holds(line, line["first"])]
     text = [
         f"{len(lines)} scenarios, {len(sets)} sets, {len(held)} hold the truth; a motion offered for"
-        f" {len(offered)}, of those that hold it {len(both)}",
+        f" {len(offered)}, of those that hold it {len(both)}; driven all the same for"
+        f" {len(driven) - len(offered)}, of those that hold it {len(rest)}",
         "",
-        "| motion of 24 s | settled to the truth alone, of sets that hold it | of all sets |"
-        " truth in the set still | wrong name | beyond a limit |",
-        "|---|---|---|---|---|---|",
+        "| motion of 24 s | offered: settled to the truth alone, of sets that hold it | of all sets |"
+        " truth first, of those that hold it | truth in the set still | wrong name |"
+        " not offered: settled, of those that hold it | beyond a limit |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for way in WAYS:
         cells = [
             share(settled(line, line[way]) for line in both),
             share(settled(line, line[way]) for line in offered),
+            share(first(line, line[way]) for line in both),
             share(holds(line, line[way]) for line in both),
             share(wrong(line, line[way]) for line in offered),
-            str(sum(bool(line[way]["beyond"]) for line in offered)),
+            share(settled(line, line[way]) for line in rest),
+            str(sum(bool(line[way]["beyond"]) for line in driven)),
         ]
         text.append(f"| {way} | {' | '.join(cells)} |")
-    cannot = sum(not any(pair[2] <= 0.95 for pair in line["pairs"]) for line in offered)
-    text += ["", f"Motions offered of which no pair is told apart: {cannot} of {len(offered)}."]
-    text += [f"No motion offered: {len(sets) - len(offered)} of {len(sets)}.", ""]
+    text += ["", f"Offered sets that hold the truth and no motion settles: {_by_none(both)}.", ""]
     text += [
         "| hidden | sets | hold it | settled: planned | random | D-optimal | otherwise |",
         "|" + "---|" * 7,
@@ -268,6 +283,11 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
         all_sets = sum(line["effect"] == effect for line in sets)
         text.append(f"| {effect} | {all_sets} | {len(own)} | {' | '.join(counts)} | {words} |")
     return "\n".join(text) + "\n"
+
+
+def _by_none(lines: Sequence[dict[str, Any]]) -> str:
+    """How many sets none of the motions settles."""
+    return f"{sum(not any(settled(line, line[way]) for way in WAYS) for line in lines)} of {len(lines)}"
 
 
 def _ended(answer: dict[str, Any]) -> str:

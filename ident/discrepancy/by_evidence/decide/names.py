@@ -167,11 +167,15 @@ def _more_elsewhere(
     own: Key,
     candidates: Sequence[Screened],
 ) -> tuple[Key, ...]:
-    """Likely forms that contain a name at its place, and say something else of motion all over the travel."""
+    """Likely forms that contain a name at its place, and say something else of motion all over the travel.
+
+    Of those that are likelier than the name it is said in any case that it cannot be told from them.
+    """
+    shown = next(one.probability for one in listed if one.key == own)
     forms = [
         one.key
         for one in listed
-        if one.joints == own[1] and own[0] in _contained(one.name) and one.probability > 1.0 - HELD
+        if one.joints == own[1] and own[0] in _contained(one.name) and 1.0 - HELD < one.probability <= shown
     ]
     return tuple(
         key for key in forms if not search.elsewhere.same(_with(search, without, candidates, key), found)
@@ -206,8 +210,7 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
         ]
         if limits:
             best = _with(search, without, limits, limits[0].candidate.key)
-            if search.elsewhere.same(searched.found, best):
-                return simplified(search, replace(searched, found=best), held)
+            return simplified(search, replace(searched, found=best), held)
     return searched
 
 

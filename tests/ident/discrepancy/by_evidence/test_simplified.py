@@ -20,24 +20,12 @@ def test_a_form_that_its_limit_stands_for_is_replaced(monkeypatch: pytest.Monkey
     assert simplest(monkeypatch, limit=2.0) == ("coulomb_friction", -2.0)
 
 
-def test_a_form_that_says_something_else_of_other_motion_is_not_its_limit(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    assert simplest(monkeypatch, limit=5.0, same=False) == ("stribeck_friction", 0.0)
-
-
 def test_a_form_that_is_sure_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     assert simplest(monkeypatch, limit=1.7) == ("stribeck_friction", 0.0)
 
 
-def simplest(monkeypatch: pytest.MonkeyPatch, limit: float, same: bool = True) -> tuple[str, float]:
-    """Name and worth of a set with one form, of log odds 4.
-
-    Args:
-        monkeypatch: of the test.
-        limit: log odds of its limit.
-        same: whether both say the same of motion all over the travel.
-    """
+def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]:
+    """Name and worth of a set with one form, of log odds 4, whose limit has these."""
     falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family_named("stribeck_friction"))
     dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
     listed = names.probabilities({dry.key: limit, falling.key: 4.0, names.NOTHING: -9.0})
@@ -47,7 +35,6 @@ def simplest(monkeypatch: pytest.MonkeyPatch, limit: float, same: bool = True) -
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
-        elsewhere=elsewhere(same),
         replaced=lambda without, others: [
             SimpleNamespace(members=[SimpleNamespace(candidate=one.candidate)], log_posterior=one.fitted)
             for one in others
@@ -105,6 +92,8 @@ def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
     assert said.probability(OWN) < 0.5
     unlikely = asked(monkeypatch, rival=8.0, own=12.0, shares=unseen, other=form, same=False)
     assert unlikely.probability(form) == 0.0  # not asked: it is in no set
+    likelier = asked(monkeypatch, rival=13.0, own=12.0, shares=unseen, other=form, same=False)
+    assert [one.key for one in likelier.forms(OWN)] == [form] and likelier.named == likelier.probability(OWN)
 
 
 def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
