@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import Prior
@@ -242,7 +243,7 @@ def examine(
     used = np.concatenate([piece.moving for piece in prepared] if only is None else only)
     segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
     torque = np.concatenate([piece.torque for piece in prepared])
-    regressor = np.concatenate([piece.columns(base) for piece in prepared])
+    regressor, instruments = _columns(base, prepared)
     beta = _first_fit(torque, regressor, used, segment, prior)
     noise, repeats = _noise(prepared, base, beta)
     if whitening is None:
@@ -250,18 +251,22 @@ def examine(
             whitening = autoregressive_whitening(noise, segment, used, 0)
         else:
             whitening = cautious_whitening(noise, used, base.independent.size)
-    instruments = regressor
-    if any(piece.period is not None for piece in prepared):
-        instruments = np.concatenate([piece.columns(base, instruments=True) for piece in prepared])
-    white = [
-        whitening.apply(values, segment, used)
-        for values in (torque[:, :, np.newaxis], regressor, instruments)
-    ]
+    apply, rows = whitening.apply, (torque[:, :, np.newaxis], regressor, instruments)
+    white = at_once(lambda values: apply(values, segment, used), rows)
     y, x, z = with_prior(white[0][:, 0], white[1], white[2], prior)
     scale = np.linalg.norm(x, axis=0)
     cross = (z / scale).T @ (x / scale)
     beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=DEPENDENT)[0] / scale
     return Examination(base, tuple(prepared), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
+
+
+def _columns(
+    base: BaseParameters, prepared: Sequence[PreparedRecording]
+) -> tuple[FloatArray, FloatArray]:
+    """Rows × joints × b at the measured motion and at the instruments', which is the same where none repeats."""
+    kinds = (False, True) if any(piece.period is not None for piece in prepared) else (False,)
+    found = at_once(lambda kind: np.concatenate([one.columns(base, kind) for one in prepared]), kinds)
+    return found[0], found[-1]
 
 
 def _first_fit(

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import logit
 
+from ident.closed_loop.at_once import beside
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.decide.problem import Problem
@@ -29,7 +30,7 @@ from ident.discrepancy.by_evidence.reversals import (
 from ident.discrepancy.by_evidence.workflow import (
     ABOVE,
     above_accepted,
-    diagnose_by_evidence,
+    named_by_evidence,
 )
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
@@ -82,9 +83,10 @@ def diagnose_with_evidence(
     question = replace(question, fit=recordings[:count], validation=recordings[count:])
     led = _Led(question, lambda step, share: progress(step, 0.6 + 0.4 * share))
     known = replace(question, standstill=led.step.standstill if question.at_reversals else None)
-    answer = diagnose_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
+    answer, sizes = named_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
-    diagnosis, standstill = led.run(), led.standstill or known.standstill
+    diagnosis, nameable = beside(led.run, sizes)
+    answer, standstill = replace(answer, nameable=nameable), led.standstill or known.standstill
     notes = (*notes, *led.notes, *_periods(diagnosis))
     return replace(diagnosis, notes=notes, standstill=standstill), answer
 

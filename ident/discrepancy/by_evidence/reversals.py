@@ -10,9 +10,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
@@ -83,16 +85,20 @@ def likeliest_in_loop(
     odds: dict[Key, float] = {NOTHING: 0.0}
     forms: dict[Key, PlacedEffect] = {}
     sets: dict[Key, Found] = {}
-    exact = replace(problem, rows=replace(rows, exact=True))
-    for one in screened:
-        key = one.candidate.key
-        fitted = _simulated(exact, empty, one, present) if len(sets) < LEADERS else None
-        value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
-        if value > odds.get(key, -np.inf):
-            odds[key] = value
-            forms[key] = (one.best if fitted is None else fitted.members[0]).entry.placed
-            if fitted is not None:
-                sets[key] = fitted
+    exact = replace(problem, rows=rows.exactly())
+    while screened:
+        # Each is a leader more at most, so all of as many as are missing are asked for.
+        missing = LEADERS - len(sets)
+        some, screened = (screened[:missing], screened[missing:]) if missing else (screened, [])
+        tried = at_once(lambda one: _simulated(exact, empty, one, present), some) if missing else []
+        for one, fitted in zip_longest(some, tried):
+            key = one.candidate.key
+            value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
+            if value > odds.get(key, -np.inf):
+                odds[key] = value
+                forms[key] = (one.best if fitted is None else fitted.members[0]).entry.placed
+                if fitted is not None:
+                    sets[key] = fitted
     names = Slot(as_limit(probabilities(odds, forms)))
     first = names.names[0].key
     if first not in sets or names.something < SURE or not _explains(exact, sets[first]):

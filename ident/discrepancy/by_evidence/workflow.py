@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.special import expit
@@ -22,7 +23,6 @@ from ident.discrepancy.by_evidence.decide.names import (
     simplified,
     slot,
 )
-from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
@@ -33,8 +33,8 @@ from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.evidence.turned import where_turned
-from ident.discrepancy.by_evidence.library.candidates import Candidate
-from ident.discrepancy.by_evidence.power.planned import sizes_beside
+from ident.discrepancy.by_evidence.power.planned import BesideModel, sizes_beside
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
@@ -51,7 +51,6 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 from robots.free_memory import give_back
-from robots.identity_cache import IdentityCache
 
 ABOVE = 0.5
 """Probability from which on a joint's misfit is taken to be above the accepted one."""
@@ -74,21 +73,34 @@ def diagnose_by_evidence(
     Raises:
         IdentificationError: recordings that do not fit the arm, or that determine too little.
     """
+    answer, sizes = named_by_evidence(question, progress, simulated)
+    return replace(answer, nameable=sizes())
+
+
+def named_by_evidence(
+    question: Question, progress: Callable[[str, float], None], simulated: bool
+) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
+    """The answer but for sizes that would still be named, and these: nothing but a reader waits for them.
+
+    Args:
+        question, progress, simulated: as of :func:`diagnose_by_evidence`.
+
+    Raises:
+        IdentificationError: as there.
+    """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
     give_back()
     progress("filter", 0.0)
-    answer, (problem, found, present, wanted) = _answered(question, progress, simulated)
+    answer, sizes = _answered(question, progress, simulated)
     give_back()  # the rows of the search and its vocabulary: the sizes have as many of their own
-    sizes = sizes_beside(problem, found, present, wanted, question.fit, lag_is_known(question.robot))
-    give_back()
-    return replace(answer, nameable=sizes)
+    return answer, sizes
 
 
 def _answered(
     question: Question, progress: Callable[[str, float], None], simulated: bool
-) -> tuple[EvidenceAnswer, tuple[Problem, Found, PresentWith, Sequence[Candidate]]]:
-    """The answer but for sizes that would still be named, and what these are asked beside."""
+) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
+    """As :func:`named_by_evidence`; what is left behind is free memory then."""
     search, searched = searched_beside_motion(posed(question), question, progress)
     problem = search.problem
     progress("validation", 0.95)
@@ -118,8 +130,18 @@ def _answered(
         repeats=problem.prepared.repeats,
         log_evidence=(searched.empty.log_evidence, found.log_evidence),
     )
-    bare = replace(problem, rows=replace(problem.rows, kept=IdentityCache(1)))
-    return answer, (bare, found, searched.present, search.wanted)
+    problem.present.forget()
+    searched.present.forget()
+    sizes = partial(
+        sizes_beside,
+        BesideModel.of(problem),
+        found,
+        searched.present,
+        search.wanted,
+        question.fit,
+        lag_is_known(question.robot),
+    )
+    return answer, sizes
 
 
 def _gate_one_rejects(question: Question, problem: Problem) -> bool | None:

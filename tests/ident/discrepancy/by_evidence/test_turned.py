@@ -96,7 +96,7 @@ def test_the_evidence_is_told_what_the_simulated_loop_shows(monkeypatch: pytest.
         heard.append(asked)
         raise IdentificationError("enough")
 
-    monkeypatch.setattr(diagnosis, "diagnose_by_evidence", ask)
+    monkeypatch.setattr(diagnosis, "named_by_evidence", ask)
     for one in (question(), replace(question(), at_reversals=False)):
         with pytest.raises(IdentificationError, match="enough"):
             diagnosis.diagnose_with_evidence(one)
