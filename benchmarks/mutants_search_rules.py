@@ -505,8 +505,8 @@ RULES = (
     Broken(
         "leaders at reversals are simulated",
         f"{_BY}reversals.py",
-        "fitted = _simulated(exact, empty, one, present) if len(sets) < LEADERS else None",
-        "fitted = _simulated(problem, empty, one, present) if len(sets) < LEADERS else None",
+        "_with_leaders(exact, empty, screened, present, sets)",
+        "_with_leaders(problem, empty, screened, present, sets)",
     ),
     Broken(
         "a loop that does otherwise is told",

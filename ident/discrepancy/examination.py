@@ -17,7 +17,7 @@ import numpy as np
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.gap import torque_residual
-from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.prepared_recording import PreparedRecording, regressors
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.settings import SearchSettings
 from ident.effects.family import PlacedEffect
@@ -243,7 +243,7 @@ def examine(
     used = np.concatenate([piece.moving for piece in prepared] if only is None else only)
     segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
     torque = np.concatenate([piece.torque for piece in prepared])
-    regressor, instruments = _columns(base, prepared)
+    regressor, instruments = regressors(prepared, base)
     beta = _first_fit(torque, regressor, used, segment, prior)
     noise, repeats = _noise(prepared, base, beta)
     if whitening is None:
@@ -258,15 +258,6 @@ def examine(
     cross = (z / scale).T @ (x / scale)
     beta = np.linalg.lstsq(cross, (z / scale).T @ y, rcond=DEPENDENT)[0] / scale
     return Examination(base, tuple(prepared), whitening, used, segment, y, x, z, beta, noise, repeats, prior)
-
-
-def _columns(
-    base: BaseParameters, prepared: Sequence[PreparedRecording]
-) -> tuple[FloatArray, FloatArray]:
-    """Rows × joints × b at the measured motion and at the instruments', which is the same where none repeats."""
-    kinds = (False, True) if any(piece.period is not None for piece in prepared) else (False,)
-    found = at_once(lambda kind: np.concatenate([one.columns(base, kind) for one in prepared]), kinds)
-    return found[0], found[-1]
 
 
 def _first_fit(

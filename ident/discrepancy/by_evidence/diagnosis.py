@@ -16,6 +16,7 @@ from scipy.special import logit
 
 from ident.closed_loop.at_once import beside
 from ident.discrepancy.basis import Basis
+from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
@@ -27,11 +28,7 @@ from ident.discrepancy.by_evidence.reversals import (
     posed_in_loop,
     standstill_in,
 )
-from ident.discrepancy.by_evidence.workflow import (
-    ABOVE,
-    above_accepted,
-    named_by_evidence,
-)
+from ident.discrepancy.by_evidence.workflow import named_by_evidence
 from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled

@@ -15,6 +15,7 @@ from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
+from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted, misfit_of
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
     Key,
@@ -26,9 +27,8 @@ from ident.discrepancy.by_evidence.decide.names import (
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
-from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
@@ -51,9 +51,6 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 from robots.free_memory import give_back
-
-ABOVE = 0.5
-"""Probability from which on a joint's misfit is taken to be above the accepted one."""
 
 
 def _silent(step: str, share: float) -> None:
@@ -245,34 +242,6 @@ def _sizes(problem: Problem, found: Found, number: int) -> FloatArray:
     used = problem.prepared.used
     squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
     return np.asarray(np.sqrt(squares))
-
-
-def above_accepted(problem: Problem, found: Found) -> FloatArray:
-    """(n,) probability that a joint's misfit is above the accepted one by more than its prior's width."""
-    gram = Gram(problem.rows, tuple(member.entry.white for member in found.members))
-    shares = np.empty(problem.rows.n)
-    limit = problem.misfit.accepted * np.exp(SPREAD)
-    rough = _not_smooth(problem, found)
-    for joint in range(problem.rows.n):
-        grid = problem.misfit.grid(joint)
-        excess = np.full(grid.size, found.level.excess[joint])
-        evidence = OneJoint(gram, found.level, joint).log_evidences(grid, excess)
-        scores = TEMPERATURE * evidence + problem.misfit.log_prior_at(joint, grid, excess)
-        weights = np.exp(scores - scores.max())
-        above = float(weights[grid > limit[joint]].sum() / weights.sum())
-        shares[joint] = 1.0 if rough[joint] > limit[joint] else above
-    return shares
-
-
-def _not_smooth(problem: Problem, found: Found) -> FloatArray:
-    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known."""
-    noise = np.array([one.marginal for one in problem.rows.noise])
-    return np.asarray(noise * np.sqrt(found.level.excess**2 - 1.0))
-
-
-def misfit_of(problem: Problem, found: Found) -> FloatArray:
-    """(n,) rms of all that stays unexplained, N·m (or N)."""
-    return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
 
 
 def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:

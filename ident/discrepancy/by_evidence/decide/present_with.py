@@ -33,7 +33,7 @@ class PresentWith:
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
     def forget(self) -> None:
-        """Motions that it was asked about, and what is made of them: effects that are named keep the model."""
+        """Motions that it was asked about, and what is made of them."""
         self.model.forget()
         self._torques.forget()
 

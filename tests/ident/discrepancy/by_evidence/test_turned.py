@@ -13,10 +13,11 @@ import robots
 from ident import IdentificationError
 from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import diagnosis, workflow
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.turned import turned, where_turned
-from ident.discrepancy.by_evidence.workflow import misfit_of, posed
+from ident.discrepancy.by_evidence.workflow import posed
 from ident.effects import FrictionSign, State
 from ident.effects.simulated import Bristle, SoftConstraint
 from ident.effects.vocabulary import family_named
