@@ -8,7 +8,7 @@ mistaken for a delay.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
@@ -64,8 +64,9 @@ class Examination:
     noise: FloatArray
     repeats: bool
     prior: Prior | None
-    self_simulated: FloatArray | None = None
-    """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
+    self_simulated: Callable[[], FloatArray | None] | None = None
+    """Whitened (N,), made once it is asked for: what the model leaves on a simulation of itself, the work of
+    filters and sampling."""
     placed: dict[object, tuple[object, PlacedEffect, FloatArray | None]] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -82,7 +83,8 @@ class Examination:
     def residual(self) -> FloatArray:
         """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
         left = self.torque - self.regressor @ self.beta
-        return np.asarray(left if self.self_simulated is None else left - self.self_simulated)
+        of_itself = None if self.self_simulated is None else self.self_simulated()
+        return np.asarray(left if of_itself is None else left - of_itself)
 
     @property
     def rough(self) -> Examination:

@@ -83,9 +83,8 @@ def diagnose_with_evidence(
     answer, sizes = named_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
     diagnosis, nameable = beside(led.run, sizes)
-    answer, standstill = replace(answer, nameable=nameable), led.standstill or known.standstill
-    notes = (*notes, *led.notes, *_periods(diagnosis))
-    return replace(diagnosis, notes=notes, standstill=standstill), answer
+    notes, standstill = (*notes, *led.notes, *_periods(diagnosis)), led.standstill or known.standstill
+    return replace(diagnosis, notes=notes, standstill=standstill), replace(answer, nameable=nameable)
 
 
 def _periods(diagnosis: Diagnosis) -> list[str]:
@@ -195,6 +194,10 @@ class _Led(Search):
         elif not self.findings and not self._more_in_motion():
             self._tell_problem(problem)
 
+    def _answer(self) -> Diagnosis:
+        give_back()  # rows of the loop and their vocabulary, which refer to each other
+        return super()._answer()
+
     def _tell_loop(self, in_loop: LoopStep) -> None:
         self._tell_problem(posed_in_loop(in_loop))
 
@@ -267,6 +270,7 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         doubt: why the evidence does not take it for confirmed; empty where it does.
     """
     held = () if place.probability(key) >= SURE else place.held
+    possible = (Possible(one.name, tuple(j + 1 for j in one.joints), one.probability) for one in place.held)
     others = [*place.forms(key), *(one for one in held if one.key not in (key, NOTHING))]
     return Basis(
         p_value=1.0 - place.something,
@@ -276,10 +280,7 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         ranking=_candidates(place.names),
         probability=place.probability(key),
         doubt=doubt,
-        held=tuple(
-            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)
-            for one in place.held
-        ),
+        held=tuple(possible),
     )
 
 
