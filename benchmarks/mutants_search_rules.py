@@ -371,6 +371,24 @@ RULES = (
         "<= 0.0))",
     ),
     Broken(
+        "a rise is found beside what it is a rise of",
+        f"{_BY}decide/screening.py",
+        "not in taken and stands(problem, entry.candidate, found.members)",
+        "not in taken",
+    ),
+    Broken(
+        "a rise goes with what it is a rise of",
+        f"{_BY}decide/search.py",
+        "members = [one for one in rest if stands(self.problem, one.candidate, rest)]",
+        "members = rest",
+    ),
+    Broken(
+        "a rise is in no part without what it is a rise of",
+        f"{_BY}confirm/borne_out.py",
+        "for kept in with_first if _can_be(search, found, kept)",
+        "for kept in with_first",
+    ),
+    Broken(
         "a limit that is shown stays beside its likelier forms",
         f"{_BY}decide/names.py",
         "forms=tuple(one for one in more if one.log_odds > first.log_odds)",

@@ -233,8 +233,9 @@ class EffectFamily(Protocol):
     ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly
     so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
-    ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
-    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own,
+    ``contains`` are the effects that are limits of it, ``on_top_of`` the usual terms without which it is not
+    there (no rise of dry friction without dry friction). Of an effect that comes in waves ``several`` can
+    sit at one place, each of its own length. ``forms`` are others of the same name with shapes of their own,
     ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
@@ -264,6 +265,9 @@ class EffectFamily(Protocol):
 
     @property
     def contains(self) -> tuple[str, ...]: ...
+
+    @property
+    def on_top_of(self) -> tuple[str, ...]: ...
 
     @property
     def stiff(self) -> bool: ...
