@@ -365,6 +365,12 @@ RULES = (
         "0.1 * half * np.sin(np.multiply.outer(time, rate))",
     ),
     Broken(
+        "no motion shows another time",
+        f"{_BY}decide/elsewhere.py",
+        "cut(swings, float(recorded[-1]))",
+        "[swings]",
+    ),
+    Broken(
         "what an accepted model leaves makes no difference",
         f"{_BY}decide/elsewhere.py",
         "<= self.problem.misfit.accepted))",

@@ -57,10 +57,18 @@ class Elsewhere:
 
     @classmethod
     def of(cls, problem: Problem) -> Elsewhere:
-        """For the arm and the sampling of the recordings that are fitted."""
-        robot, present = problem.prepared.robot, problem.present
-        swings = all_over(robot, problem.prepared.parts[0].sample_time)
-        prepared = predicted(prepare(robot, (swings,)), present)
+        """For the arm, the sampling and the time of the recordings that are fitted.
+
+        A motion shows nothing of another time: a brake that lets go after the last sample has rubbed all the
+        time.
+        """
+        robot, present, parts = problem.prepared.robot, problem.present, problem.prepared.parts
+        swings = all_over(robot, parts[0].sample_time)
+        recorded = parts[-1].own.time
+        assert recorded is not None
+        pieces = (prepare(robot, (piece,)) for piece in cut(swings, float(recorded[-1])))
+        whole = Prepared(robot, tuple(part for piece in pieces for part in piece.parts))
+        prepared = predicted(whole, present)
         known, _ = known_columns(prepared, problem.base, problem.prior, problem.start, present)
         return cls(problem, prepared, known)
 
@@ -122,6 +130,23 @@ def within(columns: FloatArray, wanted: FloatArray) -> FloatArray:
     most = float(np.log(np.linalg.norm(along) / _ALLOWED))  # with no more than this price alone it is within
     price = np.exp(brentq(beyond, float(np.log(values[0])) - 60.0, most))
     return np.asarray(vectors @ (along / (values + price)))
+
+
+def cut(swings: Recording, most: float) -> list[Recording]:
+    """A motion in the fewest equal pieces that last no longer than so many s, each from time 0 on."""
+    count = int(np.ceil(swings.time[-1] / most))
+    samples = swings.time.shape[0] // count
+    starts = samples * np.arange(count)
+    return [
+        Recording(
+            swings.name,
+            swings.time[:samples],
+            None,
+            swings.position[start : start + samples],
+            swings.control_signal[start : start + samples],
+        )
+        for start in starts
+    ]
 
 
 def all_over(robot: Robot, step: float) -> Recording:

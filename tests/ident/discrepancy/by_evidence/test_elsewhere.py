@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robots
-from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere, all_over, within
+from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere, all_over, cut, within
 from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.state import Found, without_effects
@@ -43,6 +43,22 @@ def test_what_the_recordings_do_not_show_makes_two_sets_of_other_motion() -> Non
     assert search.elsewhere.same(fitted["same"], fitted["limit"])
     assert not search.elsewhere.same(fitted["more"], fitted["limit"])
     assert not search.elsewhere.same(fitted["limit"], empty)
+
+
+def test_motion_is_asked_about_at_the_time_of_the_recordings() -> None:
+    """What begins later than they end is no difference that a motion makes."""
+    problem = problem_of(lambda q: torque(q, w9=2.0))
+    (part,) = problem.prepared.parts
+    assert part.own.time is not None
+    elsewhere = Elsewhere.of(problem)
+    times = [piece.own.time for piece in elsewhere.prepared.parts]
+    assert len(times) == 2 and all(time is not None and time[-1] <= part.own.time[-1] for time in times)
+    whole = all_over(problem.prepared.robot, part.sample_time)
+    pieces = cut(whole, 7.0)
+    assert [piece.time[0] for piece in pieces] == [0.0] * 4
+    assert np.concatenate([piece.position for piece in pieces]) == pytest.approx(whole.position)
+    (one,) = cut(whole, 30.0)
+    assert one.time == pytest.approx(whole.time)
 
 
 def test_a_torque_below_the_accepted_misfit_makes_no_difference() -> None:
