@@ -143,6 +143,20 @@ VALUES = [
         "6 entries, one per joint",
     ),
     Break(
+        "offset = true",
+        "offset = [true, false]",
+        "identification.offset",
+        "has 2 of 6 entries",
+        "6 entries, one per joint",
+    ),
+    Break(
+        "offset = true",
+        "offset = 3",
+        "identification.offset",
+        "3 is no flag",
+        "true or false, or a list of these, one per joint",
+    ),
+    Break(
         'type = "cascade_p_pi"',
         'type = "pd"',
         "controller.integral_gain",
