@@ -71,7 +71,7 @@ READING = {
     "identify": "identify {log} --robot {arm} --no-catalogue --quiet",
     "controller": "controller {log} --robot {controlled} --quiet",
     "import": "import {log} --robot {arm} --out {new}/log.capture.mcap",
-    "diagnose": "diagnose {log} --robot {arm} --split-half --search rules --no-catalogue --quiet --out {new}/why",
+    "diagnose": "diagnose {log} --robot {arm} --split-half --search rules --no-catalogue --quiet",
 }
 
 
