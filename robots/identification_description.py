@@ -16,8 +16,11 @@ def flags(value: object) -> object:
     """Refuse what is neither a flag nor a list of flags, in one sentence for both."""
     parts = value if isinstance(value, (list, tuple)) else [value]
     if not all(isinstance(part, bool) for part in parts):
-        raise ValueNotAllowed((), "is no flag", "true or false, or a list of these, one per joint")
+        raise ValueNotAllowed((), "is neither true nor false", "true or false, or a list of these, one per joint")
     return value
+
+
+Flags = Annotated[bool | tuple[bool, ...], BeforeValidator(flags)]
 
 
 class Identification(Frozen):
@@ -73,7 +76,7 @@ class Identification(Frozen):
         le=100,
         description="s; rows this near in time to one below minimum_speed are left out too",
     )
-    offset: Annotated[bool | tuple[bool, ...], BeforeValidator(flags)] = Field(
+    offset: Flags = Field(
         default=True,
         description="one torque offset per joint, or which joints have one: none that turns one way only",
     )

@@ -150,13 +150,6 @@ VALUES = [
         "6 entries, one per joint",
     ),
     Break(
-        "offset = true",
-        "offset = 3",
-        "identification.offset",
-        "3 is no flag",
-        "true or false, or a list of these, one per joint",
-    ),
-    Break(
         'type = "cascade_p_pi"',
         'type = "pd"',
         "controller.integral_gain",
