@@ -16,7 +16,9 @@ def flags(value: object) -> object:
     """Refuse what is neither a flag nor a list of flags, in one sentence for both."""
     parts = value if isinstance(value, (list, tuple)) else [value]
     if not all(isinstance(part, bool) for part in parts):
-        raise ValueNotAllowed((), "is neither true nor false", "true or false, or a list of these, one per joint")
+        raise ValueNotAllowed(
+            (), "is neither true nor false", "true or false, or a list of these, one per joint"
+        )
     return value
 
 
