@@ -141,14 +141,16 @@ class _Led(Search):
         """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
 
         What the loop shows between two names is in the odds of both, as other motion is. Names that show in
-        motion alone do at reversals as the finding does.
+        motion alone do at reversals as the finding does, and what another finding is already is none here.
 
         Args:
             number: of the finding.
             finding: as the moving rows show it.
         """
         stands, place, nats = finding.key, Slot(finding.names), dict[Key, float]()
-        for rival in at_reversals(self.step.base.model.robot, finding):
+        taken = {one.component.key for k, one in enumerate(self.findings) if k != number}
+        rivals = at_reversals(self.step.base.model.robot, finding)
+        for rival in (one for one in rivals if one.key not in taken):
             course = self._with_rival(number, rival)
             fitted = self._validation(self.prepared)
             shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from ident.discrepancy.by_evidence import diagnosis
 from ident.discrepancy.by_evidence.decide.names import Slot, probabilities, with_nats
@@ -23,27 +24,29 @@ DRIFTING, HYSTERESIS, STATIC = NAMES
 
 @dataclass(frozen=True)
 class Accepted:
-    """A finding, by its name."""
+    """A finding."""
 
-    component: str
+    component: Any
     basis: Any
 
 
 class Course:
-    """With one finding."""
+    """With some findings."""
 
     first = None
 
-    def take(self, components: Sequence[str], bases: Sequence[Any]) -> None:
-        """Go on with a finding."""
+    def take(self, components: Sequence[Any], bases: Sequence[Any]) -> None:
+        """Go on with others."""
         self.findings = [Accepted(one, basis) for one, basis in zip(components, bases, strict=True)]
-        self.step = SimpleNamespace(
-            base=SimpleNamespace(model=SimpleNamespace(robot=None)), has=components[0]
-        )
+        model = SimpleNamespace(robot=None)
+        self.step = SimpleNamespace(base=SimpleNamespace(model=model), has=components[0].key[0])
 
 
 def settled(
-    monkeypatch: pytest.MonkeyPatch, odds: Sequence[float], shown: Mapping[tuple[str, str], Shown]
+    monkeypatch: pytest.MonkeyPatch,
+    odds: Sequence[float],
+    shown: Mapping[tuple[str, str], Shown],
+    beside: str = "",
 ) -> tuple[str, dict[str, float] | None]:
     """What stands in a place, and probabilities of its names; None where the loop says nothing.
 
@@ -51,9 +54,10 @@ def settled(
         monkeypatch: of the test.
         odds: by the moving rows, of a name that shows there alone and of two that show at reversals.
         shown: by the loop, of a second name in the place of a first.
+        beside: another finding.
     """
     monkeypatch.setattr(diagnosis.Course, "begun", lambda *_: Course())
-    monkeypatch.setattr(diagnosis, "component_of", lambda _, placed: placed)
+    monkeypatch.setattr(diagnosis, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
     monkeypatch.setattr(diagnosis, "basis_of", lambda *given: given)
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
     rivals = [one for one in listed if one.name != DRIFTING]
@@ -64,14 +68,15 @@ def settled(
     monkeypatch.setattr(diagnosis._Led, "_validation", lambda *_: loop)
     search: Any = diagnosis._Led.__new__(diagnosis._Led)
     search.prepared, search.course = (), Course()
-    search.course.take([DRIFTING], ["by the rows"])
+    both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
+    search.course.take(both, ["by the rows"] * len(both))
     search._settle_in_loop(0, SimpleNamespace(key=KEYS[0], names=listed, doubt="none"))
-    (one,) = search.course.findings
+    one = search.course.findings[0]
     if one.basis == "by the rows":
-        return one.component, None
-    (name, _), place, doubt = one.basis
-    assert name == one.component and doubt == "none"
-    return name, {key[0]: place.probability(key) for key in KEYS}
+        return one.component.key[0], None
+    key, place, doubt = one.basis
+    assert key == one.component.key and doubt == "none"
+    return key[0], {key[0]: place.probability(key) for key in KEYS}
 
 
 @pytest.mark.parametrize(
@@ -89,8 +94,8 @@ def test_the_moving_rows_are_weighed_with_the_loop(
     name, likely = settled(monkeypatch, (rows, 66.0, 0.0), {(DRIFTING, HYSTERESIS): share})
     assert name == stands and likely is not None
     odds = rows - 66.0 - 0.5 * share.nats
-    assert likely[DRIFTING] == pytest.approx(1.0 / (1.0 + np.exp(-odds)), abs=1e-9)
-    assert likely[HYSTERESIS] == pytest.approx(1.0 / (1.0 + np.exp(odds)), abs=1e-9)
+    assert likely[DRIFTING] == pytest.approx(expit(odds), abs=1e-9)
+    assert likely[HYSTERESIS] == pytest.approx(expit(-odds), abs=1e-9)
 
 
 def test_a_loop_that_cannot_be_simulated_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,6 +109,13 @@ def test_a_second_rival_is_asked_beside_what_stands(monkeypatch: pytest.MonkeyPa
     assert name == HYSTERESIS and likely is not None
     assert likely[STATIC] / likely[HYSTERESIS] == pytest.approx(np.exp(-1.0))
     assert likely[DRIFTING] == pytest.approx(np.exp(4.0 - 25.0) / (1.0 + np.exp(-1.0)), rel=1e-6)
+
+
+def test_what_another_finding_is_takes_no_second_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Coulomb and static friction of a joint had become hysteresis twice."""
+    shown = {(DRIFTING, HYSTERESIS): Shown(1.0, 0.1)}
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), shown)[0] == HYSTERESIS
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), shown, HYSTERESIS) == (DRIFTING, None)
 
 
 def test_what_a_name_stands_for_is_in_its_odds() -> None:

@@ -53,7 +53,7 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
     take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
     led: Any = diagnosis._Led.__new__(diagnosis._Led)
     led.answer = SimpleNamespace(findings=[named("saturation"), named("lag")])
-    led.course = SimpleNamespace(take=take, first=first, step=model)
+    led.course = SimpleNamespace(take=take, first=first, step=model, findings=[])
     with caplog.at_level(logging.WARNING):
         led._search_in_motion()
     assert taken == ["lag"]
