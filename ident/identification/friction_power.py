@@ -46,6 +46,6 @@ def driven_by_friction(estimate: Estimate, rows: Rows) -> tuple[tuple[str, ...],
         return (), False
     named = ", ".join(f"joint {joint} by {size:.3g} σ" for joint, size in found)
     words = (
-        f"friction comes out below zero ({named}), so it would drive the motion; is the sign of the torque"
+        f"friction comes out below zero ({named}), so it would drive the motion: the sign of the torque"
     )
-    return (f"{words} or of the position turned?",), max(size for _, size in found) > _IMPOSSIBLE
+    return (f"{words} or of the position may be turned",), max(size for _, size in found) > _IMPOSSIBLE
