@@ -74,19 +74,23 @@ def present(series: Sequence[Channels]) -> str:
     return f"present: {listed([c.label for c in series], few=SHOWN) or 'none'}"
 
 
-def torque_of(path: Path, others: Sequence[Channels]) -> Channels:
-    """What was measured of the torque; a current or a control signal where there is no torque.
+def torques_of(path: Path, others: Sequence[Channels]) -> list[Channels]:
+    """What by its name was measured of the torque; a current or a control signal where there is no torque.
+
+    Several where their names say the same; those that never change are left out.
 
     Raises:
         CaptureError: nothing looks like it.
     """
     kinds = {"torque": 3, "current": 2, "signal": 1}
-    named = [c for c in others if c.kind in kinds and not c.marks & {"error", "external"}]
+    live = [c for c in others if np.ptp(c.values, axis=0).any()]
+    named = [c for c in live if c.kind in kinds and not c.marks & {"error", "external"}]
     if not named:
         raise CaptureError(
             f"{path}: no column looks like a torque or a current; give --columns; {present(others)}"
         )
-    return max(named, key=lambda c: kinds[c.kind] + 2 * ("measured" in c.marks) - 4 * ("computed" in c.marks))
+    scores = [kinds[c.kind] + 2 * ("measured" in c.marks) - 4 * ("computed" in c.marks) for c in named]
+    return [c for c, score in zip(named, scores, strict=True) if score == max(scores)]
 
 
 def time_of(
