@@ -163,7 +163,7 @@ def log_recording(
 
 def _said_of_flags(name: str, time: FloatArray, complete: BoolArray) -> tuple[str, ...]:
     """A sentence on rows that some drive did not answer."""
-    bad = ~complete.all(axis=1)
+    bad = np.asarray(~complete.all(axis=1))
     count = int(np.count_nonzero(bad))
     if not count:
         return ()

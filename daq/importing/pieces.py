@@ -133,7 +133,7 @@ def set_aside(channels: Mapping[str, FloatArray], complete: BoolArray) -> dict[s
         channels: N × any each, changed where they stand.
         complete: N × n, whether each drive has answered.
     """
-    bad = ~complete.all(axis=1)
+    bad = np.asarray(~complete.all(axis=1))
     there = {name: values[bad].copy() for name, values in channels.items()}
     for values in channels.values():
         bridged(values, bad)
@@ -142,7 +142,7 @@ def set_aside(channels: Mapping[str, FloatArray], complete: BoolArray) -> dict[s
 
 def put_back(recording: Recording, there: Mapping[str, FloatArray], complete: BoolArray) -> None:
     """The reverse of :func:`set_aside`: a capture of the log keeps what stands there, though not as data."""
-    bad = ~complete.all(axis=1)
+    bad = np.asarray(~complete.all(axis=1))
     for name, rows in there.items():
         values = getattr(recording, name, None)
         if values is not None:
