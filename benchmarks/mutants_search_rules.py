@@ -365,10 +365,34 @@ RULES = (
         "0.1 * half * np.sin(np.multiply.outer(time, rate))",
     ),
     Broken(
+        "no motion shows another time",
+        f"{_BY}decide/elsewhere.py",
+        "cut(swings, float(recorded[-1]))",
+        "[swings]",
+    ),
+    Broken(
         "what an accepted model leaves makes no difference",
         f"{_BY}decide/elsewhere.py",
         "<= self.problem.misfit.accepted))",
         "<= 0.0))",
+    ),
+    Broken(
+        "a rise is found beside what it is a rise of",
+        f"{_BY}decide/screening.py",
+        "not in taken and stands(problem, entry.candidate, found.members)",
+        "not in taken",
+    ),
+    Broken(
+        "a rise goes with what it is a rise of",
+        f"{_BY}decide/search.py",
+        "members = [one for one in rest if stands(self.problem, one.candidate, rest)]",
+        "members = rest",
+    ),
+    Broken(
+        "a rise is in no part without what it is a rise of",
+        f"{_BY}confirm/borne_out.py",
+        "for kept in with_first if _can_be(search, found, kept)",
+        "for kept in with_first",
     ),
     Broken(
         "a limit that is shown stays beside its likelier forms",
