@@ -16,13 +16,13 @@ import numpy as np
 
 from daq.files.toml_text import toml_text
 from daq.importing.channels import Channels
-from daq.importing.guess_beside import beside_of, words_of_channels
+from daq.importing.guess_beside import beside_of, without_flagged, words_of_channels
 from daq.importing.guess_cutoff import raised_cutoff
 from daq.importing.guess_frames import axes_and_offsets
 from daq.importing.guess_loop import loop_words
 from daq.importing.guess_measured import measured_torque
 from daq.importing.guess_position import in_si, joints_of
-from daq.importing.guess_torque import LogHints, torque_table
+from daq.importing.guess_torque import LogHints, torque_table, with_sensors
 from daq.importing.guess_which import Sampled, position_of, time_of, torques_of
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
@@ -93,6 +93,7 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     """
     arm = read_loose_urdf(urdf)
     channels, told = channels_of_log(path, arm, hints)
+    channels, hints = without_flagged(channels), with_sensors(channels, hints)
     series = [c for c in channels if len(c.values) >= _LEAST]
     position = position_of(path, series, len(arm.moving))
     same = [c for c in series if c is not position and len(c.values) == len(position.values)]

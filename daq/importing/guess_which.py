@@ -57,13 +57,16 @@ def position_of(path: Path, series: Sequence[Channels], joints: int) -> Channels
             f"{path}: no column looks like a measured position; give --columns; {present(series)}"
         )
     most = max(len(c.columns) for c in named)
-    return max((c for c in named if len(c.columns) == most), key=_position_score)
+    felt = {c.parent for c in moving if c.kind == "torque" and not c.marks & marks} - {""}
+    return max((c for c in named if len(c.columns) == most), key=lambda c: _position_score(c, felt))
 
 
-def _position_score(channel: Channels) -> int:
+def _position_score(channel: Channels, felt: set[str]) -> int:
+    """How likely it is the measured position that goes with the torques; ``felt`` are their parents."""
     marks = channel.marks
     joint = channel.words[-1:] == ("q",)  # theta is the motor's where there is q
-    return 2 * ("measured" in marks) + ("motor" in marks or joint) - 3 * ("second" in marks)
+    own = "motor" in marks or joint
+    return 2 * ("measured" in marks) + own - 3 * ("second" in marks) + 2 * (channel.parent in felt)
 
 
 def present(series: Sequence[Channels]) -> str:
