@@ -11,6 +11,7 @@ from robots.arrays import FloatArray
 from robots.controller_description import Controller
 from robots.drive_description import INT32_MAX, Drive
 from robots.errors import ValueNotAllowed
+from robots.identification_description import Identification
 from robots.joint_description import Bus, Joint
 
 INT16_MAX = 2**15 - 1
@@ -30,6 +31,7 @@ class Tables(Protocol):
     transmission: tuple[tuple[float, ...], ...]
     controller: Controller
     bus: Bus
+    identification: Identification
 
     @property
     def has_drives(self) -> bool: ...
@@ -70,6 +72,8 @@ def _one_entry_per_axis(robot: Tables) -> None:
     lists |= {("transmission", i): len(row) for i, row in enumerate(robot.transmission)}
     if robot.controller.is_given:
         lists |= _controller_lists(robot)
+    if isinstance(robot.identification.offset, tuple):
+        lists[("identification", "offset")] = len(robot.identification.offset)
     for path, length in lists.items():
         if length == 0:
             raise ValueNotAllowed(path, "is missing", f"{n} entries, one per joint")

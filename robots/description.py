@@ -25,7 +25,7 @@ from robots.drive_description import (
     TemperatureObject,
     VelocityObject,
 )
-from robots.fields import Frozen, whole_number
+from robots.fields import Frozen, whole_number, without
 from robots.identification_description import Identification
 from robots.joint_description import Bus, Joint, Place
 
@@ -99,6 +99,24 @@ class Robot(Frozen):
     def has_drives(self) -> bool:
         """Whether the drives are described, so that the arm can be driven; else only logs of it are read."""
         return all(drive.is_given for drive in self.drive)
+
+    def require_drives(self, wanted: str) -> None:
+        """Refuse before anything begins where drives or their controller are needed.
+
+        Args:
+            wanted: what needs them, for the message.
+
+        Raises:
+            MissingFromDescription: one line with the tables that robot.toml lacks.
+        """
+        given = {"drive": self.has_drives, "controller": self.controller.is_given}
+        if not self.has_drives:
+            raise without(self.name, [table for table, there in given.items() if not there], wanted)
+
+    def require_controller(self, wanted: str) -> None:
+        """As :meth:`require_drives`, where the controller alone is needed."""
+        if not self.controller.is_given:
+            raise without(self.name, ["controller"], wanted)
 
     @property
     def n(self) -> int:

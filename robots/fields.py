@@ -6,6 +6,7 @@ simulates its loop reads their keys; a key that was never given has no value tha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict
@@ -47,9 +48,26 @@ class Omittable(Frozen):
         return all(name in self.__dict__ for name, field in fields.items() if field.is_required())
 
 
+_WRITTEN = {"drive": "[[drive]]", "controller": "[controller]"}
+
+
 def missing(table: str, key: str) -> MissingFromDescription:
     """The error where ``table.key`` is read and the table was left out."""
     return MissingFromDescription(
-        f"robot.toml has no [{table}]: {table}.{key} is needed to drive, plan and simulate the loop;"
+        f"robot.toml has no {_WRITTEN[table]}: {table}.{key} is needed to drive, plan and simulate the loop;"
         " write the table as docs/reference/robot-toml.md says"
+    )
+
+
+def without(name: str, tables: Sequence[str], wanted: str) -> MissingFromDescription:
+    """The error before something begins that needs tables which were left out.
+
+    Args:
+        name: of the arm.
+        tables: as keys.
+        wanted: what needs them.
+    """
+    listed = " and no ".join(_WRITTEN[table] for table in tables)
+    return MissingFromDescription(
+        f"{name}: its robot.toml has no {listed}: {wanted} needs that; docs/reference/robot-toml.md says how"
     )

@@ -12,6 +12,19 @@ from robots.fields import Frozen, whole_number
 Rows = Annotated[int, Field(ge=0, le=10_000_000)]
 
 
+def flags(value: object) -> object:
+    """Refuse what is neither a flag nor a list of flags, in one sentence for both."""
+    parts = value if isinstance(value, (list, tuple)) else [value]
+    if not all(isinstance(part, bool) for part in parts):
+        raise ValueNotAllowed(
+            (), "is neither true nor false", "true or false, or a list of these, one per joint"
+        )
+    return value
+
+
+Flags = Annotated[bool | tuple[bool, ...], BeforeValidator(flags)]
+
+
 class Identification(Frozen):
     """How samples become rows: the settings of method.md 2, per arm."""
 
@@ -65,7 +78,10 @@ class Identification(Frozen):
         le=100,
         description="s; rows this near in time to one below minimum_speed are left out too",
     )
-    offset: bool = Field(default=True, description="one torque offset per joint")
+    offset: Flags = Field(
+        default=True,
+        description="one torque offset per joint, or which joints have one: none that turns one way only",
+    )
     rotor_inertia: bool = Field(
         default=True, description="false where torque sensors at the links do not feel the rotors"
     )

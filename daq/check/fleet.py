@@ -48,10 +48,10 @@ class FleetArm(BaseModel):
         """Which arm, where.
 
         Raises:
-            RobotFileError: its description cannot be read.
+            RobotFileError, MissingFromDescription: its description cannot be read, or has no drives.
         """
         robot = robots.load(self.robot)
-        channel = Channel(self.interface or robot.bus.interface, self.channel or robot.bus.channel)
+        channel = Channel.of(robot, self.interface, self.channel)
         return ArmOrder(
             robot,
             self.robot,

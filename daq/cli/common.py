@@ -141,9 +141,7 @@ def bus_of(arm: Any, interface: str | None, channel: str | None) -> Any:
     """The bus that was asked for, else the arm's own."""
     from drivers import Channel
 
-    return Channel(
-        arm.bus.interface if interface is None else interface, arm.bus.channel if channel is None else channel
-    )
+    return Channel.of(arm, interface, channel)
 
 
 def console_of(as_json: bool) -> Any:

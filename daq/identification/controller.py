@@ -53,6 +53,7 @@ def run_controller(
         CaptureError, RobotFileError, IdentificationError: one line each.
     """
     with described(robot_source, paths[0]) as (robot, first):
+        robot.require_controller("identifying the law (its sample_time and saturation)")
         with steps.step("Read recordings"):
             parts = [
                 loaded_capture(first, robot)

@@ -95,7 +95,13 @@ class Channels:
         last = self.columns[-1]
         pairs = enumerate(zip(self.columns[0], last, strict=False))
         same = next((k for k, (a, b) in pairs if a != b), 0)
+        same -= last[:same].endswith("[")
         return f"{first} … {short(last) if same < _LONG else last[same:]}"
+
+    @property
+    def parent(self) -> str:
+        """Of which message or struct it is a field; empty where its name does not say."""
+        return re.split(r"[/.](?!.*[/.])", self.stem)[0] if re.search(r"[/.]", self.stem) else ""
 
 
 def words_of(name: str) -> tuple[str, ...]:

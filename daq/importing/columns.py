@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 
 import numpy as np
 
-from daq.importing.dialect import TextTable, decoded, text_table
+from daq.importing.dialect import TextTable, decoded, numbers_of, text_table
 from daq.recording.errors import CaptureError
 from ident.listing import listed, short
 from robots.arrays import FloatArray
@@ -48,6 +48,8 @@ class Table:
     columns: dict[str, FloatArray]
     words: tuple[str, ...] = ()
     """What is missing in it, one sentence each."""
+    texts: frozenset[str] = frozenset()
+    """Names of further columns, which hold no numbers."""
 
     def pick(self, names: Sequence[str]) -> FloatArray:
         """Columns side by side, samples × names.
@@ -68,6 +70,8 @@ class Table:
         part = _PART.fullmatch(name)
         if part and part[1] in self.columns and 0 < int(part[3]) <= int(part[2]):
             return self.columns[part[1]][int(part[3]) - 1 :: int(part[2])]
+        if name in self.texts:
+            raise CaptureError(f"{self.path}: column {short(name)!r} holds text; allowed: one of numbers")
         present = listed(sorted(self.columns), few=20) or "none"
         raise CaptureError(f"{self.path}: no variable {short(name)!r}; present: {present}")
 
@@ -115,18 +119,44 @@ def _read_csv(path: Path) -> Table:
     if not header or not table.body or table.body.isspace():
         raise CaptureError(f"{path}: is empty; allowed: a header line and rows of numbers")
     body, words = _whole_lines(path, table)
+    texts = frozenset[str]()
     try:
-        values = np.loadtxt(
-            StringIO(body), delimiter=table.delimiter, ndmin=2, dtype=np.float64, comments=None
-        )
+        values = _numbers(replace(table, body=body))
     except ValueError as error:
-        reason = one_line(str(error))
-        raise CaptureError(f"{path}: is not a table of numbers under one header line: {reason}") from error
+        try:
+            kept, body = numbers_of(replace(table, body=body))
+            values = _numbers(replace(table, body=body), kept)
+        except ValueError:
+            reason = one_line(str(error))
+            raise CaptureError(
+                f"{path}: is not a table of numbers under one header line: {reason}"
+            ) from error
+        texts = frozenset(name for k, name in enumerate(header) if name and k not in kept)
+        header = [header[k] for k in kept]
     if len(set(header)) != len(header):
         raise CaptureError(f"{path}: two columns of the header have the same name")
     if values.shape[1] != len(header):
         raise CaptureError(f"{path}: {values.shape[1]} columns under {len(header)} names in the header line")
-    return Table(path, {name: values[:, k] for k, name in enumerate(header)}, words)
+    words += (f"{path.name}: columns of text are left out: {listed(sorted(texts))}",) if texts else ()
+    return Table(path, {name: values[:, k] for k, name in enumerate(header)}, words, texts)
+
+
+def _numbers(table: TextTable, columns: Sequence[int] | None = None) -> FloatArray:
+    """Rows × columns of a text; of all columns where None.
+
+    Raises:
+        ValueError: some field is no number.
+    """
+    quotes = None if columns is None else '"'
+    return np.loadtxt(
+        StringIO(table.body),
+        delimiter=table.delimiter,
+        ndmin=2,
+        dtype=np.float64,
+        comments=None,
+        usecols=columns,
+        quotechar=quotes,
+    )
 
 
 def _whole_lines(path: Path, table: TextTable) -> tuple[str, tuple[str, ...]]:

@@ -18,6 +18,7 @@ _COUNT = "\x01"
 _SEPARATORS = re.compile(r"[,;\s]+")
 _LOOK = 100_000
 """Characters in which such cells are looked for."""
+_TRUTH = re.compile(r"\b(?:true|false)\b", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
 
 
@@ -70,10 +71,12 @@ def text_table(text: str) -> TextTable:
         lines = _spread("\n".join(lines)).split("\n", _HEAD)
     delimiter = _delimiter(lines[min(1, len(lines) - 1)])
     header = _split(lines[0], _delimiter(lines[0]) if len(lines) == 1 else delimiter)
-    if all(_is_number(field) for field in header):
-        named = _split(comments[-1], _delimiter(comments[-1])) if comments else []
-        count = len(header)
-        header = named if len(named) == count else [f"c{k}" for k in range(1, count + 1)]
+    count, of_numbers = len(header), [_is_number(field) for field in header]
+    named = _split(comments[-1], _delimiter(comments[-1])) if comments else []
+    if any(of_numbers) and len(named) == count and not any(map(_is_number, named)):
+        header = named
+    elif all(of_numbers):
+        header = [f"c{k}" for k in range(1, count + 1)]
     else:
         lines.pop(0)
         if lines and not any(_is_number(field) for field in _split(lines[0], delimiter)):
@@ -82,6 +85,25 @@ def text_table(text: str) -> TextTable:
     if delimiter != "," and "." not in body and _DECIMAL_COMMA.search(body):
         body = body.replace(",", ".")
     return TextTable(header, body, delimiter)
+
+
+def numbers_of(table: TextTable) -> tuple[list[int], str]:
+    """Which columns hold numbers, by the first rows, and the rows with 1 and 0 for True and False.
+
+    A column of which some rows are numbers counts as one of numbers.
+
+    Raises:
+        ValueError: there is none, or a line is none of a table.
+    """
+    body = _TRUTH.sub(lambda word: "1" if word[0].lower() == "true" else "0", table.body)
+    try:
+        rows = [_split(row, table.delimiter) for row in body.split("\n", _HEAD)[:_HEAD] if row.strip()]
+    except csv.Error as error:
+        raise ValueError(error) from error
+    some = [any(k < len(row) and _is_number(row[k]) for row in rows) for k in range(len(table.header))]
+    if not any(some):
+        raise ValueError("there is no number in the first rows")
+    return [k for k, numbers in enumerate(some) if numbers], body
 
 
 def _spread(text: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from daq.files.toml_text import toml_text
 from daq.importing.channels import channels_of
 from daq.importing.columns import Table, read_table
-from daq.importing.guess_which import position_of, present, time_of, torque_of
+from daq.importing.guess_which import position_of, present, time_of, torques_of
 from daq.recording.errors import CaptureError
 from robots import Robot
 
@@ -33,7 +33,7 @@ def guess_map(source: Path, robot: Robot) -> dict[str, Any]:
     groups = [c for c in channels if len(c.columns) == robot.n]
     try:
         position = position_of(source, groups, robot.n)
-        torque = torque_of(source, [c for c in groups if c is not position])
+        torque = torques_of(source, [c for c in groups if c is not position])[0]
     except CaptureError as error:
         raise CaptureError(f"{error}; or write a column map by hand") from None
     same = [c for c in channels if len(c.values) == len(position.values)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
 from daq.importing.log_quantities import POSITION_UNITS
+from daq.importing.pieces import bridged
 from daq.importing.proof import is_same, slope_between
 from ident.listing import listed
 from robots import Robot
@@ -19,6 +21,27 @@ _SAME_SIZE = 0.1
 """Share by which a second encoder's motion may differ from the first one's: far more than a gear winds."""
 _NOT_FOLLOWED = "named a reference; the measured one does not follow it (unit? other times?), not used"
 _NOT_MEASURED = {"reference", "error", "computed", "external"}
+
+
+def _is_flag(channel: Channels) -> bool:
+    return channel.kind == "complete" and bool(
+        np.isin(channel.values, (0.0, 1.0)).all() and channel.values.any()
+    )
+
+
+def without_flagged(channels: Sequence[Channels]) -> list[Channels]:
+    """All channels, with nothing of their own in rows that a flag says to be no samples."""
+    found = list(channels)
+    for flag in filter(_is_flag, channels):
+        bad = (flag.values == 0.0).any(axis=1)
+        if bad.any():
+            found = [
+                replace(c, values=bridged(c.values, bad))
+                if len(c.values) == len(bad) and not _is_flag(c)
+                else c
+                for c in found
+            ]
+    return found
 
 
 def beside_of(
@@ -73,9 +96,7 @@ def _meaning(
     if not whole and len(names) != 1:
         return "", None
     if channel.kind == "complete":
-        flags = channel.values
-        is_flag = bool(np.isin(flags, (0.0, 1.0)).all() and flags.any())
-        return "complete", {"columns": names, **file} if is_flag else None
+        return "complete", {"columns": names, **file} if _is_flag(channel) else None
     if channel.kind == "temperature" and not channel.marks & _NOT_MEASURED:
         return "temperature", {"columns": names, **file} if np.isfinite(channel.values).all() else None
     if (

@@ -15,22 +15,22 @@ from typing import Any
 import numpy as np
 
 from daq.files.toml_text import toml_text
-from daq.importing.bags import is_bag_folder
-from daq.importing.channels import Channels, channels_of
-from daq.importing.columns import TEXTS, read_table, vector_by_vector
-from daq.importing.guess_beside import beside_of, words_of_channels
+from daq.importing.channels import Channels
+from daq.importing.guess_beside import beside_of, without_flagged, words_of_channels
 from daq.importing.guess_cutoff import raised_cutoff
 from daq.importing.guess_frames import axes_and_offsets
 from daq.importing.guess_loop import loop_words
-from daq.importing.guess_position import counts_of_joints, in_si, joints_of
-from daq.importing.guess_torque import LogHints, torque_table
-from daq.importing.guess_which import Sampled, position_of, time_of, torque_of
+from daq.importing.guess_measured import measured_torque
+from daq.importing.guess_position import in_si, joints_of
+from daq.importing.guess_torque import LogHints, torque_table, with_sensors
+from daq.importing.guess_which import Sampled, position_of, time_of, torques_of
 from daq.importing.load import MAP_NAME, kept_rows
 from daq.importing.log_arm import still_joints, write_description
+from daq.importing.log_channels import channels_of_log
 from daq.importing.log_quantities import POSITION_UNITS
-from daq.importing.unnamed import told_apart
 from daq.recording.errors import CaptureError
 from ident.decimation import decimation_reach
+from ident.identification.excitation import one_way
 from ident.preparation.outliers import without_outliers
 from robots import Robot
 from robots.arrays import FloatArray
@@ -38,10 +38,6 @@ from robots.loose_urdf import LooseUrdf, read_loose_urdf
 
 _LEAST = 50
 """Samples; shorter columns are constants."""
-_MOST = 600_000
-"""Samples that guesses are proven on: ten minutes at 1 kHz."""
-_SAYING = {"position", "velocity", "torque", "current"}
-"""Kinds of which a log with names has one."""
 _SETTLED, _TRIM, _SHORT = 1.2, 50, 30
 """Periods of the cut-off after which its filter has forgotten an end to a hundredth; the usual trim, samples,
 and the share of a short log that at most is given up at either end.
@@ -96,7 +92,8 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
         RobotFileError: the URDF.
     """
     arm = read_loose_urdf(urdf)
-    channels, told = _channels(path, arm, hints)
+    channels, told = channels_of_log(path, arm, hints)
+    channels, hints = without_flagged(channels), with_sensors(channels, hints)
     series = [c for c in channels if len(c.values) >= _LEAST]
     position = position_of(path, series, len(arm.moving))
     same = [c for c in series if c is not position and len(c.values) == len(position.values)]
@@ -124,17 +121,20 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     velocity = [c for c in others if log.is_derivative(c)]
     others = [c for c in others if c not in velocity]
     reference = next((c for c in others if log.is_followed(c)), None)
-    torque = torque_of(path, [c for c in others if c is not reference])
+    named = torques_of(path, [c for c in others if c is not reference])
+    chosen = tuple(names[k] for k in moving)
+    robot = _description(folder, arm, chosen, held, log, named[0], hints)
+    torque, said_torque = measured_torque(named, log, robot)
+    words += said_torque
     rest = [c for c in others if c is not torque]
     usual = np.ptp(np.percentile(torque.values, (1, 99), axis=0), axis=0)
     torque = replace(torque, values=_mended(path, "control signal", stamps, torque.values, usual))
-    chosen = tuple(names[k] for k in moving)
     robot = _description(folder, arm, chosen, held, log, torque, hints)
     drives = log
     coupled, log, offset, framed = axes_and_offsets(robot, log, torque, table, hints)
     if coupled is not robot:
         robot = _description(folder, arm, chosen, held, log, torque, hints, coupled.transmission)
-    words += framed
+    words += [*framed, *_without_offset(robot)]
     tables, said_beside, used = beside_of([c for c in same if c is not position], log, robot, offset)
     words += [*said_beside, *words_of_channels(velocity, [c for c in rest if c not in used], reference)]
     means, more = torque_table(torque, log, robot, offset, _constants(channels, position, moving), hints, arm)
@@ -196,50 +196,6 @@ def save_guess(folder: Path, request: GuessRequest) -> None:
             raise CaptureError(f"{target}: cannot be written: {error.strerror}") from error
 
 
-def _channels(path: Path, arm: LooseUrdf, hints: LogHints) -> tuple[list[Channels], list[str]]:
-    """All groups of columns of a file, or of the .csv files in a folder; and what told unnamed ones."""
-    if not path.exists():
-        raise CaptureError(f"{path}: no such file")
-    joints = [joint.name for joint in arm.moving]
-    if not path.is_dir() or is_bag_folder(path):
-        columns = _part(read_table(path).columns)
-        found = channels_of(columns, joints)
-        if any(channel.kind in _SAYING for channel in found):
-            return found, []
-        return told_apart(path, columns, arm, hints)
-    tables = _tables(path)
-    lengths = {len(values) for columns in tables.values() for values in columns.values()}
-    for name, columns in tables.items():
-        for column, values in columns.items() if len(columns) == 1 else ():
-            counts = [n for n in counts_of_joints(arm) if n > 1 and len(values) / n in lengths]
-            tables[name] = (counts and vector_by_vector(column, values, counts[0])) or columns
-    return [c for name, columns in tables.items() for c in channels_of(columns, joints, name)], []
-
-
-def _part(columns: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """The middle of a log of hours: enough to tell what is what."""
-    rows = max((len(values) for values in columns.values()), default=0)
-    if rows <= _MOST:
-        return columns
-    part = slice((rows - _MOST) // 2, (rows + _MOST) // 2)
-    return {name: v[part].copy() if len(v) == rows else v for name, v in columns.items()}
-
-
-def _tables(folder: Path) -> dict[str, dict[str, FloatArray]]:
-    """The columns of the text tables in a folder, by the names of the files."""
-    found = {}
-    for file in sorted(folder.iterdir()):
-        if file.suffix.lower() in TEXTS:
-            try:
-                found[file.name] = read_table(file).columns
-            except CaptureError:
-                if file.suffix.lower() == ".csv":
-                    raise
-    if not found:
-        raise CaptureError(f"{folder}: a folder without tables ({', '.join(TEXTS)}) and no ROS 2 bag")
-    return found
-
-
 def _steps(arm: LooseUrdf, names: tuple[str, ...], stamps: FloatArray) -> FloatArray:
     """(n,) by how much a joint can be off its neighbours: what it moves in two periods at its speed limit."""
     speeds = {joint.name: joint.velocity or _FASTEST for joint in arm.moving}
@@ -279,11 +235,25 @@ def _description(
     }
     if hints.sensor:
         settings["rotor_inertia"] = False
+    if one_way(log.velocity).any():
+        settings["offset"] = [not way for way in one_way(log.velocity).tolist()]
     position = log.position
     speed = np.abs(log.velocity).max(axis=0)
     force = np.abs(torque.values[:, log.moving]).max(axis=0)
     seen = (position.min(axis=0), position.max(axis=0), speed, force)
     return write_description(folder, arm, names, held, seen, settings, transmission)
+
+
+def _without_offset(robot: Robot) -> list[str]:
+    """A sentence where joints turn one way only."""
+    offset = robot.identification.offset
+    still = (
+        []
+        if isinstance(offset, bool)
+        else [j.name for j, has in zip(robot.joint, offset, strict=True) if not has]
+    )
+    ways = "moves one way only: its" if len(still) == 1 else "move one way only: their"
+    return [f"{', '.join(still)} {ways} dry friction holds what is constant of the torque"] if still else []
 
 
 def _constants(channels: list[Channels], position: Channels, moving: Sequence[int]) -> dict[str, FloatArray]:

@@ -5,7 +5,8 @@ Decided on the data: the torque that the URDF's bodies ask for, beside the one t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ _UNTOLD = 0.5
 _BETTER = 2.0
 """Times less that the right motion leaves of a torque than a wrong one."""
 _MILLI = {"mnm"}
+_OF_LIBFRANKA = {"tau", "ext", "hat", "filtered"}
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,16 @@ class LogHints:
     gain: tuple[float, ...] = ()
     offset: tuple[float, ...] = ()
     sensor: bool = False
+
+
+def with_sensors(channels: Sequence[Channels], hints: LogHints) -> LogHints:
+    """What the user says, and that torques are of sensors at the links where libfranka wrote the log.
+
+    Its ``tau_J`` is documented so. Those letters alone may be "torque of joint 1" elsewhere; the name of its
+    estimate ``tau_ext_hat_filtered``, which stands beside it, nobody else has.
+    """
+    written = any({*c.words} >= _OF_LIBFRANKA for c in channels)
+    return replace(hints, sensor=True) if written else hints
 
 
 def torque_table(
@@ -97,11 +109,15 @@ def torque_table(
         return _table(key, given * signs, unit), words
     share, sigma = share / np.abs(given), sigma / np.abs(given)
     signs = signs * np.sign(given)
-    if hints.sensor:
-        words.append("torque: of sensors at the links, so without the rotors' inertia")
-        return {"unit": unit, "side": "sensor"}, words
     milli = bool(_MILLI & set(torque.words))
     scaled = np.where(np.array(slides) | (not milli), 1.0, 1e-3)
+    if hints.sensor:
+        beside = _beside(robot, scaled * share, seen)
+        words.append(f"torque: of sensors at the links, so without the rotors' inertia{beside}")
+        words += _doubts(robot, arm, scaled * share, scaled * sigma, "its column's name")
+        if not turned:
+            return {"unit": "mN*m" if (scaled != 1.0).any() else unit, "side": "sensor"}, words
+        return _table("gain", scaled * signs, unit), words
     if torque.kind == "torque" and _agree(scaled, share, seen):
         said = "N*m and N" if mixed else unit
         words.append(f"torque: in {said} at the joints{_beside(robot, scaled * share, seen)}")

@@ -57,13 +57,16 @@ def position_of(path: Path, series: Sequence[Channels], joints: int) -> Channels
             f"{path}: no column looks like a measured position; give --columns; {present(series)}"
         )
     most = max(len(c.columns) for c in named)
-    return max((c for c in named if len(c.columns) == most), key=_position_score)
+    felt = {c.parent for c in moving if c.kind == "torque" and not c.marks & marks} - {""}
+    return max((c for c in named if len(c.columns) == most), key=lambda c: _position_score(c, felt))
 
 
-def _position_score(channel: Channels) -> int:
+def _position_score(channel: Channels, felt: set[str]) -> int:
+    """How likely it is the measured position that goes with the torques; ``felt`` are their parents."""
     marks = channel.marks
     joint = channel.words[-1:] == ("q",)  # theta is the motor's where there is q
-    return 2 * ("measured" in marks) + ("motor" in marks or joint) - 3 * ("second" in marks)
+    own = "motor" in marks or joint
+    return 2 * ("measured" in marks) + own - 3 * ("second" in marks) + 2 * (channel.parent in felt)
 
 
 def present(series: Sequence[Channels]) -> str:
@@ -71,19 +74,23 @@ def present(series: Sequence[Channels]) -> str:
     return f"present: {listed([c.label for c in series], few=SHOWN) or 'none'}"
 
 
-def torque_of(path: Path, others: Sequence[Channels]) -> Channels:
-    """What was measured of the torque; a current or a control signal where there is no torque.
+def torques_of(path: Path, others: Sequence[Channels]) -> list[Channels]:
+    """What by its name was measured of the torque; a current or a control signal where there is no torque.
+
+    Several where their names say the same; those that never change are left out.
 
     Raises:
         CaptureError: nothing looks like it.
     """
     kinds = {"torque": 3, "current": 2, "signal": 1}
-    named = [c for c in others if c.kind in kinds and not c.marks & {"error", "external"}]
+    live = [c for c in others if np.ptp(c.values, axis=0).any()]
+    named = [c for c in live if c.kind in kinds and not c.marks & {"error", "external"}]
     if not named:
         raise CaptureError(
             f"{path}: no column looks like a torque or a current; give --columns; {present(others)}"
         )
-    return max(named, key=lambda c: kinds[c.kind] + 2 * ("measured" in c.marks) - 4 * ("computed" in c.marks))
+    scores = [kinds[c.kind] + 2 * ("measured" in c.marks) - 4 * ("computed" in c.marks) for c in named]
+    return [c for c, score in zip(named, scores, strict=True) if score == max(scores)]
 
 
 def time_of(

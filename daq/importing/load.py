@@ -18,7 +18,7 @@ from daq.importing.log_quantities import (
     position_of_joints,
     time_of_samples,
 )
-from daq.importing.pieces import answered_pieces, complete_at, in_parts
+from daq.importing.pieces import answered_pieces, complete_at, in_parts, put_back, set_aside
 from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
@@ -32,6 +32,7 @@ from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 
 MAP_NAME = "import.toml"
+_UNFLAGGED = "; rows that are taken out of the log, in place of a flag, are filled as missing samples are"
 
 
 def _nobody(share: float) -> None:
@@ -82,7 +83,8 @@ def load_log(
     meaning = load_import_map(map_path)
     settings = settings_of(meaning, robot, map_path)
     recording, complete, warnings = log_recording(path, robot, meaning, settings.cutoff_hz, done)
-    recordings, dropped = answered_pieces(path, recording, complete)
+    remedy = "" if meaning.complete is None else _UNFLAGGED
+    recordings, dropped = answered_pieces(path, recording, complete, remedy)
     recordings = tuple(part for recording in recordings for part in in_parts(recording, settings))
     return LoadedRecordings(path, recordings, settings, None, (*warnings, *filter(None, [dropped])))
 
@@ -107,6 +109,7 @@ def log_recording(
         The recording of N samples, N × n whether each drive answered, and sentences of warning.
     """
     source = LogFiles(path)
+    complete = answered(source, columns, robot)
     written = columns.position
     held = rounded(path.name, written.columns, source.pick(written.file, written.columns))
     position = position_of_joints(source, columns.position, robot)
@@ -117,8 +120,8 @@ def log_recording(
     if reference is not None:
         lengths["reference"] = len(reference)
     beside = channels_beside(source, columns, robot, position)
-    complete = answered(source, columns, robot, len(position))
-    lengths["complete"] = len(complete)
+    if complete is not None:
+        lengths["complete"] = len(complete)
     lengths |= {name.replace("_", " "): len(values) for name, values in beside.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -126,13 +129,18 @@ def log_recording(
     read = source.words
     source.give_up()
     done(0.25)
-    if columns.complete is None:  # otherwise what no drive answered is known, and often held
+    written_there: dict[str, FloatArray] = {}
+    if complete is None:
         kept, stuck = kept_rows(path.name, time, position, control_signal)
         if not kept.all():
             time, position, control_signal = time[kept], position[kept], control_signal[kept]
-            reference, complete = None if reference is None else reference[kept], complete[kept]
+            reference = None if reference is None else reference[kept]
             beside = {channel: values[kept] for channel, values in beside.items()}
-        held = (*stuck, *held)
+    else:  # what no drive answered is known, and often held
+        stuck = _said_of_flags(path.name, time, complete)
+        channels = {"position": position, "control_signal": control_signal, "reference": reference, **beside}
+        written_there = set_aside({k: v for k, v in channels.items() if v is not None}, complete)
+    held = (*stuck, *held)
     done(0.6)
     held += clipped(path.name, "control signal", control_signal)
     done(0.8)
@@ -145,10 +153,25 @@ def log_recording(
     even = uniform_recording(path.name, time, reference, position, control_signal, cutoff_hz, beside)
     recording, said = with_beside(even, cutoff_hz)
     there = np.repeat(even.there[:, np.newaxis], robot.n, axis=1)
-    if columns.complete is not None:
+    if complete is not None:
         there &= complete_at(even.recording.time, time, complete)
     said += words_of_second(robot, recording, cutoff_hz)
+    if complete is not None and recording.time is time:  # the rows are those of the log
+        put_back(recording, written_there, complete)
     return recording, there, (*read, *held, *wrong, *odd, *even.words, *said)
+
+
+def _said_of_flags(name: str, time: FloatArray, complete: BoolArray) -> tuple[str, ...]:
+    """A sentence on rows that some drive did not answer."""
+    bad = np.asarray(~complete.all(axis=1))
+    count = int(np.count_nonzero(bad))
+    if not count:
+        return ()
+    first = seconds(time[int(np.argmax(bad))])
+    return (
+        f"{name}: {count} of {len(bad)} samples are flagged as not complete (first at {first} s): not used,"
+        " and the log is cut there",
+    )
 
 
 def kept_rows(

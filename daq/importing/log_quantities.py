@@ -14,6 +14,7 @@ from daq.importing.import_map import (
     Position,
     Torque,
 )
+from daq.importing.pieces import bridged
 from daq.recording.errors import CaptureError
 from ident.listing import short
 from robots import Robot
@@ -46,13 +47,17 @@ def unit_of(turning: BoolArray, degrees: bool, millimetres: bool) -> str:
     return ", ".join(parts) or ("rad" if turning.any() else "m")
 
 
-def answered(source: LogFiles, columns: ImportMap, robot: Robot, samples: int) -> BoolArray:
-    """Samples × joints: whether each drive answered; all did where the map says nothing of it."""
+def answered(source: LogFiles, columns: ImportMap, robot: Robot) -> BoolArray | None:
+    """Samples × joints: whether each drive answered; None where the map says nothing of it.
+
+    From then on the source does not mind what is not a number in rows in which one did not.
+    """
     if columns.complete is None:
-        return np.ones((samples, robot.n), dtype=np.bool_)
+        return None
     if len(columns.complete.columns) != 1:
         _check_count("columns of complete", len(columns.complete.columns), robot, source.path)
     flags = source.pick(columns.complete.file, columns.complete.columns) != 0
+    source.flagged = ~flags.all(axis=1)
     return np.broadcast_to(flags, (len(flags), robot.n)).copy()
 
 
@@ -61,6 +66,8 @@ class LogFiles:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.flagged: BoolArray | None = None
+        """(N,) rows in which some drive did not answer: what stands there counts for nothing."""
         self._tables: dict[Path, Table] = {}
 
     @property
@@ -81,6 +88,9 @@ class LogFiles:
         if path not in self._tables:
             self._tables[path] = read_table(path)
         values = self._tables[path].pick(names)
+        if self.flagged is not None and len(self.flagged) == len(values):
+            for column in values.T:
+                bridged(column[:, np.newaxis], self.flagged & ~np.isfinite(column))
         bad = np.argwhere(~np.isfinite(values))
         if bad.size:
             row, column = bad[0]

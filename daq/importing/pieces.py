@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -24,7 +24,11 @@ _NEAR = 0.75
 
 
 def long_pieces(
-    path: Path, lengths: Sequence[int], period: float, make: Callable[[int, str], Recording]
+    path: Path,
+    lengths: Sequence[int],
+    period: float,
+    make: Callable[[int, str], Recording],
+    remedy: str = "",
 ) -> tuple[tuple[Recording, ...], str]:
     """The pieces that are long enough, and a sentence on the others (empty where there are none).
 
@@ -33,6 +37,7 @@ def long_pieces(
         lengths: of all pieces in their order, samples.
         period: between samples, s.
         make: gets the number of a piece and its name.
+        remedy: what to do where none is long enough, for the message.
 
     Raises:
         CaptureError: none is long enough.
@@ -43,7 +48,7 @@ def long_pieces(
         longest = f"{max(seconds):.3g} s long" if seconds else "0 s long: some drive never answered"
         raise CaptureError(
             f"{path}: its longest piece without a gap is {longest};"
-            f" allowed: pieces of at least {SHORTEST_PIECE:g} s"
+            f" allowed: pieces of at least {SHORTEST_PIECE:g} s{remedy}"
         )
     names = [path.name] if len(long) == 1 else [f"{path.name}, piece {k}" for k in range(1, len(long) + 1)]
     recordings = tuple(make(number, name) for number, name in zip(long, names, strict=True))
@@ -57,7 +62,7 @@ def long_pieces(
 
 
 def answered_pieces(
-    path: Path, recording: Recording, complete: BoolArray
+    path: Path, recording: Recording, complete: BoolArray, remedy: str = ""
 ) -> tuple[tuple[Recording, ...], str]:
     """A recording, cut where some drive has not answered; as :func:`long_pieces`.
 
@@ -65,6 +70,7 @@ def answered_pieces(
         path: of the recording.
         recording: N samples.
         complete: N × n, whether each drive has answered.
+        remedy: what to do where no piece is long enough, for the message.
     """
     if complete.all():
         return (recording,), ""
@@ -75,7 +81,8 @@ def answered_pieces(
     def make(number: int, name: str) -> Recording:
         return recording.piece(pieces[number], name)
 
-    return long_pieces(path, [rows.stop - rows.start for rows in pieces], recording.sample_time, make)
+    lengths = [rows.stop - rows.start for rows in pieces]
+    return long_pieces(path, lengths, recording.sample_time, make, remedy)
 
 
 def in_parts(recording: Recording, settings: Identification) -> tuple[Recording, ...]:
@@ -101,6 +108,45 @@ def in_parts(recording: Recording, settings: Identification) -> tuple[Recording,
         name = f"{recording.name}, part {number}"
         parts.append(recording.piece(slice(first, behind), name, (begin - first, behind - end)))
     return tuple(parts)
+
+
+def bridged(values: FloatArray, bad: BoolArray) -> FloatArray:
+    """Rows that are no samples as straight lines between those around them, changed where they stand.
+
+    They are cut out later; until then nothing that looks at a whole column is to see what stands in them.
+
+    Args:
+        values: N × channels.
+        bad: (N,) rows that are no samples.
+    """
+    good, at = np.flatnonzero(~bad), np.flatnonzero(bad)
+    if good.size and at.size:
+        for column in values.T:
+            column[at] = np.interp(at, good, column[good])
+    return values
+
+
+def set_aside(channels: Mapping[str, FloatArray], complete: BoolArray) -> dict[str, FloatArray]:
+    """What stands in rows that some drive did not answer, by channel; the rows are bridged.
+
+    Args:
+        channels: N × any each, changed where they stand.
+        complete: N × n, whether each drive has answered.
+    """
+    bad = np.asarray(~complete.all(axis=1))
+    there = {name: values[bad].copy() for name, values in channels.items()}
+    for values in channels.values():
+        bridged(values, bad)
+    return there
+
+
+def put_back(recording: Recording, there: Mapping[str, FloatArray], complete: BoolArray) -> None:
+    """The reverse of :func:`set_aside`: a capture of the log keeps what stands there, though not as data."""
+    bad = np.asarray(~complete.all(axis=1))
+    for name, rows in there.items():
+        values = getattr(recording, name, None)
+        if values is not None:
+            values[bad] = rows
 
 
 def complete_at(grid: FloatArray, time: FloatArray, complete: BoolArray) -> BoolArray:

@@ -34,9 +34,12 @@ def derivative_of(position: FloatArray, period: float) -> FloatArray:
 def slope_between(first: FloatArray, second: FloatArray) -> tuple[float, float]:
     """By how much the second is larger than the first, and their correlation: medians over joints."""
     slopes, correlations = [], []
-    for a, b in zip((first - first.mean(axis=0)).T, (second - second.mean(axis=0)).T, strict=True):
-        if a @ a > 0 and b @ b > 0:
-            slopes.append(a @ b / (a @ a))
+    for one, other in zip(first.T, second.T, strict=True):
+        a, b = one - one.mean(), other - other.mean()
+        sizes = float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0))
+        if min(sizes) > 0 and np.isfinite(sizes).all():
+            a, b = a / sizes[0], b / sizes[1]  # a damaged column may hold values whose squares are too large
+            slopes.append(a @ b / (a @ a) * sizes[1] / sizes[0])
             correlations.append(a @ b / np.sqrt((a @ a) * (b @ b)))
     if not slopes:
         return 0.0, 0.0
@@ -110,6 +113,13 @@ class TorqueProof:
             value, sigma = _fit(np.column_stack([drive, bodies]), self.torque[:, joint])
             found.append(value[:2] / np.maximum(sigma[:2], np.finfo(float).tiny))
         return np.array(found)
+
+    def brakes(self, offset: FloatArray) -> bool:
+        """Whether friction is in the torque of most joints that have one, and drives none of them."""
+        live = np.ptp(self.torque, axis=0) > 0
+        friction = self.frictions(offset)[live]
+        driven = (friction < -_SIGNS).all(axis=1).any()
+        return bool(live.any() and (friction > _SIGNS).any(axis=1).mean() > 0.5 and not driven)
 
     def turned(self, offset: FloatArray, against: BoolArray) -> list[int]:
         """Joints whose torque is written with the other sign.

@@ -32,8 +32,6 @@ _NEAR = 0.1
 """Share by which a reading may be worse than the best and still be as good."""
 _ROUGHER = 1.5
 """Times: a measurement beside what it was to be."""
-_SEEN = 5.0
-"""Deviations."""
 _QUANTITIES = 3
 """Quantities that a log without velocities may have: of more there are too many readings to try."""
 _REMEDY = "write a header line (t,q1,…,tau1,…) into it, or a column map"
@@ -123,11 +121,7 @@ def _foretold(log: UnnamedColumns, robot: Robot, motion: Sampled, torque: Block)
     columns = motion.even(log.values[:, places])
     proof = TorqueProof.of(robot, motion.position, columns, motion.period, motion.cutoff)
     share = float(np.median(np.diag(proof.explained(np.zeros(robot.n)))[live]))
-    if share <= _FORETOLD:
-        return share, False
-    friction = proof.frictions(np.zeros(robot.n))[live]
-    driven = (friction < -_SEEN).all(axis=1).any()
-    return share, bool((friction > _SEEN).any(axis=1).mean() > 0.5 and not driven)
+    return share, share > _FORETOLD and proof.brakes(np.zeros(robot.n))
 
 
 def _chosen(log: UnnamedColumns, readings: list[_Reading]) -> tuple[list[Channels], list[str]]:

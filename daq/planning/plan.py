@@ -59,9 +59,11 @@ def run_plan(request: PlanRequest, steps: Steps) -> PlanResult:
 
     Raises:
         PlanError: no motion meets the request.
+        MissingFromDescription: the arm has no controller.
         TrajectoryFileError, CellFileError, CaptureError, ModelFileError, OutputError: one line each.
     """
     robot = request.robot
+    robot.require_controller("planning (its saturation limits the torque)")
     folder = None
     if request.check is None or request.out is not None:
         folder = make_run_folder(request.out, f"plan-{robot.name}")

@@ -216,6 +216,13 @@ def _label(estimate: Estimate) -> str:
     return f"{label} ({estimate.method.upper()})" if estimate.method in {"ls", "iv"} else label
 
 
+def _offset_words(offset: bool | tuple[bool, ...]) -> str:
+    """Which joints have one."""
+    if isinstance(offset, tuple):
+        return f"of joint {', '.join(str(k + 1) for k, has in enumerate(offset) if has) or 'none'}"
+    return "yes" if offset else "no"
+
+
 def _settings(robot: Robot) -> list[tuple[str, str]]:
     rows = robot.identification
     sign = f"tanh(q̇ / {setting(rows.friction_width)})" if rows.friction_sign == "tanh" else "sign(q̇)"
@@ -227,7 +234,7 @@ def _settings(robot: Robot) -> list[tuple[str, str]]:
         ("Decimation", f"one row in {rows.decimation}, {_FILTERS[rows.decimation_filter]}"),
         ("Trimmed", f"{rows.trim_samples[0]} samples at the start, {rows.trim_samples[1]} at the end"),
         ("Friction sign", sign),
-        ("Torque offset per joint", "yes" if rows.offset else "no"),
+        ("Torque offset per joint", _offset_words(rows.offset)),
         ("Margin of gate 1, regressors", f"{setting(100.0 * rows.instrument_margin)} %"),
         ("Margin of gate 1, torque", f"{setting(100.0 * rows.torque_margin)} %"),
         ("Margin of gate 1, following error", f"{setting(100.0 * rows.following_error_margin)} %"),

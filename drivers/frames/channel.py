@@ -9,6 +9,7 @@ from pathlib import Path
 from can.interfaces import VALID_INTERFACES
 
 from drivers.errors import BusError
+from robots import Robot
 
 DEFAULT_PORT = 43113
 """The port that python-can's udp_multicast uses when none is given."""
@@ -41,6 +42,17 @@ class Channel:
             raise BusError(f"interface {self.interface} needs a channel, got an empty name")
         if self.interface == "udp_multicast":
             self.group_and_port()
+
+    @classmethod
+    def of(cls, robot: Robot, interface: str | None = None, name: str | None = None) -> Channel:
+        """The bus that was asked for, else the arm's own.
+
+        Raises:
+            MissingFromDescription: the arm has no drives, so nothing can be driven on any bus.
+        """
+        robot.require_drives("driving an arm, or simulating its drives,")
+        bus = robot.bus
+        return cls(bus.interface if interface is None else interface, bus.channel if name is None else name)
 
     @classmethod
     def parse(cls, text: str, interface: str = "udp_multicast") -> Channel:

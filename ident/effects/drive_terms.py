@@ -131,7 +131,10 @@ class AsymmetricFriction:
 
 @dataclass(frozen=True)
 class CurrentOffset:
-    """A constant torque on each joint: the offset of the current measurement."""
+    """A constant torque on each joint, or on those that the arm's settings name: the current's offset.
+
+    The columns of the others are zero, so they have no base parameter.
+    """
 
     robot: Robot
 
@@ -144,4 +147,4 @@ class CurrentOffset:
 
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""
-        return diagonal_columns(np.ones_like(state.velocity))
+        return diagonal_columns(np.ones_like(state.velocity) * self.robot.identification.offset)

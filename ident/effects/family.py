@@ -1,7 +1,6 @@
 """Effects and their families: a family is one entry of the vocabulary, which can be put in several places.
 
-The search walks over families, their places and the values of their shape parameters; what it gets for each
-is an ordinary effect, the object that regressor and closed-loop simulation use once it has been named.
+The search walks over families, places and shapes; each is an effect as regressor and simulated loop use it.
 """
 
 from __future__ import annotations
@@ -78,10 +77,9 @@ class State:
     """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s.
 
     ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
-    with a history (drift, elasticity, hysteresis) need it and evenly spaced samples in order; all others
-    look at each sample alone. ``torque`` is the measured joint torque, samples × joints, where there is one:
-    a saturated drive shows only against it. ``load`` is a known body that the arm carries meanwhile: the
-    gears feel it, too.
+    with a history (drift, elasticity) need it and even samples in order; others look at each sample alone.
+    ``torque`` is the measured joint torque, samples × joints, where there is one: a saturated drive shows
+    only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too.
     """
 
     position: FloatArray
@@ -128,8 +126,8 @@ class Effect(Protocol):
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid and none between; of one that is ``scanned`` the data say
-    which. At its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
+    What is ``fixed`` takes the values of its grid alone; of one that is ``scanned`` the data say which. At
+    its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
     """
 
     name: str
@@ -230,18 +228,17 @@ class PlacedEffect(Effect, Protocol):
 class EffectFamily(Protocol):
     """One name of the vocabulary.
 
-    ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly
-    so (payload, drive gain, spring, offset): it can only be told against a model that existed before.
+    ``needs_prior`` is true where a refit of the base parameters would swallow the effect whole or nearly so
+    (payload, drive gain, spring, offset): it can only be told against a model that existed before.
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
-    ``contains`` are the effects that are limits of it. Of an effect that comes in waves ``several`` can sit
-    at one place, each of its own length. ``forms`` are others of the same name with shapes of their own,
-    ``nested`` is this one with all of those.
+    ``contains`` are the effects that are limits of it, ``on_top_of`` the usual terms without which it is not
+    there. Of an effect that comes in waves ``several`` can sit at one place, each of its own length.
+    ``forms`` are others of the same name with shapes of their own, ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
     integration; ``history``, whether its torque depends on what was before; ``taken_by_alignment``, whether
     an estimate of the lag between the channels takes it up. ``settled_by`` is what on the arm shows it where
-    no motion does. Names that easily pass for each other are declared on either of the two
-    (:func:`ident.effects.vocabulary.confused_with`), ``told_from`` with what tells them apart.
+    no motion does. Names that pass for each other are declared on either (``vocabulary.confused_with``).
     """
 
     @property
@@ -264,6 +261,9 @@ class EffectFamily(Protocol):
 
     @property
     def contains(self) -> tuple[str, ...]: ...
+
+    @property
+    def on_top_of(self) -> tuple[str, ...]: ...
 
     @property
     def stiff(self) -> bool: ...

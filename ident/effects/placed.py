@@ -103,13 +103,14 @@ class Family:
     ``confused_with`` names what the same data often cannot tell from it (one of the two says it for both);
     ``essential`` are the parameters, from 0, without which it is something else: a spring without stiffness
     is an offset. ``contains`` are the effects that are limits of this one: it is not reported where such a
-    limit explains as much. ``not_by_motion`` are those of ``told_from`` that no motion tells from it: on a
-    moving arm their torque is the same. ``several`` of an effect that comes in waves can sit at one place.
-    ``timeless``, which what is dear to calculate says of itself: its torque is that of the motion and of what
-    was shortly before, whenever it happens. ``forms`` are others of the same name with shapes of their own,
-    ``further`` those that the search by evidence alone asks for. ``equation`` says how its torque is made of
-    its parameters, for the reference page. ``row`` is where it stands in the vocabulary; a form that stands
-    under another family has none.
+    limit explains as much. ``on_top_of`` are the usual terms that it is a rise of. ``not_by_motion`` are
+    those of ``told_from`` that no motion tells from it: on a moving arm their torque is the same.
+    ``several`` of an effect that comes in waves can sit at one place. ``timeless``, which what is dear to
+    calculate says of itself: its torque is that of the motion and of what was shortly before, whenever it
+    happens. ``forms`` are others of the same name with shapes of their own, ``further`` those that the
+    search by evidence alone asks for. ``equation`` says how its torque is made of its parameters, for the
+    reference page. ``row`` is where it stands in the vocabulary; a form that stands under another family has
+    none.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Family:
     confused_with: tuple[str, ...] = ()
     essential: tuple[int, ...] = ()
     contains: tuple[str, ...] = ()
+    on_top_of: tuple[str, ...] = ()
     several: bool = False
     forms: tuple[Family, ...] = ()
     further: tuple[Family, ...] = ()

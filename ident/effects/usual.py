@@ -5,8 +5,6 @@ In a model that has them they explain nothing more, unless a prior holds their p
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, State
@@ -28,6 +26,13 @@ from ident.effects.speed_term import FrictionSign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
+SYMBOLS = {
+    "coulomb_friction": ("Fc", "Fcp", "Fcm"),
+    "viscous_friction": ("Fv", "Fvp"),
+    "rotor_inertia": ("Ia",),
+}
+"""Of a model that has a usual term for a drive, in any of its forms."""
+
 
 def friction_sign(robot: Robot) -> FrictionSign:
     """The arm's own form of the sign."""
@@ -35,11 +40,9 @@ def friction_sign(robot: Robot) -> FrictionSign:
     return FrictionSign(settings.friction_sign, settings.friction_width)
 
 
-def _change(
-    whole: float, share: float, present: PresentModel, place: Place, symbols: Collection[str]
-) -> float:
+def _change(whole: float, share: float, present: PresentModel, place: Place, name: str) -> float:
     """Size of a usual term: a share of the whole where the model has it, all of it where it is what lacks."""
-    return share * whole if present.has(symbols, place.joints[0]) else whole
+    return share * whole if present.has(SYMBOLS[name], place.joints[0]) else whole
 
 
 def _viscous(
@@ -54,7 +57,7 @@ def _viscous(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(damping=values[0] * np.outer(row, row))
 
-    scale = _change(viscous_friction(robot, place), 0.3, present, place, ("Fv", "Fvp"))
+    scale = _change(viscous_friction(robot, place), 0.3, present, place, "viscous_friction")
     return Parameters(("Fv",), (unit,), (ANY,), (scale,)), law, parts
 
 
@@ -69,7 +72,7 @@ def _coulomb(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign),))
 
-    scale = _change(dry_friction(robot, place), 0.3, present, place, ("Fc", "Fcp"))
+    scale = _change(dry_friction(robot, place), 0.3, present, place, "coulomb_friction")
     return Parameters(("Fc",), (torque_unit(robot, place),), (ANY,), (scale,)), law, parts
 
 
@@ -127,7 +130,7 @@ def _rotor_inertia(
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(inertia=values[0] * np.outer(row, row))
 
-    scale = _change(rotor_inertia(robot, place), 0.5, present, place, ("Ia",))
+    scale = _change(rotor_inertia(robot, place), 0.5, present, place, "rotor_inertia")
     return Parameters(("dIa",), (unit,), (ANY,), (scale,)), law, parts
 
 

@@ -22,7 +22,7 @@ from ident.recording import Recording
 from ident.results import Rank
 from ident.signals import kept_samples, motion, own_samples
 from ident.statistics.triangle import triangle_of
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification
 
 _NUMERICAL = 1e-10
@@ -44,6 +44,9 @@ _SEED = 0
 _SLOW = 0.02
 """Shares of the limits of speed and acceleration below which a joint hardly shows anything."""
 
+_BACK = 1e-3
+"""Share of its way that a joint which moves in one direction goes back: noise, no motion."""
+
 _TURNS_WITH_SPEED = ("Fc", "Fcp", "Fcn", "Fcm", "Fc_cold", "Fc_heat", "Fc_settled")
 """Dry friction: its columns turn their sign with the speed."""
 
@@ -55,12 +58,14 @@ class _Moved:
     Attributes:
         states: positions, velocities and accelerations, states × joints each, spread over the recordings.
         travel, speed, rate: (n,) range of the positions, largest speed and acceleration.
+        one_way: (n,) whether a joint moves in one direction only.
     """
 
     states: tuple[FloatArray, FloatArray, FloatArray]
     travel: FloatArray
     speed: FloatArray
     rate: FloatArray
+    one_way: BoolArray
 
     @classmethod
     def of(cls, recordings: Sequence[Recording], settings: Identification) -> _Moved:
@@ -78,7 +83,13 @@ class _Moved:
             quickest.append(np.abs(moved.acceleration).max(axis=0))
         q, qd, qdd = (np.concatenate(values) for values in zip(*parts, strict=True))
         travel = np.max(highest, axis=0) - np.min(lowest, axis=0)
-        return cls((q, qd, qdd), travel, np.max(fastest, axis=0), np.max(quickest, axis=0))
+        return cls((q, qd, qdd), travel, np.max(fastest, axis=0), np.max(quickest, axis=0), one_way(qd))
+
+
+def one_way(velocity: FloatArray) -> BoolArray:
+    """(n,) which joints move in one direction, but for a thousandth of their way; velocities samples × n."""
+    there, back = (np.maximum(sign * velocity, 0.0).sum(axis=0) for sign in (1.0, -1.0))
+    return np.asarray(np.minimum(there, back) <= _BACK * np.maximum(there, back))
 
 
 def rank_of(
@@ -120,7 +131,14 @@ def rank_of(
         noise_level=level,
         unseen=tuple(base.names[k] for k in unseen),
         reasons=tuple(_reasons(unseen, base, moved)),
+        one_way=_without_offset(base, moved),
     )
+
+
+def _without_offset(base: BaseParameters, moved: _Moved) -> tuple[int, ...]:
+    """Joints, from 1, whose dry friction holds what is constant of their torque."""
+    offset = np.broadcast_to(base.model.robot.identification.offset, moved.one_way.shape)
+    return tuple((np.flatnonzero(moved.one_way & ~offset) + 1).tolist())
 
 
 def require_enough_rows(rows: Rows, parameters: int) -> None:
@@ -202,4 +220,9 @@ def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> list[str]:
             found.append(f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)")
         elif rate < _SLOW * limits.acceleration:
             found.append(f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)")
+        elif moved.one_way[joint]:
+            found.append(
+                f"joint {joint + 1} moves in one direction only, so its dry friction is constant as is its"
+                " offset: give a recording in which it turns back too, or no offset to it (robot.toml)"
+            )
     return found

@@ -51,7 +51,7 @@ class RegressorModel:
             effects.append(AsymmetricFriction(robot, sign))
         else:
             effects += [ViscousFriction(robot), CoulombFriction(robot, sign)]
-        if settings.offset:
+        if np.any(settings.offset):
             effects.append(CurrentOffset(robot))
         if coupled_drives(robot):
             effects.append(WristCoupling(robot, sign))

@@ -75,6 +75,13 @@ def in_step(r: Recording) -> Recording:
     return replace(r, position=np.repeat(0.3 * r.position[:, :1], 6, axis=1) + r.position[0], reference=None)
 
 
+def one_way(r: Recording) -> Recording:
+    """Joint 3 goes on where it turned back."""
+    position = r.position.copy()
+    position[1:, 2] = position[0, 2] + 0.2 * np.cumsum(np.abs(np.diff(position[:, 2])))
+    return replace(r, position=position, reference=None)
+
+
 def test_a_sound_recording_is_let_through(tx40: Robot, sound: Recording) -> None:
     assert check_recordings(tx40, (sound,)) == ()
     identify(tx40, (sound,))
@@ -94,6 +101,7 @@ def test_a_sound_recording_is_let_through(tx40: Robot, sound: Recording) -> None
         (fewer_joints, "run: 4 joints; allowed: 6, as tx40 has"),
         (short, "too short a record; allowed: at least"),
         (in_step, "does not tell apart|does not excite"),
+        (one_way, "does not tell apart Fc3, off3: joint 3 moves in one direction only, so its dry friction"),
     ],
 )
 def test_a_mistake_is_refused_in_one_line_that_names_it(

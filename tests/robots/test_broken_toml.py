@@ -143,6 +143,13 @@ VALUES = [
         "6 entries, one per joint",
     ),
     Break(
+        "offset = true",
+        "offset = [true, false]",
+        "identification.offset",
+        "has 2 of 6 entries",
+        "6 entries, one per joint",
+    ),
+    Break(
         'type = "cascade_p_pi"',
         'type = "pd"',
         "controller.integral_gain",

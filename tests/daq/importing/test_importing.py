@@ -235,7 +235,8 @@ def test_a_wrong_map_is_one_line(
     ("text", "reason"),
     [
         ("t,q,v\n0,1\n", "2 columns under 3 names"),
-        ("t,q,v\n0,1,x\n", "is not a table of numbers under one header line"),
+        ("t,q,v\n0,1,2\n0,1,x\n", "is not a table of numbers under one header line"),
+        ("t,q,v\n0,1,x\n", "column 'v' holds text; allowed: one of numbers"),
         ("t,q,v\n", "is empty"),
         ("", "is empty"),
         ("t,q,q\n0,1,2\n", "two columns of the header have the same name"),

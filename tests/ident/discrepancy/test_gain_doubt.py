@@ -67,6 +67,13 @@ def test_a_mass_is_known_no_better_than_the_gains() -> None:
         assert abs(value - MASS) < 2.0 * sigma
 
 
+def test_sigma_grows_with_what_is_not_known_of_the_gains() -> None:
+    exact, near = (masses(share) for share in (0.0, KNOWN / 4))
+    assert len(exact) == len(near) == 2
+    for (_, without), (value, sigma) in zip(exact, near, strict=True):
+        assert KNOWN / 4 * value / np.sqrt(3.0) < np.sqrt(sigma**2 - without**2) < KNOWN / 2 * value
+
+
 def test_each_drive_has_its_share_of_a_torque() -> None:
     robot = known_to(KNOWN)
     torque = np.random.default_rng(0).normal(size=(5, robot.n))

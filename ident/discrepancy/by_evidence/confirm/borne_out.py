@@ -13,7 +13,7 @@ from itertools import combinations
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, found_set
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, found_set, stands
 from ident.effects.entry import joint_words
 
 
@@ -56,7 +56,8 @@ def borne_out(search: Search, searched: Searched, held: HeldOut) -> tuple[Search
         return searched, ()
     excess, numbers = found.level.excess, range(len(found.members))
     first = min(numbers, key=lambda number: search.without(found, number).log_posterior)
-    parts = {kept: _part(search, found, kept) for kept in _parts(len(found.members)) if first in kept}
+    with_first = (kept for kept in _parts(len(found.members)) if first in kept)
+    parts = {kept: _part(search, found, kept) for kept in with_first if _can_be(search, found, kept)}
     scores = {kept: held.score(part, excess) for kept, part in parts.items()}
     best = max(parts, key=lambda kept: parts[kept].log_posterior + TEMPERATURE * scores[kept])
     if len(best) == len(found.members):
@@ -73,6 +74,12 @@ def borne_out(search: Search, searched: Searched, held: HeldOut) -> tuple[Search
 def _parts(count: int) -> list[tuple[int, ...]]:
     """Every part of a set of so many, the whole among them."""
     return [kept for size in range(1, count + 1) for kept in combinations(range(count), size)]
+
+
+def _can_be(search: Search, found: Found, kept: tuple[int, ...]) -> bool:
+    """Whether each member of a part has what it is on top of."""
+    members = [found.members[number] for number in kept]
+    return all(stands(search.problem, one.candidate, members) for one in members)
 
 
 def _part(search: Search, found: Found, kept: tuple[int, ...]) -> Found:

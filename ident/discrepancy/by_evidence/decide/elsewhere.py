@@ -4,6 +4,13 @@ Friction that falls with speed has Coulomb friction in its limit, a stiffening c
 the recordings have looked for what the one has more, and it is as good as nothing, the two say the same of
 any motion and are one name. Where an arm has moved slowly, or over a tenth of its travel, the fits agree
 there and nowhere else: then they are two names, and a motion tells which is right.
+
+Two fits also differ in what either of them is not sure of, the size of a friction and the parameters beside
+it: that is no difference of names. So a form is asked whether *some* limit that the recordings allow says
+the same: with T − T' the difference of their torques, A the columns of the limit and of what is known beside
+it, and L Lᵀ the precision of their factors,
+
+    min ‖T − T' − A L⁻ᵀu‖  over  ‖u‖ ≤ 1.96
 """
 
 from __future__ import annotations
@@ -11,6 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import brentq
 
 from ident.discrepancy.by_evidence.decide.instruments import predicted
 from ident.discrepancy.by_evidence.decide.problem import Problem
@@ -27,6 +36,9 @@ _DURATION = 24.0
 
 _OF_LIMITS = 0.9
 """Of travel, speed and acceleration: what a motion comes to that keeps to them."""
+
+_ALLOWED = 1.96
+"""Deviations that hold 95 % of one direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,19 +57,50 @@ class Elsewhere:
 
     @classmethod
     def of(cls, problem: Problem) -> Elsewhere:
-        """For the arm and the sampling of the recordings that are fitted."""
-        robot, present = problem.prepared.robot, problem.present
-        swings = all_over(robot, problem.prepared.parts[0].sample_time)
-        prepared = predicted(prepare(robot, (swings,)), present)
+        """For the arm, the sampling and the time of the recordings that are fitted.
+
+        A motion shows nothing of another time: a brake that lets go after the last sample has rubbed all the
+        time.
+        """
+        robot, present, parts = problem.prepared.robot, problem.present, problem.prepared.parts
+        swings = all_over(robot, parts[0].sample_time)
+        recorded = parts[-1].own.time
+        assert recorded is not None
+        pieces = (prepare(robot, (piece,)) for piece in cut(swings, float(recorded[-1])))
+        whole = Prepared(robot, tuple(part for piece in pieces for part in piece.parts))
+        prepared = predicted(whole, present)
         known, _ = known_columns(prepared, problem.base, problem.prior, problem.start, present)
         return cls(problem, prepared, known)
 
-    def same(self, found: Found, other: Found) -> bool:
-        """Whether two sets differ by less torque than an accepted model leaves, on every joint."""
-        change = self._torque(found) - self._torque(other)
-        used = self.prepared.used
-        squares = np.sum(np.where(used, change, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
-        return bool(np.all(np.sqrt(squares) <= self.problem.misfit.accepted))
+    def same(self, form: Found, limit: Found) -> bool:
+        """Whether a limit that the recordings allow lacks less of a form than an accepted model leaves.
+
+        Args:
+            form: a set as it was fitted.
+            limit: another; the parameters of its members and what is known are what the recordings say of
+                them, its shapes are kept.
+        """
+        return bool(np.all(self.lacking(form, limit) <= self.problem.misfit.accepted))
+
+    def lacking(self, form: Found, limit: Found) -> FloatArray:
+        """(n,) rms, N·m (or N), of what of a form the nearest such limit does not say."""
+        rows = np.where(self.prepared.used, 1.0, 0.0)
+        rows = rows / np.sqrt(np.maximum(rows.sum(axis=0), 1.0))  # squares of a joint's rows sum up to a mean
+        change = rows * (self._torque(form) - self._torque(limit))
+        columns = rows[:, :, np.newaxis] * self._columns(limit)
+        flat = columns.reshape(change.size, -1)
+        weight = (np.ones_like(rows) / self.problem.misfit.accepted).reshape(-1)
+        moved = solve_triangular(limit.posterior.factor, (weight[:, np.newaxis] * flat).T, lower=True)
+        nearest = solve_triangular(
+            limit.posterior.factor, within(moved.T, weight * change.reshape(-1)), lower=True, trans=1
+        )
+        return np.asarray(np.sqrt(np.sum((change - columns @ nearest) ** 2, axis=0)))
+
+    def _columns(self, found: Found) -> FloatArray:
+        """Rows × joints × (k + p), of what is known and of a set's members in units of their scales."""
+        placed = (member.entry.placed for member in found.members)
+        own = [effect_rows(self.prepared, one) * np.array(one.scale) for one in placed]
+        return np.concatenate([self.known.columns, *own], axis=2)
 
     def _torque(self, found: Found) -> FloatArray:
         """Rows × joints, N·m (or N), of a set and what is known beside it."""
@@ -65,6 +108,45 @@ class Elsewhere:
         for number, member in enumerate(found.members):
             total = total + effect_rows(self.prepared, member.entry.placed) @ found.theta(number)[0]
         return np.asarray(total)
+
+
+def within(columns: FloatArray, wanted: FloatArray) -> FloatArray:
+    """u (k,) of least ‖wanted − columns u‖ with ‖u‖ ≤ 1.96: no further than the 95 % of one direction.
+
+    Args:
+        columns: (rows, k), each for a deviation of what it stands for.
+        wanted: (rows,).
+    """
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    along = vectors.T @ (columns.T @ wanted)
+    values = np.maximum(values, 1e-12 * max(float(values[-1]), 1e-300))
+
+    def beyond(log_price: float) -> float:
+        return float(np.linalg.norm(along / (values + np.exp(log_price)))) - _ALLOWED
+
+    free = along / values
+    if np.linalg.norm(free) <= _ALLOWED:
+        return np.asarray(vectors @ free)
+    most = float(np.log(np.linalg.norm(along) / _ALLOWED))  # with no more than this price alone it is within
+    price = np.exp(brentq(beyond, float(np.log(values[0])) - 60.0, most))
+    return np.asarray(vectors @ (along / (values + price)))
+
+
+def cut(swings: Recording, most: float) -> list[Recording]:
+    """A motion in the fewest equal pieces that last no longer than so many s, each from time 0 on."""
+    count = int(np.ceil(swings.time[-1] / most))
+    samples = swings.time.shape[0] // count
+    starts = samples * np.arange(count)
+    return [
+        Recording(
+            swings.name,
+            swings.time[:samples],
+            None,
+            swings.position[start : start + samples],
+            swings.control_signal[start : start + samples],
+        )
+        for start in starts
+    ]
 
 
 def all_over(robot: Robot, step: float) -> Recording:

@@ -10,7 +10,7 @@ from scipy.linalg import cho_solve, cholesky
 from scipy.special import logsumexp
 
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, stands
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.library_products import LibraryProducts
 from ident.discrepancy.by_evidence.evidence.rows import Rows
@@ -42,12 +42,12 @@ class Screened:
 
 
 def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Screened]:
-    """All candidates that are not in a set, the likeliest first."""
+    """All candidates that are not in a set and can be beside it, the likeliest first."""
     gains = _gains(problem, found, entries)
     taken = {member.candidate.key for member in found.members if not member.candidate.family.several}
     grouped: dict[Candidate, list[int]] = {}
     for number, entry in enumerate(entries):
-        if entry.candidate.key not in taken:
+        if entry.candidate.key not in taken and stands(problem, entry.candidate, found.members):
             grouped.setdefault(entry.candidate, []).append(number)
     screened = []
     for numbers in grouped.values():

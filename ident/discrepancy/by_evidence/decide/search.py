@@ -18,7 +18,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
-from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
 
@@ -197,11 +197,13 @@ class Search:
         return found, present
 
     def without(self, found: Found, number: int) -> Found:
-        """A set less one member, κ of its joints fitted again."""
+        """A set less one member and what is on top of it, κ of their joints fitted again."""
         made: dict[int, Found] = self._without.of(found, dict)
         if number not in made:
-            members = [member for k, member in enumerate(found.members) if k != number]
-            joints = joints_of(found.members[number])
+            rest = [member for k, member in enumerate(found.members) if k != number]
+            members = [one for one in rest if stands(self.problem, one.candidate, rest)]
+            left = [one for one in found.members if one not in members]
+            joints = sorted({joint for one in left for joint in joints_of(one)})
             made[number] = self._seen(found_set(self.problem, members, found.level, joints))
         return made[number]
 

@@ -12,6 +12,7 @@ from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import fitted
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.usual import SYMBOLS
 from robots.arrays import FloatArray
 
 TEMPERATURE = 0.5
@@ -78,6 +79,20 @@ class Found:
         inside = slice(k + part.start, k + part.stop)
         covariance = self.posterior.covariance[inside, inside] * np.outer(scale, scale)
         return self.posterior.theta[part] * scale, covariance
+
+
+def stands(problem: Problem, candidate: Candidate, members: Sequence[Member]) -> bool:
+    """Whether what an effect is on top of is there, in the model or among the members of a set.
+
+    Friction that falls with speed is a rise of dry friction by its own equation; in its stead it would be dry
+    friction that is gone at speed, which no bearing has.
+    """
+    here = {member.candidate.key for member in members}
+    joints = candidate.place.joints
+    return all(
+        (name, joints) in here or problem.present.has(SYMBOLS[name], joints[0])
+        for name in candidate.family.on_top_of
+    )
 
 
 def without_effects(problem: Problem) -> Found:

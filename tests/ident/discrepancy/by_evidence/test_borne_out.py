@@ -13,6 +13,10 @@ import pytest
 from ident.discrepancy.by_evidence.confirm import borne_out as module
 from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.decide.search import Searched
+from ident.effects.usual import SYMBOLS
+
+PROBLEM = SimpleNamespace(present=SimpleNamespace(has=lambda symbols, drive: False))
+"""A model that lacks all usual terms."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +39,18 @@ class _Set:
         return "".join(one.name for one in self.members)
 
 
+ON_TOP_OF: dict[str, tuple[str, ...]] = {}
+"""Members that need another one, in a model without it."""
+
+
 def member(name: str) -> Any:
     placed = SimpleNamespace(name=name, place=SimpleNamespace(joints=(0,)))
     return SimpleNamespace(
         name=name,
         entry=SimpleNamespace(placed=placed, white=SimpleNamespace(at=(0,))),
-        candidate=SimpleNamespace(place=placed.place),
+        candidate=SimpleNamespace(
+            key=(name, (0,)), place=placed.place, family=SimpleNamespace(on_top_of=ON_TOP_OF.get(name, ()))
+        ),
     )
 
 
@@ -59,7 +69,7 @@ def kept(
         """The first in the alphabet is what the rows speak for most clearly."""
         return SimpleNamespace(log_posterior=ord(found.members[number].name))
 
-    search: Any = SimpleNamespace(problem=None, settled=lambda found: (found, "settled"), without=without)
+    search: Any = SimpleNamespace(problem=PROBLEM, settled=lambda found: (found, "settled"), without=without)
     held: Any = SimpleNamespace(score=lambda found, excess: scores.get(found.letters, 0.0))
     whole: Any = _Set(tuple(member(name) for name in letters), fitted)
     searched = Searched(whole, _Set((), fitted), None, (), {})  # type: ignore[arg-type]
@@ -97,3 +107,13 @@ def test_what_the_fitted_rows_say_more_clearly_stays(monkeypatch: pytest.MonkeyP
 
 def test_one_alone_is_not_taken_away(monkeypatch: pytest.MonkeyPatch) -> None:
     assert kept(monkeypatch, "a", {"a": -5.0}) == ("a", [])
+
+
+def test_what_is_on_top_of_another_is_in_no_part_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without dry friction the fall of it would be likelier."""
+    monkeypatch.setitem(ON_TOP_OF, "c", ("b",))
+    monkeypatch.setitem(SYMBOLS, "b", ("B",))
+    scores = {"a": 0.0, "ab": 10.0, "abc": 20.0, "ac": 50.0}
+    assert kept(monkeypatch, "abc", scores) == ("abc", [])
+    monkeypatch.delitem(ON_TOP_OF, "c")
+    assert kept(monkeypatch, "abc", scores) == ("ac", [("b", 30.0)])

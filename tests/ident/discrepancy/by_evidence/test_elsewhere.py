@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import robots
-from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere, all_over
+from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere, all_over, cut, within
 from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.state import Found, without_effects
@@ -44,6 +45,22 @@ def test_what_the_recordings_do_not_show_makes_two_sets_of_other_motion() -> Non
     assert not search.elsewhere.same(fitted["limit"], empty)
 
 
+def test_motion_is_asked_about_at_the_time_of_the_recordings() -> None:
+    """What begins later than they end is no difference that a motion makes."""
+    problem = problem_of(lambda q: torque(q, w9=2.0))
+    (part,) = problem.prepared.parts
+    assert part.own.time is not None
+    elsewhere = Elsewhere.of(problem)
+    times = [piece.own.time for piece in elsewhere.prepared.parts]
+    assert len(times) == 2 and all(time is not None and time[-1] <= part.own.time[-1] for time in times)
+    whole = all_over(problem.prepared.robot, part.sample_time)
+    pieces = cut(whole, 7.0)
+    assert [piece.time[0] for piece in pieces] == [0.0] * 4
+    assert np.concatenate([piece.position for piece in pieces]) == pytest.approx(whole.position)
+    (one,) = cut(whole, 30.0)
+    assert one.time == pytest.approx(whole.time)
+
+
 def test_a_torque_below_the_accepted_misfit_makes_no_difference() -> None:
     problem = problem_of(lambda q: torque(q, w9=2.0))
     search = searching(problem, [family("limit", spring(0.0)), family("more", spring(1.0))])
@@ -51,11 +68,45 @@ def test_a_torque_below_the_accepted_misfit_makes_no_difference() -> None:
     entries = library(problem.rows, search.wanted, present_with(problem, empty))
     one, other = (search.replaced(empty, [each])[0] for each in screen(problem, empty, entries))
     elsewhere = Elsewhere.of(problem)
-    change = elsewhere._torque(one) - elsewhere._torque(other)
-    size = float(np.sqrt(np.mean(change[elsewhere.prepared.used] ** 2)))
+    (size,) = elsewhere.lacking(one, other)
+    assert size > 0.0
     for share, same in ((1.1, True), (0.9, False)):
         problem.misfit.accepted[:] = share * size
         assert elsewhere.same(one, other) is same
+
+
+def test_what_two_fits_are_not_sure_of_is_no_difference_of_names() -> None:
+    """A form that says what a limit of another size says, within its 95 %, has no more than a limit."""
+    problem = problem_of(lambda q: torque(q, w9=2.0))
+    search = searching(problem, [family("limit", spring(0.0))])
+    empty = without_effects(problem)
+    entries = library(problem.rows, search.wanted, present_with(problem, empty))
+    (limit,) = search.replaced(empty, screen(problem, empty, entries))
+    deviation = np.sqrt(limit.posterior.covariance[-1, -1])
+    columns = search.elsewhere._columns(limit)[search.elsewhere.prepared.used]
+    unit = float(np.sqrt(np.mean(columns[:, -1] ** 2)))
+    problem.misfit.accepted[:] = 0.5 * deviation * unit
+    for moved, same in ((-1.8, True), (1.8, True), (4.0, False)):
+        theta = limit.posterior.theta + moved * deviation
+        form = replace(limit, posterior=replace(limit.posterior, theta=theta))
+        assert search.elsewhere.same(form, limit) is same
+        beyond = max(abs(moved) - 1.96, 0.0) * deviation * unit
+        assert search.elsewhere.lacking(form, limit) == pytest.approx(beyond, abs=0.1 * deviation * unit)
+
+
+def test_the_nearest_is_no_further_than_is_allowed() -> None:
+    random = np.random.default_rng(3)
+    columns = random.normal(size=(40, 3)) * (5.0, 1.0, 0.01)
+    near = np.array([1.0, -1.0, 0.5])
+    assert within(columns, columns @ near) == pytest.approx(near, abs=1e-6)
+    wanted = columns @ np.array([2.0, 3.0, -1.0])
+    found = within(columns, wanted)
+    assert np.linalg.norm(found) == pytest.approx(1.96)
+    for _ in range(50):
+        other = random.normal(size=3)
+        other *= 1.96 / np.linalg.norm(other)
+        assert np.linalg.norm(wanted - columns @ found) <= np.linalg.norm(wanted - columns @ other)
+    assert within(columns, np.zeros(40)) == pytest.approx(np.zeros(3))
 
 
 @pytest.mark.parametrize("name", ["emps", "tx40"])

@@ -1,0 +1,48 @@
+"""What is a rise of another effect is in no set without it, unless the model has that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from ident.discrepancy.by_evidence.decide.search import Search
+from ident.effects.usual import SYMBOLS
+from ident.effects.vocabulary import VOCABULARY
+from tests.ident.discrepancy.by_evidence.toy_effects import names_of, problem_of, searching, torque, waves
+
+
+def rises(of: str, own: float) -> Search:
+    """A search whose truth is a rise of so much beside its ground, in which the rise alone would do as well.
+
+    Args:
+        of: what the rise is on top of.
+        own: N, of the rise, beside 2 N of the ground.
+    """
+    fall = replace(waves("fall", w9=1.0, w11=0.5), on_top_of=(of,))
+    hidden = problem_of(lambda q: torque(q, w9=2.0 + own, w11=0.5 * own))
+    return searching(hidden, [waves("ground", w9=1.0), fall])
+
+
+def test_a_rise_is_found_beside_what_it_is_a_rise_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Alone it would be nearer to the truth than its ground alone."""
+    monkeypatch.setitem(SYMBOLS, "ground", ("Fg",))
+    search = rises("ground", 2.0)
+    searched = search.run()
+    assert names_of(searched) == ["fall", "ground"]
+    keys = [member.candidate.key[0] for member in searched.found.members]
+    assert search.without(searched.found, keys.index("ground")).members == ()
+    (kept,) = search.without(searched.found, keys.index("fall")).members
+    assert kept.candidate.key[0] == "ground"
+    assert frozenset([("fall", (0,))]) not in search.visited
+
+
+def test_a_rise_of_what_the_model_has_stands_alone() -> None:
+    search = rises("coulomb_friction", 2.0)
+    search.run()
+    assert frozenset([("fall", (0,))]) in search.visited
+
+
+def test_what_an_effect_is_on_top_of_is_a_usual_term() -> None:
+    forms = [form for family in VOCABULARY for form in family.nested]
+    assert {name for form in forms for name in form.on_top_of} == {"coulomb_friction"} <= set(SYMBOLS)
