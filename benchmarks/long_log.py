@@ -1,7 +1,8 @@
 """A log of hours, six axes at 1 kHz, identified with its URDF alone: memory and time against its length.
 
 The log is made with pinocchio of the TX40's links, friction, rotors and noise, and written as .npz. Memory is
-that of the command and the process that reads for it, together; time is the command's, from start to end.
+that of the command and the process that reads for it, together; so is processor time, beside the time from
+start to end, which other work of the machine prolongs.
 
     python -m benchmarks.long_log --hours 0.5 1 2
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import time
@@ -57,7 +59,7 @@ def write_log(path: Path, hours: float, q: FloatArray, torque: FloatArray) -> No
 
 
 def measured(log: Path) -> dict[str, float]:
-    """The command's time, s, and the largest memory of it and its children, MiB."""
+    """The command's time and processor time, s, and the largest memory of it and its children, MiB."""
     command = [
         sys.executable,
         "-m",
@@ -69,7 +71,7 @@ def measured(log: Path) -> dict[str, float]:
         "--no-catalogue",
         "--json",
     ]
-    begin = time.monotonic()
+    begin, used = time.monotonic(), _processor()
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout is not None
         peak = 0
@@ -81,10 +83,17 @@ def measured(log: Path) -> dict[str, float]:
     found = {p["name"]: p["value"] for p in answer["estimates"]["ls"]["parameters"]}
     return {
         "seconds": round(seconds, 1),
+        "processor": round(_processor() - used, 1),
         "peak_mib": round(peak / 1024),
         "Fv1": found["Fv1"],
         "Fc1": found["Fc1"],
     }
+
+
+def _processor() -> float:
+    """s, of all processes that were begun here and have ended."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def _tree(pid: int) -> list[int]:

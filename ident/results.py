@@ -105,6 +105,7 @@ class Rank:
         noise_level: the value below which a direction counts as noise.
         unseen: parameters that take part in directions that do not stand out.
         reasons: which joints stand still or are too slow to show them.
+        one_way: joints, from 1, that move in one direction only and have no offset beside dry friction.
     """
 
     structural: int
@@ -113,6 +114,7 @@ class Rank:
     noise_level: float
     unseen: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
+    one_way: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -285,10 +287,7 @@ class Identification:
 
     @property
     def recommended(self) -> Estimate:
-        """The estimate of the method that was asked for.
-
-        With ``auto`` that of the verdict; least squares where it tells to use none.
-        """
+        """The estimate of the method that was asked for; with ``auto`` that of the verdict."""
         return self.by_estimator.get(self.method, self.of_verdict)
 
     @property

@@ -16,6 +16,7 @@ from ident.closed_loop.at_once import at_once
 from ident.discrepancy.examination import Examination
 from ident.effects.family import EffectFamily, Place, PlacedEffect
 from ident.parameters.present import Present
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _IN_SPAN = 1e-3
@@ -217,7 +218,7 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Basis (N, r) of columns (N, p), and (p, r) that makes their factors of the basis's."""
     scale = np.maximum(np.sqrt(np.einsum("rp,rp->p", columns, columns)), 1e-300)
     unit = np.ascontiguousarray(columns / scale)
-    squares, vectors = np.linalg.eigh(unit.T @ unit)
+    squares, vectors = eigen_of(unit.T @ unit)
     values = np.sqrt(np.maximum(squares, 0.0))
     seen = values > _IN_SPAN * values[-1]
     factors = vectors[:, seen] / values[seen]

@@ -16,6 +16,7 @@ from ident.discrepancy.gain_doubt import by_each_drive, scales_with_gains
 from ident.discrepancy.solved import solve
 from ident.effects.family import PlacedEffect, Shape
 from ident.parameters.present import Present
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import BoolArray, FloatArray
 
 _DERIVATIVE = 0.01
@@ -143,7 +144,7 @@ def _of_present(
     if not examination.draws:
         return np.zeros(matrix.shape[1])
     base, beta = examination.base, examination.beta
-    values, vectors = np.linalg.eigh(examination.covariance)
+    values, vectors = eigen_of(examination.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     known = base.standard_from(beta, base.model.prior())
     changes = np.zeros((examination.draws, fit.columns.shape[0]))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from ident.discrepancy.library import Library, Trial
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 
 _CLEAR = 5.0
@@ -142,7 +143,7 @@ def noise_maxima(library: Library, offset: FloatArray, rows: int, draws: int, se
         draws: how many.
         seed: of the draws.
     """
-    values, vectors = np.linalg.eigh(library.gram)
+    values, vectors = eigen_of(library.gram)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     generator = np.random.default_rng(seed)
     sampled = offset + generator.standard_normal((draws, offset.size)) @ root.T

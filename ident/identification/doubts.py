@@ -28,6 +28,12 @@ def doubts_of(
             f"friction width {signals.friction_width:g}: noise swings the friction's sign at standstill;"
             f" at least {signals.proposed_friction_width:.2g} is proposed"
         )
+    if rank.one_way:
+        joints = f"joint {', '.join(map(str, rank.one_way))}"
+        found.append(
+            f"one way only: dry friction of {joints} holds what is constant of the torque; do not rely on"
+            " this model the other way"
+        )
     if rank.data < rank.structural:
         why = f" ({'; '.join(rank.reasons[:SHOWN])})" if rank.reasons else ""
         found.append(

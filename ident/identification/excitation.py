@@ -131,7 +131,14 @@ def rank_of(
         noise_level=level,
         unseen=tuple(base.names[k] for k in unseen),
         reasons=tuple(_reasons(unseen, base, moved)),
+        one_way=_without_offset(base, moved),
     )
+
+
+def _without_offset(base: BaseParameters, moved: _Moved) -> tuple[int, ...]:
+    """Joints, from 1, whose dry friction holds what is constant of their torque."""
+    offset = np.broadcast_to(base.model.robot.identification.offset, moved.one_way.shape)
+    return tuple((np.flatnonzero(moved.one_way & ~offset) + 1).tolist())
 
 
 def require_enough_rows(rows: Rows, parameters: int) -> None:

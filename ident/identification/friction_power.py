@@ -45,7 +45,5 @@ def driven_by_friction(estimate: Estimate, rows: Rows) -> tuple[tuple[str, ...],
     if not found:
         return (), False
     named = ", ".join(f"joint {joint} by {size:.3g} σ" for joint, size in found)
-    words = (
-        f"friction comes out below zero ({named}), so it would drive the motion; is the sign of the torque"
-    )
-    return (f"{words} or of the position turned?",), max(size for _, size in found) > _IMPOSSIBLE
+    words = f"friction comes out below zero ({named}), so it would drive the motion: the sign of the torque"
+    return (f"{words} or of the position may be turned",), max(size for _, size in found) > _IMPOSSIBLE

@@ -26,6 +26,7 @@ from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows, observe
 from ident.recording import Recording
 from ident.signals import motion, own_rows, own_settings
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.carried import Load
 from robots.standard import LINK_SYMBOLS
@@ -113,7 +114,7 @@ def unknown_of(base: BaseParameters, recordings: Sequence[Recording]) -> Unknown
     scale = np.linalg.norm(x, axis=0)
     basis = np.linalg.qr(x / np.where(scale > 0.0, scale, 1.0))[0]
     beside = z - basis @ (basis.T @ z)
-    known, directions = np.linalg.eigh(beside.T @ beside)
+    known, directions = eigen_of(beside.T @ beside)
     shows = known > 1.0
     chosen = size[:, np.newaxis] * directions[:, shows]
     values, covariance = _fitted(base, rows, added @ chosen, sigma)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ident.filters import recursion
 from ident.ordered import distinct
+from ident.statistics.symmetric import eigen_of
 from ident.statistics.toeplitz import spectrum, times
 from ident.statistics.triangle import weighted_product
 from ident.statistics.whitening import Whitening
@@ -90,7 +91,7 @@ def instrumental_covariance(
     # of the largest, and took variances of small ones below zero. The root of the score has no such side.
     scale = np.sqrt(np.maximum(np.diag(score), 0.0))
     scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(0.5 * (score + score.T) / np.outer(scale, scale))
+    values, vectors = eigen_of(0.5 * (score + score.T) / np.outer(scale, scale))
     root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
     half = np.linalg.solve(cross / scale[:, np.newaxis], root / scale[:, np.newaxis])
     return np.asarray(half @ half.T)

@@ -23,6 +23,7 @@ from ident.ordered import distinct
 from ident.preparation.row_memory import torques_of
 from ident.statistics.covariance import autocovariance
 from ident.statistics.lagged_products import lagged_products, samples_without_gap
+from ident.statistics.symmetric import eigen_of
 from ident.statistics.taken import DEPENDENT, Taken, fit_of
 from ident.statistics.whitening import (
     Whitening,
@@ -128,7 +129,7 @@ def _beta_of(sigma: FloatArray, squares: FloatArray, shares: FloatArray) -> Floa
     whole = np.einsum("j,jkl->kl", sigma**-2.0, squares)
     scale = np.sqrt(np.diag(whole))
     scale[scale == 0.0] = 1.0
-    values, directions = np.linalg.eigh(whole / np.outer(scale, scale))
+    values, directions = eigen_of(whole / np.outer(scale, scale))
     held = values > DEPENDENT * values[-1]
     root = directions[:, held] / np.sqrt(values[held])
     return np.asarray((root @ (root.T @ (sigma**-2.0 @ shares / scale))) / scale)

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ident.statistics.symmetric import eigen_of
 from ident.statistics.toeplitz import ComplexArray, spectrum, times
 from ident.statistics.whitening import Whitening
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -39,7 +40,7 @@ def fit_of(
     scale = np.sqrt(np.einsum("kr,kr->k", flat, flat))
     scale[scale == 0.0] = 1.0
     flat /= scale[:, np.newaxis]
-    values, directions = np.linalg.eigh(flat @ flat.T)
+    values, directions = eigen_of(flat @ flat.T)
     held = values > DEPENDENT * values[-1]
     root = directions[:, held] / np.sqrt(values[held])
     basis = root.T @ flat
@@ -103,5 +104,5 @@ class Taken:
 
 def _directions(basis: FloatArray) -> FloatArray:
     """V, b' × r, of the directions in which the columns b' × samples of a joint are not nothing."""
-    values, directions = np.linalg.eigh(basis @ basis.T)
+    values, directions = eigen_of(basis @ basis.T)
     return np.asarray(directions[:, values > _NOTHING])

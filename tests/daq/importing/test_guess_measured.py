@@ -119,7 +119,9 @@ def test_joints_that_never_turn_back_have_no_offset(tmp_path: Path, urdf: Path) 
     assert found.robot.identification.offset == tuple(k not in ONE_WAY for k in range(7))
     assert "j2, j5 move one way only: their dry friction holds what is constant of the torque" in found.words
     recordings = load_recording(log, found.robot, tmp_path / "guess" / "import.toml").recordings
-    estimate = identify(found.robot, recordings, options=Options(method="ls")).result.least_squares
+    result = identify(found.robot, recordings, options=Options(method="ls")).result
+    assert any("one way only: dry friction of joint 2, 5 holds" in words for words in result.warnings)
+    estimate = result.least_squares
     value = {p.name: p for p in estimate.parameters}
     assert {"off1", "off3"} <= set(value) and not {"off2", "off5"} & set(value)
     for joint in range(1, 8):

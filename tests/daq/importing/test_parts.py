@@ -85,6 +85,25 @@ def test_what_is_fitted_to_parts_is_what_is_fitted_to_the_whole(
     assert widths[0] == pytest.approx(widths[1], rel=0.15)
 
 
+def test_progress_is_told_part_by_part_and_ends_where_the_work_does(
+    arm: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(4)
+    whole = recording(arm)
+    signal = whole.control_signal + arm.control_signal(0.3 * rng.standard_normal(whole.position.shape))
+    noisy = Recording("long", whole.time, None, whole.position, signal)
+    monkeypatch.setattr(pieces, "_LONGEST_PART", PART)
+    parts = in_parts(noisy, arm.identification)
+    told: list[tuple[str, float]] = []
+    identify(arm, parts, lambda step, share: told.append((step, share)))
+    shares = [share for _, share in told]
+    assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
+    rows = [share for step, share in told if step == "observation matrix"]
+    steps = np.diff(rows)
+    assert len(steps) == len(parts) and steps == pytest.approx(np.full(len(parts), steps[0]))
+    assert shares.count(1.0) == 1, "nothing is done after the end"
+
+
 def test_a_short_log_is_left_as_it_is(arm: Robot) -> None:
     whole = recording(arm)
     assert in_parts(whole, arm.identification) == (whole,)

@@ -14,6 +14,7 @@ from ident.discrepancy.by_evidence.evidence.rows import Known
 from ident.discrepancy.prior import Prior
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -60,7 +61,7 @@ def beta_of(prior: Prior | None, start: FloatArray) -> tuple[Beta, FloatArray]:
     held = np.isfinite(np.diag(prior.covariance))
     spread = np.eye(b)
     part = prior.covariance[np.ix_(held, held)]
-    values, vectors = np.linalg.eigh(part)
+    values, vectors = eigen_of(part)
     spread[np.ix_(held, held)] = vectors * np.sqrt(np.maximum(values, 0.0))
     return Beta(np.where(held, prior.values, start), spread), held.astype(np.float64)
 

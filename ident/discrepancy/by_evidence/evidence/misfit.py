@@ -16,6 +16,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from ident.effects import FrictionSign, State
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import BoolArray, FloatArray
 
 _DEGREE = 3
@@ -80,7 +81,7 @@ def misfit_columns(
 def _directions(columns: FloatArray, used: BoolArray) -> FloatArray:
     """Rows × m: principal directions of unit columns (rows, k), each of unit root mean square."""
     inside = columns[used]
-    shares, vectors = np.linalg.eigh(inside.T @ inside / inside.shape[0])
+    shares, vectors = eigen_of(inside.T @ inside / inside.shape[0])
     kept = shares > _SHARED
     return np.asarray(columns @ (vectors[:, kept] / np.sqrt(shares[kept])))
 

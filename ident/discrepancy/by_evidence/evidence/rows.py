@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.effects.family import PlacedEffect
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.identity_cache import IdentityCache
 
@@ -140,7 +141,7 @@ class Rows:
         k, found = self.known.precision.size, []
         for product, misfit in zip(self.products, self.misfit, strict=True):
             inside = slice(k, k + misfit.shape[1])
-            values, vectors = np.linalg.eigh(product[inside, inside])
+            values, vectors = eigen_of(product[inside, inside])
             found.append((np.maximum(values, 0.0), vectors))
         return tuple(found)
 
