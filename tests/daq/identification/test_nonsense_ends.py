@@ -118,7 +118,7 @@ def test_a_torque_rather_far_beyond_the_limits_is_told(armhil: Call, tmp_path: P
     """Limits of published URDFs are placeholders: said, and refused beyond a factor of 20."""
     _, text = said_of(armhil, *slider(tmp_path, lambda q, f: (q, f + 3000.0)))
     assert "joint 1's torque reaches 3" in text
-    assert "times its limit 351.5; are its unit and gain right?" in text
+    assert "times its limit 351.507; are its unit and gain right?" in text
 
 
 def test_a_rotor_below_zero_is_not_to_be_trusted(
