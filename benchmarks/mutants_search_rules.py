@@ -577,19 +577,31 @@ RULES = (
     Broken(
         "a rival takes a finding's place where loop and rows together say so",
         f"{_BY}diagnosis.py",
-        "shown.there and shown.nats > nats - rival.log_odds",
+        "shown.there and place.log_odds(rival.key) > place.log_odds(stands)",
         "shown.there",
     ),
     Broken(
-        "rivals are names that show at reversals",
+        "what the loop shows between two names is in their odds",
         f"{_BY}diagnosis.py",
-        "        and _is_of_reversals(robot, one)\n",
+        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats",
+        "0.0",
+    ),
+    Broken(
+        "a name that took a place is as likely as rows and loop say",
+        f"{_BY}diagnosis.py",
+        "basis = basis_of(stands, place, finding.doubt)",
+        "basis = self.findings[number].basis",
+    ),
+    Broken(
+        "rivals are names that show at reversals",
+        f"{_BY}taken.py",
+        "        and is_of_reversals(robot, one)\n",
         "",
     ),
     Broken(
         "a name of less than 0.9 stands beside what it cannot be told from",
-        f"{_BY}diagnosis.py",
-        "indistinguishable_from=_candidates(others)",
+        f"{_BY}taken.py",
+        "indistinguishable_from=candidates_of(others)",
         "indistinguishable_from=()",
     ),
     Broken(

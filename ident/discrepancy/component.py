@@ -22,6 +22,11 @@ class Component:
     place: Place
     shape: tuple[float, ...]
 
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """Name and joints, from 0."""
+        return self.family.name, self.place.joints
+
     @classmethod
     def of(cls, trial: Trial) -> Component:
         return cls(trial.family, trial.place, trial.effect.shape)

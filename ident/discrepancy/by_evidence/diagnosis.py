@@ -12,12 +12,10 @@ import logging
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import logit
 
-from ident.discrepancy.basis import Basis
-from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import without_effects
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.reversals import (
     beyond_margin,
@@ -26,35 +24,35 @@ from ident.discrepancy.by_evidence.reversals import (
     posed_in_loop,
     standstill_in,
 )
+from ident.discrepancy.by_evidence.taken import (
+    at_reversals,
+    basis_of,
+    candidates_of,
+    component_of,
+    is_of_reversals,
+)
 from ident.discrepancy.by_evidence.workflow import (
     ABOVE,
     above_accepted,
     diagnose_by_evidence,
 )
-from ident.discrepancy.component import Component
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.results import Candidate, Diagnosis, Possible
+from ident.discrepancy.results import Candidate, Diagnosis
 from ident.discrepancy.step import LoopStep
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import loop_does_otherwise
 from ident.discrepancy.workflow import Search, silent
 from ident.effects.entry import joint_words
-from ident.effects.family import PlacedEffect
 from ident.effects.torque_ripple import WITHOUT_GEAR
-from ident.effects.vocabulary import form_of
 from ident.errors import IdentificationError
-from robots.description import Robot
 from robots.free_memory import give_back
 
 _log = logging.getLogger(__name__)
-
-_RANKED = 12
-"""Candidates that a ranking lists."""
 
 ANY_LAW = (
     "at standstill the drives' friction follows none of the laws that are known here; an effect that shows"
@@ -116,7 +114,7 @@ class _Led(Search):
         found = [one for one in self.answer.findings if one.something >= SURE and self._has_size(one)]
         if found:
             robot = self.step.base.model.robot
-            components = [_component(robot, one.placed) for one in found]
+            components = [component_of(robot, one.placed) for one in found]
             try:
                 self.course.take(components, [basis_of(one.key, Slot(one.names), one.doubt) for one in found])
             except ArithmeticError as error:
@@ -124,8 +122,7 @@ class _Led(Search):
                 _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
                 return
             for number, one in enumerate(found):
-                for rival in _at_reversals(robot, one):
-                    self._settle_in_loop(number, rival, one.log_odds)
+                self._settle_in_loop(number, one)
 
     def _has_size(self, finding: EvidenceFinding) -> bool:
         """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
@@ -134,32 +131,48 @@ class _Led(Search):
         rows; such a one would leave a whole set without sizes, and so without names.
         """
         first = self.course.first
-        component = _component(first.base.model.robot, finding.placed)
+        component = component_of(first.base.model.robot, finding.placed)
         if partialled(first.examination, component.effect(first.examination, first.present)) is not None:
             return True
         _log.warning("%s: the rows that are fitted show nothing of it", finding.words())
         return False
 
-    def _settle_in_loop(self, number: int, rival: Named, nats: float) -> None:
-        """Take a rival that differs at reversals, where rows and the simulated loop together say so.
+    def _settle_in_loop(self, number: int, finding: EvidenceFinding) -> None:
+        """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
+
+        What the loop shows between two names is in the odds of both, as other motion is. Names that show in
+        motion alone do at reversals as the finding does, and what another finding is already is none here.
 
         Args:
             number: of the finding.
-            rival: another name at its place.
-            nats: that the moving rows have for the finding's own name, against nothing.
+            finding: as the moving rows show it.
         """
+        stands, place, nats = finding.key, Slot(finding.names), dict[Key, float]()
+        taken = {one.component.key for k, one in enumerate(self.findings) if k != number}
+        rivals = at_reversals(self.step.base.model.robot, finding)
+        for rival in (one for one in rivals if one.key not in taken):
+            course = self._with_rival(number, rival)
+            fitted = self._validation(self.prepared)
+            shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
+            _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
+            if shown is None:
+                continue
+            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats
+            place = Slot(with_nats(finding.names, nats))
+            if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
+                self.course, stands = course, rival.key
+        if nats:
+            basis = basis_of(stands, place, finding.doubt)
+            self.course.findings[number] = replace(self.findings[number], basis=basis)
+
+    def _with_rival(self, number: int, rival: Named) -> Course:
+        """Where the search would be with another name in the place of a finding."""
         assert rival.placed is not None
         components = [one.component for one in self.findings]
-        bases = [one.basis for one in self.findings]
-        components[number] = _component(self.step.base.model.robot, rival.placed)
-        bases[number] = replace(bases[number], score=rival.log_odds)
+        components[number] = component_of(self.step.base.model.robot, rival.placed)
         course = Course.begun(self.prepared, self.course.first)
-        course.take(components, bases)
-        fitted = self._validation(self.prepared)
-        shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
-        _log.info("%s in the place of %s in closed loop: %s", rival.name, self.findings[number].effect, shown)
-        if shown is not None and shown.there and shown.nats > nats - rival.log_odds:
-            self.course = course
+        course.take(components, [one.basis for one in self.findings])
+        return course
 
     def _validation(self, prepared: tuple[PreparedRecording, ...]) -> Validation:
         """With friction at standstill as fitted recordings show it, beside what was found where it was asked.
@@ -191,7 +204,7 @@ class _Led(Search):
         if one is not None:
             self.course.step = self.course.reversing = in_loop
             self.course.add_in_loop(
-                _component(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
+                component_of(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
             )
         elif not self.findings and not self._more_in_motion():
             self._tell_problem(problem)
@@ -211,8 +224,8 @@ class _Led(Search):
 
     def _ranking(self) -> tuple[Candidate, ...]:
         if not self.findings:
-            return _candidates(self.answer.ranking)
-        return _candidates(self.answer.beside)
+            return candidates_of(self.answer.ranking)
+        return candidates_of(self.answer.beside)
 
     def _leaves_the_usual(self) -> bool:
         """Beside what was found: where nothing repeats a residual is its own noise, but misfit is learned."""
@@ -226,7 +239,7 @@ class _Led(Search):
         if self.standstill is None or answer.findings or not self._leaves_the_usual():
             return True
         robot = self.step.base.model.robot
-        moving = sum(one.probability for one in answer.ranking if not _is_of_reversals(robot, one))
+        moving = sum(one.probability for one in answer.ranking if not is_of_reversals(robot, one))
         return answer.probability_clean < SURE * moving
 
 
@@ -234,67 +247,3 @@ def _otherwise(problem: Problem) -> str:
     """What is said of a loop that leaves more than an accepted model may; empty where it does not."""
     above = above_accepted(problem, without_effects(problem))
     return loop_does_otherwise(int(np.argmax(above))) if above.max() > ABOVE else ""
-
-
-def _at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
-    """Names that explain the moving rows in a finding's place, and show where no such row is."""
-    return [
-        one
-        for one in finding.names
-        if one.placed is not None
-        and one.log_odds > 0.0
-        and one.joints == finding.key[1]
-        and one.key != finding.key
-        and _is_of_reversals(robot, one)
-    ]
-
-
-def _is_of_reversals(robot: Robot, one: Named) -> bool:
-    """Whether a name shows at reversals alone."""
-    return one.placed is not None and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
-
-
-def _component(robot: Robot, placed: PlacedEffect) -> Component:
-    """In the form that a model file tells by its name and shapes."""
-    return Component(form_of(robot, placed.name, placed.shape_names), placed.place, placed.shape)
-
-
-def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
-    """What the evidence takes an effect for; it scores in nats, coarsened, against nothing in its place.
-
-    Args:
-        key: name and joints, from 0.
-        place: names for it.
-        doubt: why the evidence does not take it for confirmed; empty where it does.
-    """
-    held = () if place.probability(key) >= SURE else place.held
-    others = [*place.forms(key), *(one for one in held if one.key not in (key, NOTHING))]
-    return Basis(
-        p_value=1.0 - place.something,
-        score=place.log_odds(key),
-        threshold=float(logit(SURE)),
-        indistinguishable_from=_candidates(others),
-        ranking=_candidates(place.names),
-        probability=place.probability(key),
-        doubt=doubt,
-        held=tuple(
-            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)
-            for one in place.held
-        ),
-    )
-
-
-def _candidates(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ...]:
-    """Entries of a ranking, joints from 1; nothing is no candidate."""
-    return tuple(
-        Candidate(
-            (one.name,),
-            (tuple(joint + 1 for joint in one.joints),),
-            one.log_odds,
-            np.nan,
-            (one.placed,),
-            one.probability,
-        )
-        for one in names
-        if one.placed is not None
-    )[:_RANKED]

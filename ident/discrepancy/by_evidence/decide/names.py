@@ -266,6 +266,25 @@ def probabilities(odds: Mapping[Key, float], forms: Mapping[Key, PlacedEffect] =
     )
 
 
+def with_nats(names: Sequence[Named], more: Mapping[Key, float]) -> tuple[Named, ...]:
+    """Names of which some have so many nats more, by what else was looked at; the likeliest first.
+
+    Args:
+        names: the likeliest first; one that stands for others has their probability.
+        more: nats, coarsened; none for names that were not asked.
+    """
+    first, added = names[0], np.array([more.get(one.key, 0.0) for one in names])
+    values = np.array(
+        [np.log(one.probability) if one.probability > 0.0 else one.log_odds - first.log_odds for one in names]
+    )
+    weights = np.exp(values + added - (values + added).max())
+    found = [
+        replace(one, probability=float(weight), log_odds=one.log_odds + float(nats))
+        for one, weight, nats in zip(names, weights / weights.sum(), added, strict=True)
+    ]
+    return tuple(sorted(found, key=lambda one: -one.probability))
+
+
 def of_nothing(search: Search, searched: Searched) -> tuple[Named, ...]:
     """Names for a first effect of an arm, nothing among them."""
     odds = {NOTHING: 0.0}

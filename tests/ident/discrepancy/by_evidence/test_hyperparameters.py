@@ -26,7 +26,6 @@ from ident.discrepancy.by_evidence.decide.names import (
 )
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
 from ident.discrepancy.by_evidence.decide.state import Found, Member
-from ident.discrepancy.by_evidence.diagnosis import basis_of
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit
 from ident.discrepancy.by_evidence.evidence.known import known_columns
@@ -34,6 +33,7 @@ from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding, JointMisfit, verdict_of
+from ident.discrepancy.by_evidence.taken import basis_of
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.prior import accepted_prior, described_prior
 from ident.effects.vocabulary import VOCABULARY

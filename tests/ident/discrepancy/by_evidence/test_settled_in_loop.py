@@ -2,57 +2,131 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
+from scipy.special import expit
 
-import robots
 from ident.discrepancy.by_evidence import diagnosis
-from ident.discrepancy.by_evidence.decide.names import Named
+from ident.discrepancy.by_evidence.decide.names import Slot, probabilities, with_nats
 from ident.discrepancy.confirmation import Shown
-from ident.discrepancy.course import Course
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.workflow import Search
-from ident.effects.family import Place, PlacedEffect
+
+NAMES = ("drifting_friction", "hysteresis", "static_friction")
+KEYS = [(name, (0,)) for name in NAMES]
+DRIFTING, HYSTERESIS, STATIC = NAMES
 
 
-class Taken:
-    """A course that has taken what it was given."""
+@dataclass(frozen=True)
+class Accepted:
+    """A finding."""
 
-    step: Any = None
+    component: Any
+    basis: Any
 
-    def take(self, components: list[Any], bases: list[Any]) -> None:
-        self.components = components
+
+class Course:
+    """With some findings."""
+
+    first = None
+
+    def take(self, components: Sequence[Any], bases: Sequence[Any]) -> None:
+        """Go on with others."""
+        self.findings = [Accepted(one, basis) for one, basis in zip(components, bases, strict=True)]
+        model = SimpleNamespace(robot=None)
+        self.step = SimpleNamespace(base=SimpleNamespace(model=model), has=components[0].key[0])
+
+
+def settled(
+    monkeypatch: pytest.MonkeyPatch,
+    odds: Sequence[float],
+    shown: Mapping[tuple[str, str], Shown],
+    beside: str = "",
+) -> tuple[str, dict[str, float] | None]:
+    """What stands in a place, and probabilities of its names; None where the loop says nothing.
+
+    Args:
+        monkeypatch: of the test.
+        odds: by the moving rows, of a name that shows there alone and of two that show at reversals.
+        shown: by the loop, of a second name in the place of a first.
+        beside: another finding.
+    """
+    monkeypatch.setattr(diagnosis.Course, "begun", lambda *_: Course())
+    monkeypatch.setattr(diagnosis, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
+    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: given)
+    listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
+    rivals = [one for one in listed if one.name != DRIFTING]
+    monkeypatch.setattr(diagnosis, "at_reversals", lambda robot, finding: rivals)
+    loop = SimpleNamespace(
+        loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown.get((now, then))
+    )
+    monkeypatch.setattr(diagnosis._Led, "_validation", lambda *_: loop)
+    search: Any = diagnosis._Led.__new__(diagnosis._Led)
+    search.prepared, search.course = (), Course()
+    both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
+    search.course.take(both, ["by the rows"] * len(both))
+    search._settle_in_loop(0, SimpleNamespace(key=KEYS[0], names=listed, doubt="none"))
+    one = search.course.findings[0]
+    if one.basis == "by the rows":
+        return one.component.key[0], None
+    key, place, doubt = one.basis
+    assert key == one.component.key and doubt == "none"
+    return key[0], {key[0]: place.probability(key) for key in KEYS}
 
 
 @pytest.mark.parametrize(
-    ("rows", "shown", "takes"),
+    ("rows", "share", "stands"),
     [
-        (70.0, Shown(0.906, 0.081), True),
-        (2995.0, Shown(0.906, 0.081), False),
-        (60.0, Shown(0.45, 0.01), False),
-        (70.0, None, False),
+        (70.0, Shown(0.906, 0.081), HYSTERESIS),
+        (2995.0, Shown(0.906, 0.081), DRIFTING),
+        (66.5, Shown(0.45, 0.01), DRIFTING),
+        (66.05, Shown(0.6, 0.4), DRIFTING),  # it may as well be nothing
     ],
 )
 def test_the_moving_rows_are_weighed_with_the_loop(
-    monkeypatch: pytest.MonkeyPatch, rows: float, shown: Shown | None, takes: bool
+    monkeypatch: pytest.MonkeyPatch, rows: float, share: Shown, stands: str
 ) -> None:
-    course = Taken()
-    monkeypatch.setattr(Course, "begun", lambda *_: course)
-    loop = SimpleNamespace(loop_run=lambda step: None, shown_in_loop=lambda *_: shown)
-    monkeypatch.setattr(diagnosis, "replace", lambda basis, **_: basis)
-    monkeypatch.setattr(diagnosis, "_component", lambda *_: "the rival")
-    before = SimpleNamespace(first=SimpleNamespace(examination=SimpleNamespace(whitening=None)))
-    step = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robots.load("emps"))))
-    finding = SimpleNamespace(component="drifting friction", basis="basis", effect="drifting_friction")
-    search = SimpleNamespace(step=step, findings=[finding], prepared=None, course=before)
-    search._validation = lambda prepared: loop
-    placed = cast(PlacedEffect, SimpleNamespace(place=Place("drive", (0,))))
-    rival = Named("hysteresis", (1,), 0.0, log_odds=66.0, placed=placed)
-    diagnosis._Led._settle_in_loop(cast(Any, search), 0, rival, rows)
-    assert (search.course is course) is takes
-    assert course.components == ["the rival"]
+    name, likely = settled(monkeypatch, (rows, 66.0, 0.0), {(DRIFTING, HYSTERESIS): share})
+    assert name == stands and likely is not None
+    odds = rows - 66.0 - 0.5 * share.nats
+    assert likely[DRIFTING] == pytest.approx(expit(odds), abs=1e-9)
+    assert likely[HYSTERESIS] == pytest.approx(expit(-odds), abs=1e-9)
+
+
+def test_a_loop_that_cannot_be_simulated_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), {}) == (DRIFTING, None)
+
+
+def test_a_second_rival_is_asked_beside_what_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    there, half = Shown(1.0, 0.1), Shown(0.5, 0.1)
+    shown = {(DRIFTING, HYSTERESIS): there, (HYSTERESIS, STATIC): half}
+    name, likely = settled(monkeypatch, (70.0, 66.0, 65.0), shown)
+    assert name == HYSTERESIS and likely is not None
+    assert likely[STATIC] / likely[HYSTERESIS] == pytest.approx(np.exp(-1.0))
+    assert likely[DRIFTING] == pytest.approx(np.exp(4.0 - 25.0) / (1.0 + np.exp(-1.0)), rel=1e-6)
+
+
+def test_what_another_finding_is_takes_no_second_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Coulomb and static friction of a joint had become hysteresis twice."""
+    shown = {(DRIFTING, HYSTERESIS): Shown(1.0, 0.1)}
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), shown)[0] == HYSTERESIS
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), shown, HYSTERESIS) == (DRIFTING, None)
+
+
+def test_what_a_name_stands_for_is_in_its_odds() -> None:
+    """Its probability is that of all of them, its own odds are less; what has none left has its odds."""
+    listed = probabilities({KEYS[0]: 0.0, KEYS[1]: -1.0, KEYS[2]: -2000.0})
+    whole = (diagnosis.replace(listed[0], probability=0.9), diagnosis.replace(listed[1], probability=0.1))
+    first, second = with_nats(whole, {KEYS[1]: 1.0})
+    assert second.probability / first.probability == pytest.approx(np.e / 9.0)
+    assert (first.log_odds, second.log_odds) == (0.0, 0.0)
+    last = Slot(with_nats(listed, {KEYS[2]: 2010.0}))
+    assert last.names[0].key == KEYS[2] and last.names[0].probability == pytest.approx(1.0, abs=1e-3)
 
 
 def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:

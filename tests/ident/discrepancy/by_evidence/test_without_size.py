@@ -19,7 +19,7 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
     def take(components: object, bases: object) -> None:
         raise ArithmeticError("the effects have no columns beyond the present model")
 
-    monkeypatch.setattr(diagnosis, "_component", lambda robot, placed: None)
+    monkeypatch.setattr(diagnosis, "component_of", lambda robot, placed: None)
     monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
     led: Any = SimpleNamespace(
         answer=SimpleNamespace(findings=[named("offset (joint 1)")]),
@@ -44,16 +44,16 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
 ) -> None:
     """Where no motion repeats a measured torque would explain itself, and saturation has no rows."""
     taken: list[str] = []
-    monkeypatch.setattr(diagnosis, "_component", lambda _, words: SimpleNamespace(effect=lambda *_: words))
+    monkeypatch.setattr(diagnosis, "component_of", lambda _, words: SimpleNamespace(effect=lambda *_: words))
     monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
-    monkeypatch.setattr(diagnosis, "_at_reversals", lambda robot, finding: [])
+    monkeypatch.setattr(diagnosis, "at_reversals", lambda robot, finding: [])
     monkeypatch.setattr(diagnosis, "partialled", lambda _, words: None if words == "saturation" else words)
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
     take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
     led: Any = diagnosis._Led.__new__(diagnosis._Led)
     led.answer = SimpleNamespace(findings=[named("saturation"), named("lag")])
-    led.course = SimpleNamespace(take=take, first=first, step=model)
+    led.course = SimpleNamespace(take=take, first=first, step=model, findings=[])
     with caplog.at_level(logging.WARNING):
         led._search_in_motion()
     assert taken == ["lag"]

@@ -1,0 +1,82 @@
+"""What the evidence found, as the rest of a diagnosis takes it: with what it rests on, and its rivals."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import logit
+
+from ident.discrepancy.basis import Basis
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
+from ident.discrepancy.component import Component
+from ident.discrepancy.results import Candidate, Possible
+from ident.effects.family import PlacedEffect
+from ident.effects.vocabulary import form_of
+from robots.description import Robot
+
+RANKED = 12
+"""Candidates that a ranking lists."""
+
+
+def at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
+    """Names that explain the moving rows in a finding's place, and show where no such row is."""
+    return [
+        one
+        for one in finding.names
+        if one.placed is not None
+        and one.log_odds > 0.0
+        and one.joints == finding.key[1]
+        and one.key != finding.key
+        and is_of_reversals(robot, one)
+    ]
+
+
+def is_of_reversals(robot: Robot, one: Named) -> bool:
+    """Whether a name shows at reversals alone."""
+    return one.placed is not None and form_of(robot, one.name, one.placed.shape_names).shows == "reversal"
+
+
+def component_of(robot: Robot, placed: PlacedEffect) -> Component:
+    """In the form that a model file tells by its name and shapes."""
+    return Component(form_of(robot, placed.name, placed.shape_names), placed.place, placed.shape)
+
+
+def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
+    """What the evidence takes an effect for; it scores in nats, coarsened, against nothing in its place.
+
+    Args:
+        key: name and joints, from 0.
+        place: names for it.
+        doubt: why the evidence does not take it for confirmed; empty where it does.
+    """
+    held = () if place.probability(key) >= SURE else place.held
+    others = [*place.forms(key), *(one for one in held if one.key not in (key, NOTHING))]
+    return Basis(
+        p_value=1.0 - place.something,
+        score=place.log_odds(key),
+        threshold=float(logit(SURE)),
+        indistinguishable_from=candidates_of(others),
+        ranking=candidates_of(place.names),
+        probability=place.probability(key),
+        doubt=doubt,
+        held=tuple(
+            Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)
+            for one in place.held
+        ),
+    )
+
+
+def candidates_of(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ...]:
+    """Entries of a ranking, joints from 1; nothing is no candidate."""
+    return tuple(
+        Candidate(
+            (one.name,),
+            (tuple(joint + 1 for joint in one.joints),),
+            one.log_odds,
+            np.nan,
+            (one.placed,),
+            one.probability,
+        )
+        for one in names
+        if one.placed is not None
+    )[:RANKED]
