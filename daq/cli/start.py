@@ -6,16 +6,10 @@ Nothing of ours, and nothing but the standard library, is imported before that i
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 from pathlib import Path
 
 PACKAGES = ("robots", "drivers", "trajectories", "ident")
-
-ONE_THREAD = tuple(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL"))
-"""Linear algebra in one thread, unless the user says otherwise: how many there are changes the last bits of a
-sum, and threads that wait for each other made an identification three times as long on a busy machine. What
-does not depend on each other runs side by side anyway (:mod:`ident.closed_loop.at_once`)."""
 
 
 def main() -> None:
@@ -31,8 +25,6 @@ def main() -> None:
                 " of its own: python3 -m venv armhil-env && armhil-env/bin/python -m pip install armhil\n"
             )
             sys.exit(2)
-    for variable in ONE_THREAD:
-        os.environ.setdefault(variable, "1")
     from daq.cli.entry import main as run
 
     run()

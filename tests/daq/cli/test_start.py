@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from daq.cli.start import ONE_THREAD
-
 
 def armhil_robots(folder: Path, repository: Path) -> subprocess.CompletedProcess[str]:
     """``armhil robots`` as somebody who stands in a folder calls it."""
@@ -41,27 +39,3 @@ def test_nothing_in_the_way(tmp_path: Path, repository: Path) -> None:
     done = armhil_robots(tmp_path, repository)
     assert done.returncode == 0
     assert "tx40" in done.stdout
-
-
-@pytest.mark.parametrize(("said", "threads"), [(None, "1"), ("2", "2")])
-def test_linear_algebra_has_one_thread_where_nobody_says_otherwise(
-    said: str | None, threads: str, tmp_path: Path, repository: Path
-) -> None:
-    program = (
-        "import os, sys; from daq.cli import start; assert 'numpy' not in sys.modules\n"
-        "sys.argv = ['armhil', 'robots']\n"
-        "try: start.main()\n"
-        "finally: print(*(os.environ[one] for one in start.ONE_THREAD), file=sys.stderr)"
-    )
-    environment = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
-    environment |= {"PYTHONPATH": str(repository)} | dict.fromkeys(ONE_THREAD if said else (), said or "")
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    assert done.stderr.split() == [threads] * len(ONE_THREAD)
