@@ -23,7 +23,7 @@ from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
-from ident.listing import seconds
+from ident.listing import listed, seconds
 from ident.ordered import median
 from ident.preparation.held import clipped, not_held, repeated
 from ident.preparation.outliers import without_outliers
@@ -124,8 +124,9 @@ def log_recording(
         lengths["complete"] = len(complete)
     lengths |= {name.replace("_", " "): len(values) for name, values in beside.items()}
     if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+        other = [f"{name} {length}" for name, length in lengths.items() if length != len(position)]
+        lengths_said = f"position {len(position)}, {listed(other)} samples"
+        raise CaptureError(f"{path}: quantities differ in length: {lengths_said}")
     read = source.words
     source.give_up()
     done(0.25)
