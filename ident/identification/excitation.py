@@ -224,9 +224,16 @@ def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> dict[int, 
             found[joint + 1] = f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)"
         elif rate < _SLOW * limits.acceleration:
             found[joint + 1] = f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)"
-        elif moved.one_way[joint]:
-            found[joint + 1] = (
-                f"joint {joint + 1} moves in one direction only, so its dry friction and offset are one; let"
-                " it turn back, or give it no offset (robot.toml)"
-            )
+    same = [joint + 1 for joint in np.flatnonzero(moved.one_way) if _constant(base, which, int(joint))]
+    if same:
+        found[int(same[0])] = (
+            f"joint {', '.join(map(str, same))} moves one way only, so dry friction is constant as its offset"
+            " is: record the way back, or set no offset there (robot.toml)"
+        )
     return found
+
+
+def _constant(base: BaseParameters, which: IntArray, joint: int) -> bool:
+    """Whether both constants of a joint that moves one way only are among these parameters."""
+    symbols = {base.leading[k].symbol for k in which if base.leading[k].joint == joint}
+    return "off" in symbols and bool(symbols & set(_TURNS_WITH_SPEED))
