@@ -377,6 +377,18 @@ RULES = (
         "<= 0.0))",
     ),
     Broken(
+        "the likeliest by both motions stands in a place",
+        f"{_BY}workflow.py",
+        "simplified(search, likeliest(search, searched, held), held)",
+        "simplified(search, searched, held)",
+    ),
+    Broken(
+        "nothing takes no place, nor has what has no name",
+        f"{_BY}decide/likeliest.py",
+        "first.placed is None or first.key == found.members[number].candidate.key",
+        "first.key == found.members[number].candidate.key",
+    ),
+    Broken(
         "a rise is found beside what it is a rise of",
         f"{_BY}decide/screening.py",
         "not in taken and stands(problem, entry.candidate, found.members)",
