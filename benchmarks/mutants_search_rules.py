@@ -498,7 +498,7 @@ RULES = (
     ),
     Broken(
         "what repeats and is not smooth is misfit",
-        f"{_BY}workflow.py",
+        f"{_BY}decide/left_over.py",
         "shares[joint] = 1.0 if rough[joint] > limit[joint] else above",
         "shares[joint] = above",
     ),
@@ -541,8 +541,8 @@ RULES = (
     Broken(
         "leaders at reversals are simulated",
         f"{_BY}reversals.py",
-        "fitted = _simulated(exact, empty, one, present) if len(sets) < LEADERS else None",
-        "fitted = _simulated(problem, empty, one, present) if len(sets) < LEADERS else None",
+        "_with_leaders(exact, empty, screened, present, sets)",
+        "_with_leaders(problem, empty, screened, present, sets)",
     ),
     Broken(
         "a loop that does otherwise is told",
@@ -595,7 +595,7 @@ RULES = (
     Broken(
         "what the loop shows between two names is in their odds",
         f"{_BY}diagnosis.py",
-        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats",
+        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop",
         "0.0",
     ),
     Broken(
@@ -661,8 +661,8 @@ RULES = (
     Broken(
         "of the laws of standstill the likeliest is taken",
         "ident/discrepancy/presliding.py",
-        "_, law, sizes = min(found, key=lambda one: one[0])",
-        "_, law, sizes = max(found, key=lambda one: one[0])",
+        "_, law, sizes = min(at_once(likeliest, laws), key=lambda one: one[0])",
+        "_, law, sizes = max(at_once(likeliest, laws), key=lambda one: one[0])",
     ),
     Broken(
         "friction may be that of a soft constraint",

@@ -20,6 +20,10 @@ class IdentityCache(Generic[Value]):
     most: int = 4
     _answers: list[tuple[object, Value]] = field(default_factory=list, repr=False, compare=False)
 
+    def forget(self) -> None:
+        """All of them."""
+        self._answers.clear()
+
     def of(self, asked: object, make: Callable[[], Value]) -> Value:
         """The answer to ``asked``, made where it is not kept."""
         kept = [one for one in self._answers if one[0] is not asked]

@@ -136,20 +136,22 @@ def diagnose(
     A log of any arm: [bold]armhil diagnose log.csv --split-half --urdf arm.urdf[/]
     """
     from daq.recording.errors import CaptureError
+    from robots.free_memory import for_good, one_heap
 
     if live is None and not paths:
         raise CaptureError("no recording; allowed: captures or logs, or --live with the arm on its bench")
-    from daq.diagnosis.diagnose import run_diagnose
-    from daq.diagnosis.diagnose_result import DiagnoseRequest
-    from daq.diagnosis.diagnosis_terminal import print_diagnosis
-    from daq.diagnosis.evidence import print_evidence
-    from daq.diagnosis.more import print_more
-    from daq.files.model_file import SUFFIX
-    from daq.identification.carried import carried_of
-    from daq.identification.terminal import print_guessed
-    from daq.keeping.keep import keep_diagnose_request
-    from daq.session.cell import cell_of
-    from daq.text.wrapped import write
+    one_heap()
+    with for_good():
+        from daq.diagnosis.diagnose import run_diagnose
+        from daq.diagnosis.diagnose_result import DiagnoseRequest
+        from daq.diagnosis.diagnosis_terminal import print_diagnosis
+        from daq.diagnosis.evidence import print_evidence
+        from daq.diagnosis.more import print_more
+        from daq.files.model_file import SUFFIX
+        from daq.identification.carried import carried_of
+        from daq.identification.terminal import print_guessed
+        from daq.session.cell import cell_of
+        from daq.text.wrapped import write
 
     guess = guess_request_of(
         urdf,
@@ -202,6 +204,8 @@ def diagnose(
         }
         result, content, request = found.last, found.last.content | {"live": more}, found.request
     if catalogue is not None:
+        from daq.keeping.keep import keep_diagnose_request
+
         keep_diagnose_request(catalogue, request, result)
     if as_json:
         print_json(content)

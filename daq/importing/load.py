@@ -52,7 +52,7 @@ def load_recording(
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
-        ident.IdentificationError: the time is too far from uniform.
+        ident.IdentificationError: time goes back, or there are too few samples.
     """
     if path.suffix.lower() == CAPTURE_SUFFIX:
         from daq.importing.captures import load_capture  # captures need the drivers; logs do not
@@ -75,7 +75,7 @@ def load_log(
 
     Raises:
         CaptureError: one line: a missing file or variable, values that are not numbers, wrong lengths.
-        ident.IdentificationError: the time is too far from uniform.
+        ident.IdentificationError: time goes back, or there are too few samples.
     """
     if not path.exists():
         raise CaptureError(f"{path}: no such file; allowed: a capture (.mcap), {ALLOWED}")

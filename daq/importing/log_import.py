@@ -54,7 +54,7 @@ def import_log(source: Path, robot: Robot, map_path: Path, out: Path, note: str 
 
     Raises:
         CaptureError: one line: a missing file or column, values that are not numbers, wrong lengths.
-        ident.IdentificationError: the time is too far from uniform.
+        ident.IdentificationError: time goes back, or there are too few samples.
     """
     if not source.exists():
         raise CaptureError(f"{source}: no such file")

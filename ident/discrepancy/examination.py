@@ -8,15 +8,16 @@ mistaken for a delay.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.gap import torque_residual
-from ident.discrepancy.prepared_recording import PreparedRecording
+from ident.discrepancy.prepared_recording import PreparedRecording, regressors
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.settings import SearchSettings
 from ident.effects.family import PlacedEffect
@@ -63,8 +64,9 @@ class Examination:
     noise: FloatArray
     repeats: bool
     prior: Prior | None
-    self_simulated: FloatArray | None = None
-    """Whitened (N,): what the model leaves on a simulation of itself: the work of filters and sampling."""
+    self_simulated: Callable[[], FloatArray | None] | None = None
+    """Whitened (N,), made once it is asked for: what the model leaves on a simulation of itself, the work of
+    filters and sampling."""
     placed: dict[object, tuple[object, PlacedEffect, FloatArray | None]] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -81,7 +83,8 @@ class Examination:
     def residual(self) -> FloatArray:
         """Whitened (N,), what the present model leaves; unit variance where only noise is left."""
         left = self.torque - self.regressor @ self.beta
-        return np.asarray(left if self.self_simulated is None else left - self.self_simulated)
+        of_itself = None if self.self_simulated is None else self.self_simulated()
+        return np.asarray(left if of_itself is None else left - of_itself)
 
     @property
     def rough(self) -> Examination:
@@ -242,7 +245,7 @@ def examine(
     used = np.concatenate([piece.moving for piece in prepared] if only is None else only)
     segment = np.repeat(np.arange(len(prepared)), [piece.rows for piece in prepared])
     torque = np.concatenate([piece.torque for piece in prepared])
-    regressor = np.concatenate([piece.columns(base) for piece in prepared])
+    regressor, instruments = regressors(prepared, base)
     beta = _first_fit(torque, regressor, used, segment, prior)
     noise, repeats = _noise(prepared, base, beta)
     if whitening is None:
@@ -250,13 +253,8 @@ def examine(
             whitening = autoregressive_whitening(noise, segment, used, 0)
         else:
             whitening = cautious_whitening(noise, used, base.independent.size)
-    instruments = regressor
-    if any(piece.period is not None for piece in prepared):
-        instruments = np.concatenate([piece.columns(base, instruments=True) for piece in prepared])
-    white = [
-        whitening.apply(values, segment, used)
-        for values in (torque[:, :, np.newaxis], regressor, instruments)
-    ]
+    apply, rows = whitening.apply, (torque[:, :, np.newaxis], regressor, instruments)
+    white = at_once(lambda values: apply(values, segment, used), rows)
     y, x, z = with_prior(white[0][:, 0], white[1], white[2], prior)
     scale = np.linalg.norm(x, axis=0)
     cross = (z / scale).T @ (x / scale)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from ident.closed_loop.at_once import at_once
 from ident.decimation import DecimationFilter, decimate, decimate_index, decimation_reach
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import Effect, State
@@ -184,6 +185,16 @@ def prepared_recordings(
         prepared.append(prepared_recording(robot, recording, offset, as_identified=as_identified))
         started += float(recording.time[-1] - recording.time[0])
     return tuple(prepared)
+
+
+def regressors(prepared: Sequence[PreparedRecording], base: BaseParameters) -> tuple[FloatArray, FloatArray]:
+    """Rows × joints × b of all recordings: at the measured motion, and at that of the instruments.
+
+    Both are the same array where nothing repeats.
+    """
+    kinds = (False, True) if any(piece.period is not None for piece in prepared) else (False,)
+    found = at_once(lambda kind: np.concatenate([piece.columns(base, kind) for piece in prepared]), kinds)
+    return found[0], found[-1]
 
 
 def edges_trimmed(settings: Identification, sample_time: float) -> Identification:

@@ -66,12 +66,14 @@ def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray, each: bool
     rates = stopping_rates(base.model, standard)
     if rates is not None:
         laws.append((lambda times: constraints(rates, times), _TIMES))
-    found = []
-    for law, grid in laws:
+
+    def likeliest(one: tuple[OfSizes, tuple[float, ...]]) -> tuple[float, OfSizes, FloatArray]:
+        law, grid = one
         sizes = _best(losses, law, np.tile(np.array(grid)[:, np.newaxis], drives), each)
         sizes = _best(losses, law, _about(sizes, _NEAR), each)
-        found.append((float(np.log(losses(law(sizes))).sum()), law, sizes))
-    _, law, sizes = min(found, key=lambda one: one[0])
+        return float(np.log(losses(law(sizes))).sum()), law, sizes
+
+    _, law, sizes = min(at_once(likeliest, laws), key=lambda one: one[0])
     for step in _NEARER:
         sizes = _best(losses, law, _about(sizes, step), each)
     if rates is None or law is not laws[-1][0]:

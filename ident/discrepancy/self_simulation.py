@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from functools import partial
 
 from ident.closed_loop import SimulatedRun, simulate
 from ident.discrepancy.examination import Examination, examine
@@ -23,10 +24,7 @@ _log = logging.getLogger(__name__)
 def with_self_simulation(
     examination: Examination, standard: FloatArray, plain: BaseParameters
 ) -> Examination:
-    """The examination with its self-simulation's residual beside it.
-
-    Where the arm cannot be simulated (no reference or controller, a mass matrix that is not positive
-    definite) the examination comes back as it is, with the reason in the log.
+    """The examination with its self-simulation's residual beside it, made when it is asked for.
 
     Args:
         examination: of the arm.
@@ -35,12 +33,25 @@ def with_self_simulation(
             self-simulation serves throughout: play in a gear is too sensitive for a simulation of it to be
             taken off.
     """
+    return replace(
+        examination, self_simulated=partial(self_simulated, examination, standard, plain), placed={}
+    )
+
+
+def self_simulated(
+    examination: Examination, standard: FloatArray, plain: BaseParameters
+) -> FloatArray | None:
+    """Whitened (N,) what the model leaves on a simulation of itself; arguments as above.
+
+    None where the arm cannot be simulated (no reference or controller, a mass matrix that is not positive
+    definite), with the reason in the log.
+    """
     b, p = plain.independent.size, len(plain.model.names)
     try:
         runs = [simulate(plain.model, standard[:p], piece.recording) for piece in examination.prepared]
     except IdentificationError as error:
         _log.warning("no self-simulation: %s", error)
-        return examination
+        return None
     prepared = [
         _as_prepared(examination, piece, run) for piece, run in zip(examination.prepared, runs, strict=True)
     ]
@@ -48,8 +59,7 @@ def with_self_simulation(
     if prior is not None:
         prior = Prior(examination.beta[:b], prior.covariance[:b, :b], prior.source)
     only = tuple(examination.used[examination.segment == k] for k in range(len(prepared)))
-    copy = examine(plain, prepared, prior, examination.whitening, only)
-    return replace(examination, self_simulated=copy.residual, placed={})
+    return examine(plain, prepared, prior, examination.whitening, only).residual
 
 
 def _as_prepared(examination: Examination, piece: PreparedRecording, run: SimulatedRun) -> PreparedRecording:

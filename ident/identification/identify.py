@@ -16,7 +16,7 @@ from ident.identification.doubts import doubts_of
 from ident.identification.excitation import rank_of, require_enough_rows
 from ident.identification.fits import Fits, Prepared, Progress, all_fits
 from ident.identification.found_effects import FoundModel, end_to_end, extended_model, found_entries
-from ident.identification.friction_power import driven_by_friction
+from ident.identification.impossible import nonsense_of
 from ident.identification.intervals import half_widths
 from ident.identification.kept_effects import KeptEffects, known_names
 from ident.identification.loads import spread_of, unknown_of
@@ -25,7 +25,6 @@ from ident.identification.summary import (
     essential_of,
     estimate_of,
     held_out,
-    not_of_a_rotor,
     poorly_seen,
     refuse_negative_friction,
     refuse_nothing_explained,
@@ -137,7 +136,7 @@ def identify(
     for name, fit in fits.alternatives.items():
         computed[name] = estimate_of(name, base, stacked, fit)
     signals = _signals(prepared, recordings, spectrum, proposal)
-    nonsense = (not_of_a_rotor(least_squares), driven_by_friction(least_squares, rows))
+    nonsense = nonsense_of(least_squares, base, rows, recordings)
     result = Identification(
         robot=robot.name,
         rows=rows.count,

@@ -43,6 +43,11 @@ class Present:
     _low_cutoff: IdentityCache[State] = field(default_factory=IdentityCache, repr=False, compare=False)
     _others: dict[tuple[str, Place], Present] = field(default_factory=dict, repr=False, compare=False)
 
+    def forget(self) -> None:
+        """Motions that it was asked about, and what is made of them."""
+        for kept in (self._torques, self._link_torques, self._masses, self._low_cutoff):
+            kept.forget()
+
     def without(self, name: str, place: Place) -> Present:
         """The model as one of its own effects sees it: less that effect, where it was found."""
         kept = [

@@ -57,9 +57,9 @@ def check_recordings(robot: Robot, recordings: tuple[Recording, ...]) -> tuple[s
     warnings: list[str] = []
     for recording in recordings:
         _check_joints(robot, recording)
+        _check_control_signal(recording)
         _check_order(recording)
         _check_units(robot, recording)
-        _check_control_signal(recording)
         warnings += _check_torque(robot, recording)
         warnings += _too_far_or_fast(robot, recording)
     _check_motion(robot, recordings)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,3 +45,25 @@ def test_what_refers_to_itself_is_given_back() -> None:
 def test_another_c_library_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(free_memory, "_c_library", lambda: None)
     free_memory.give_back()
+
+
+def test_what_stays_for_good_is_looked_at_no_more() -> None:
+    before = gc.get_freeze_count()
+    try:
+        with free_memory.for_good():
+            assert not gc.isenabled()
+            kept = [[] for _ in range(1000)]  # type: ignore[var-annotated]
+        assert gc.isenabled()
+        assert gc.get_freeze_count() - before >= len(kept)
+        assert not any(one is kept for one in gc.get_objects())
+    finally:
+        gc.unfreeze()
+
+
+def test_threads_share_one_heap_where_the_library_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[tuple[int, int]] = []
+    library = SimpleNamespace(mallopt=lambda *given: said.append(given))
+    for one in (library, SimpleNamespace(), None):
+        monkeypatch.setattr(free_memory, "_c_library", lambda one=one: one)
+        free_memory.one_heap()
+    assert said == [(-8, 1)]

@@ -21,3 +21,11 @@ def test_what_was_asked_last_is_not_made_again_and_the_oldest_is_forgotten() -> 
         cache.of(asked, lambda value=value: make(value))  # type: ignore[misc]
     assert made == [1, 2, 3, 4]  # equal arrays are not the same; the second was asked for longest ago
     assert cache.of(first, lambda: make(5)) == 1
+
+
+def test_what_is_forgotten_is_made_again() -> None:
+    cache: IdentityCache[int] = IdentityCache(2)
+    asked = np.zeros(3)
+    assert cache.of(asked, lambda: 1) == cache.of(asked, lambda: 2) == 1
+    cache.forget()
+    assert cache.of(asked, lambda: 2) == 2

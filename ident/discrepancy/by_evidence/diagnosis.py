@@ -13,6 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.closed_loop.at_once import beside
+from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, without_effects
@@ -31,11 +33,7 @@ from ident.discrepancy.by_evidence.taken import (
     component_of,
     is_of_reversals,
 )
-from ident.discrepancy.by_evidence.workflow import (
-    ABOVE,
-    above_accepted,
-    diagnose_by_evidence,
-)
+from ident.discrepancy.by_evidence.workflow import named_by_evidence
 from ident.discrepancy.course import Course
 from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import Standstill
@@ -80,9 +78,10 @@ def diagnose_with_evidence(
     question = replace(question, fit=recordings[:count], validation=recordings[count:])
     led = _Led(question, lambda step, share: progress(step, 0.6 + 0.4 * share))
     known = replace(question, standstill=led.step.standstill if question.at_reversals else None)
-    answer = diagnose_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
+    answer, sizes = named_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
     led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
-    diagnosis, standstill = led.run(), led.standstill or known.standstill
+    diagnosis, nameable = beside(led.run, sizes)
+    answer, standstill = replace(answer, nameable=nameable), led.standstill or known.standstill
     notes = (*notes, *led.notes, *_periods(diagnosis))
     return replace(diagnosis, notes=notes, standstill=standstill), answer
 
@@ -157,7 +156,7 @@ class _Led(Search):
             _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
             if shown is None:
                 continue
-            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats
+            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop
             place = Slot(with_nats(finding.names, nats))
             if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
                 self.course, stands = course, rival.key
@@ -208,6 +207,10 @@ class _Led(Search):
             )
         elif not self.findings and not self._more_in_motion():
             self._tell_problem(problem)
+
+    def _answer(self) -> Diagnosis:
+        give_back()  # rows of the loop and their vocabulary, which refer to each other
+        return super()._answer()
 
     def _tell_loop(self, in_loop: LoopStep) -> None:
         self._tell_problem(posed_in_loop(in_loop))

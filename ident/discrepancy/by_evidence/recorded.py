@@ -6,7 +6,7 @@ from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.library.candidates import candidates
-from ident.discrepancy.by_evidence.power.planned import sizes_beside
+from ident.discrepancy.by_evidence.power.planned import BesideModel, sizes_beside
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.workflow import posed
 from ident.discrepancy.question import Question
@@ -23,5 +23,10 @@ def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
     present = PresentWith(problem.present, (), problem.prepared.apart)
     wanted = candidates(problem.prepared.robot, question.families)
     return sizes_beside(
-        problem, nothing, present, wanted, recordings=question.fit, lag_known=lag_is_known(question.robot)
+        BesideModel.of(problem),
+        nothing,
+        present,
+        wanted,
+        recordings=question.fit,
+        lag_known=lag_is_known(question.robot),
     )

@@ -8,11 +8,14 @@ and the same prior as what the moving arm shows.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
+from ident.closed_loop.at_once import at_once
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
@@ -28,7 +31,6 @@ from ident.discrepancy.by_evidence.decide.state import (
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
-from ident.discrepancy.by_evidence.workflow import misfit_of
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
@@ -83,10 +85,9 @@ def likeliest_in_loop(
     odds: dict[Key, float] = {NOTHING: 0.0}
     forms: dict[Key, PlacedEffect] = {}
     sets: dict[Key, Found] = {}
-    exact = replace(problem, rows=replace(rows, exact=True))
-    for one in screened:
+    exact = replace(problem, rows=rows.exactly())
+    for one, fitted in _with_leaders(exact, empty, screened, present, sets):
         key = one.candidate.key
-        fitted = _simulated(exact, empty, one, present) if len(sets) < LEADERS else None
         value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
         if value > odds.get(key, -np.inf):
             odds[key] = value
@@ -99,6 +100,24 @@ def likeliest_in_loop(
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
     return AtReversals(forms[first], names)
+
+
+def _with_leaders(
+    problem: Problem,
+    empty: Found,
+    screened: Sequence[Screened],
+    present: PresentWith,
+    leaders: Collection[Key],
+) -> Iterator[tuple[Screened, Found | None]]:
+    """Candidates in their order, each with its set; without one after the leaders, which who asks counts.
+
+    Each is one leader more at most, so as many as are missing are simulated at once, and none in vain.
+    """
+    while screened:
+        missing = LEADERS - len(leaders)
+        some, screened = (screened[:missing], screened[missing:]) if missing else (screened, ())
+        made = at_once(lambda one: _simulated(problem, empty, one, present), some) if missing else []
+        yield from zip_longest(some, made)
 
 
 def posed_in_loop(step: LoopStep, used: BoolArray | None = None) -> Problem:

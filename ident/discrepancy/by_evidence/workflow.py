@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.special import expit
@@ -14,6 +15,7 @@ from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
+from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted, misfit_of
 from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
@@ -23,19 +25,17 @@ from ident.discrepancy.by_evidence.decide.names import (
     simplified,
     slot,
 )
-from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
-from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.evidence.turned import where_turned
-from ident.discrepancy.by_evidence.library.candidates import Candidate
-from ident.discrepancy.by_evidence.power.planned import sizes_beside
+from ident.discrepancy.by_evidence.power.planned import BesideModel, sizes_beside
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
     EvidenceFinding,
@@ -52,10 +52,6 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from robots.description import Robot
 from robots.free_memory import give_back
-from robots.identity_cache import IdentityCache
-
-ABOVE = 0.5
-"""Probability from which on a joint's misfit is taken to be above the accepted one."""
 
 
 def _silent(step: str, share: float) -> None:
@@ -75,21 +71,34 @@ def diagnose_by_evidence(
     Raises:
         IdentificationError: recordings that do not fit the arm, or that determine too little.
     """
+    answer, sizes = named_by_evidence(question, progress, simulated)
+    return replace(answer, nameable=sizes())
+
+
+def named_by_evidence(
+    question: Question, progress: Callable[[str, float], None], simulated: bool
+) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
+    """The answer but for sizes that would still be named, and these: nothing but a reader waits for them.
+
+    Args:
+        question, progress, simulated: as of :func:`diagnose_by_evidence`.
+
+    Raises:
+        IdentificationError: as there.
+    """
     if not question.fit or not question.validation:
         raise IdentificationError("the search needs one recording to fit and another to validate")
     give_back()
     progress("filter", 0.0)
-    answer, (problem, found, present, wanted) = _answered(question, progress, simulated)
+    answer, sizes = _answered(question, progress, simulated)
     give_back()  # the rows of the search and its vocabulary: the sizes have as many of their own
-    sizes = sizes_beside(problem, found, present, wanted, question.fit, lag_is_known(question.robot))
-    give_back()
-    return replace(answer, nameable=sizes)
+    return answer, sizes
 
 
 def _answered(
     question: Question, progress: Callable[[str, float], None], simulated: bool
-) -> tuple[EvidenceAnswer, tuple[Problem, Found, PresentWith, Sequence[Candidate]]]:
-    """The answer but for sizes that would still be named, and what these are asked beside."""
+) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
+    """As :func:`named_by_evidence`; what is left behind is free memory then."""
     search, searched = searched_beside_motion(posed(question), question, progress)
     problem = search.problem
     progress("validation", 0.95)
@@ -119,8 +128,18 @@ def _answered(
         repeats=problem.prepared.repeats,
         log_evidence=(searched.empty.log_evidence, found.log_evidence),
     )
-    bare = replace(problem, rows=replace(problem.rows, kept=IdentityCache(1)))
-    return answer, (bare, found, searched.present, search.wanted)
+    problem.present.forget()
+    searched.present.forget()
+    sizes = partial(
+        sizes_beside,
+        BesideModel.of(problem),
+        found,
+        searched.present,
+        search.wanted,
+        question.fit,
+        lag_is_known(question.robot),
+    )
+    return answer, sizes
 
 
 def _gate_one_rejects(question: Question, problem: Problem) -> bool | None:
@@ -224,34 +243,6 @@ def _sizes(problem: Problem, found: Found, number: int) -> FloatArray:
     used = problem.prepared.used
     squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
     return np.asarray(np.sqrt(squares))
-
-
-def above_accepted(problem: Problem, found: Found) -> FloatArray:
-    """(n,) probability that a joint's misfit is above the accepted one by more than its prior's width."""
-    gram = Gram(problem.rows, tuple(member.entry.white for member in found.members))
-    shares = np.empty(problem.rows.n)
-    limit = problem.misfit.accepted * np.exp(SPREAD)
-    rough = _not_smooth(problem, found)
-    for joint in range(problem.rows.n):
-        grid = problem.misfit.grid(joint)
-        excess = np.full(grid.size, found.level.excess[joint])
-        evidence = OneJoint(gram, found.level, joint).log_evidences(grid, excess)
-        scores = TEMPERATURE * evidence + problem.misfit.log_prior_at(joint, grid, excess)
-        weights = np.exp(scores - scores.max())
-        above = float(weights[grid > limit[joint]].sum() / weights.sum())
-        shares[joint] = 1.0 if rough[joint] > limit[joint] else above
-    return shares
-
-
-def _not_smooth(problem: Problem, found: Found) -> FloatArray:
-    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known."""
-    noise = np.array([one.marginal for one in problem.rows.noise])
-    return np.asarray(noise * np.sqrt(found.level.excess**2 - 1.0))
-
-
-def misfit_of(problem: Problem, found: Found) -> FloatArray:
-    """(n,) rms of all that stays unexplained, N·m (or N)."""
-    return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
 
 
 def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:

@@ -32,6 +32,11 @@ class PresentWith:
     apart: bool
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
+    def forget(self) -> None:
+        """Motions that it was asked about, and what is made of them."""
+        self.model.forget()
+        self._torques.forget()
+
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
         return self._torques.of(state, lambda: self._torque(state))

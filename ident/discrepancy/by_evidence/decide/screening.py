@@ -107,14 +107,15 @@ def information_beside(
     y = k
     inner = np.concatenate([np.arange(k), np.arange(k + 1, k + 1 + p)])
     centre = np.concatenate([part.centre for part in members]) if members else np.zeros(0)
-    outer = np.arange(k + 1 + p, whole.shape[0])
+    outer = slice(k + 1 + p, None)
     system = whole[np.ix_(inner, inner)]
     system[np.arange(k + p), np.arange(k + p)] += np.concatenate([precision, np.ones(p)])
     factor = cholesky(system, lower=True, check_finite=False)
     right = whole[inner, y] - whole[inner, k + 1 : k + 1 + p] @ centre
-    beside = whole[np.ix_(inner, outer)]
+    beside = whole[inner, outer]
     solved = cho_solve((factor, True), np.column_stack([beside, right]), check_finite=False)
-    own = whole[np.ix_(outer, outer)] - beside.T @ solved[:, :-1]
+    own = whole[outer, outer]
+    own -= beside.T @ solved[:, :-1]
     score = whole[outer, y] - whole[outer, k + 1 : k + 1 + p] @ centre - beside.T @ solved[:, -1]
     return own, score
 

@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
+from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, side_by_side
 from ident.discrepancy.by_evidence.evidence.solved import Posterior, solve
 from robots.arrays import FloatArray, IntArray
 
@@ -139,7 +139,7 @@ def _at_joint(gram: Gram, j: int) -> AtJoint:
     if not here:
         return AtJoint(plain[0], plain[1], values, np.arange(k + 1), count)
     local = np.concatenate([np.arange(gram.starts[i], gram.starts[i + 1]) for i, _ in here])
-    columns = np.concatenate([effect.columns(j) for _, effect in here], axis=1)
+    columns = side_by_side([effect for _, effect in here], j)
     beside = [rows.products_with(effect)[j] for _, effect in here]
     outside, inner = (np.concatenate([one[part] for one in beside], axis=1) for part in (0, 1))
     outer = np.block([[plain[0], outside], [outside.T, columns.T @ columns]])

@@ -7,7 +7,8 @@ stands in the columns, so all rows but rests count, reversals included. Whatever
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -41,6 +42,13 @@ class LoopRows(Rows):
 
     loop: LoopEvidence = field(kw_only=True)
     exact: bool = field(kw_only=True, default=False)
+
+    def exactly(self) -> LoopRows:
+        """The same with effects that are simulated; what is made of the rows alone is that of these."""
+        rows = replace(self, exact=True)
+        made = (name for name in vars(self) if isinstance(getattr(Rows, name, None), cached_property))
+        vars(rows).update({name: vars(self)[name] for name in made})
+        return rows
 
     def thin(self, placed: PlacedEffect) -> FloatArray:
         """What an effect changes of the drives' torque, rows × drives × p; 0 where it cannot be simulated."""

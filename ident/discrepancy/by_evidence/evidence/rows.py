@@ -92,6 +92,12 @@ class WhiteEffects:
         return tuple(joint for joint, part in enumerate(self.joints) if part is not None)
 
 
+def side_by_side(effects: Sequence[WhiteEffects], joint: int) -> FloatArray:
+    """(N, all p) columns of effects at a joint where each has some, to calculate with."""
+    parts = [part for effect in effects if (part := effect.joints[joint]) is not None]
+    return np.concatenate(parts, axis=1, dtype=np.float64)
+
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """The data with a noise model.
@@ -174,7 +180,7 @@ class Rows:
             here = [number for number, effect in enumerate(effects) if effect.joints[j] is not None]
             if not here:
                 continue
-            whole = white.T @ np.concatenate([effects[number].columns(j) for number in here], axis=1)
+            whole = white.T @ side_by_side([effects[number] for number in here], j)
             outside, inner = np.delete(whole, np.s_[k:-1], axis=0), vectors.T @ whole[k:-1]
             cuts = np.cumsum([effects[number].count for number in here])[:-1]
             parts = zip(np.split(outside, cuts, axis=1), np.split(inner, cuts, axis=1), strict=True)

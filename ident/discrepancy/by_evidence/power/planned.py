@@ -48,6 +48,27 @@ class KnownBefore:
     prior: Prior | None = None
 
 
+@dataclass(frozen=True)
+class BesideModel:
+    """What sizes are asked beside: of a problem all but its rows, which are large.
+
+    Attributes:
+        base, prior, start, present: as of :class:`Problem`.
+        noise: per joint, of rows.
+    """
+
+    base: BaseParameters
+    prior: Prior | None
+    start: FloatArray
+    present: Present
+    noise: tuple[Noise, ...]
+
+    @classmethod
+    def of(cls, problem: Problem) -> BesideModel:
+        """Without its rows."""
+        return cls(problem.base, problem.prior, problem.start, problem.present, problem.rows.noise)
+
+
 def known_from_run(robot: Robot, recordings: Sequence[Recording]) -> KnownBefore:
     """From the run that a model is accepted on.
 
@@ -107,7 +128,7 @@ def planned_sizes(
 
 
 def sizes_beside(
-    problem: Problem,
+    model: BesideModel,
     found: Found,
     present: PresentModel,
     wanted: Sequence[Candidate],
@@ -120,16 +141,16 @@ def sizes_beside(
     the rate of a torque holds a lot of it, and delays would seem to show a tenth as large as they do.
 
     Args:
-        problem: the data.
+        model: without any effect.
         found: the set that the search ended with.
-        present: the model with it.
+        present: the model with that set.
         wanted: the vocabulary on this arm.
         recordings: that were fitted.
         lag_known: whether the description says how the channels lie in time.
     """
-    robot, model = problem.prepared.robot, problem.present
-    prepared = predicted(prepare(robot, [_as_asked(one) for one in recordings]), model)
-    rows = _rows(problem.base, problem.prior, problem.start, prepared, model, problem.rows.noise)
+    robot = model.base.model.robot
+    prepared = predicted(prepare(robot, [_as_asked(one) for one in recordings]), model.present)
+    rows = _rows(model.base, model.prior, model.start, prepared, model.present, model.noise)
     members = tuple(_on(rows, member) for member in found.members)
     sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE)
     return sizes if lag_known else _beside_alignment(sizes)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
+from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.screening import information_beside
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level
@@ -99,7 +100,12 @@ def smallest_sizes(
         return ()
     own, _ = information_beside(rows, level, members, free)
     odds = _Odds(free, own, sure, chance)
-    return tuple(_said(rows, free[k], *odds.unlucky(k)) for k in map(odds.middle, _main_forms(free)))
+
+    def said(numbers: Sequence[int]) -> Smallest:
+        k = odds.middle(numbers)
+        return _said(rows, free[k], *odds.unlucky(k))
+
+    return tuple(at_once(said, _main_forms(free)))
 
 
 def _main_forms(entries: Sequence[Entry]) -> list[list[int]]:

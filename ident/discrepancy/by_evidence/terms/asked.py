@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.instruments import prepared_beside
+from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.terms.proposal import Proposal
 from ident.discrepancy.by_evidence.terms.propose import propose
-from ident.discrepancy.by_evidence.workflow import ABOVE, above_accepted, posed
+from ident.discrepancy.by_evidence.workflow import posed
 from ident.discrepancy.question import Question
 
 

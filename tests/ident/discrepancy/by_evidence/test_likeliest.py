@@ -83,6 +83,7 @@ def test_names_that_change_places_for_ever_do_not(monkeypatch: pytest.MonkeyPatc
 
 def test_it_is_asked_before_limits_take_the_place_of_forms(monkeypatch: pytest.MonkeyPatch) -> None:
     search, question = SimpleNamespace(problem=None), SimpleNamespace(validation=(), standstill=None)
+    monkeypatch.setattr(workflow, "posed", lambda *_: None)
     monkeypatch.setattr(workflow, "searched_beside_motion", lambda *_: (search, SimpleNamespace(found=None)))
     monkeypatch.setattr(workflow, "with_found", lambda *_: None)
     monkeypatch.setattr(workflow, "where_turned", lambda *_: None)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from drivers.simulated.scenario import Scenario
-from ident.discrepancy.by_evidence import diagnosis
+from ident.discrepancy.by_evidence import diagnosis, reversals
+from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
 from ident.discrepancy.step import LoopStep
+from ident.effects.family import Place
+from ident.effects.vocabulary import family_named
 from ident.errors import IdentificationError
 from tests.ident.discrepancy.blind_search import hidden
 from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, in_loop, led
@@ -32,6 +37,39 @@ def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep)
 def test_what_was_found_is_no_further_effect(falling: LoopStep) -> None:
     found = likeliest_in_loop(posed_in_loop(falling), FAMILIES, {("stribeck_friction", (0,))}, {0})
     assert found is None or found.key != ("stribeck_friction", (0,))
+
+
+def test_rows_of_effects_that_are_simulated_are_the_same_rows(falling: LoopStep) -> None:
+    rows = cast(LoopRows, posed_in_loop(falling).rows)
+    exact = rows.exactly()
+    robot, place = falling.base.model.robot, Place("drive", (0,))
+    placed = family_named("hysteresis").effect(robot, place, (0.003,), falling.present)
+    assert exact.white is rows.white and exact.products is rows.products
+    assert not rows.exact and not np.allclose(rows.thin(placed), exact.thin(placed), rtol=0.01)
+    assert exact.thin(placed) == pytest.approx(rows.loop.respond(placed), rel=1e-12)
+
+
+@pytest.mark.parametrize(("most", "first"), [(1, 1), (3, 5), (10, 9)])
+def test_as_many_are_simulated_as_there_are_leaders(
+    most: int, first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(reversals, "LEADERS", most)
+
+    def simulated(problem: Any, empty: Any, one: str, present: Any) -> str:
+        asked.append(one)
+        return one
+
+    monkeypatch.setattr(reversals, "_simulated", simulated)
+    nobody: Any = None
+    leaders: Any = set()
+    order: Any = list("aabacadbc")
+    found = []
+    for one, fitted in reversals._with_leaders(nobody, nobody, order, nobody, leaders):
+        found.append((one, fitted))
+        leaders.add(one)
+    assert sorted(asked) == sorted(order[:first])
+    assert found == [(one, one if k < first else None) for k, one in enumerate(order)]
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,11 @@ import robots
 from ident import IdentificationError
 from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import diagnosis, workflow
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.turned import turned, where_turned
-from ident.discrepancy.by_evidence.workflow import misfit_of, posed
+from ident.discrepancy.by_evidence.workflow import posed
 from ident.effects import FrictionSign, State
 from ident.effects.simulated import Bristle, SoftConstraint
 from ident.effects.vocabulary import family_named
@@ -96,7 +97,7 @@ def test_the_evidence_is_told_what_the_simulated_loop_shows(monkeypatch: pytest.
         heard.append(asked)
         raise IdentificationError("enough")
 
-    monkeypatch.setattr(diagnosis, "diagnose_by_evidence", ask)
+    monkeypatch.setattr(diagnosis, "named_by_evidence", ask)
     for one in (question(), replace(question(), at_reversals=False)):
         with pytest.raises(IdentificationError, match="enough"):
             diagnosis.diagnose_with_evidence(one)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.left_over import above_accepted
 from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
-from ident.discrepancy.by_evidence.workflow import _finding, _shrinks, above_accepted
+from ident.discrepancy.by_evidence.workflow import _finding, _shrinks
 from tests.ident.discrepancy.by_evidence.toy_effects import (
     EMPS,
     problem_of,

@@ -1,0 +1,42 @@
+"""What a set leaves unexplained at each joint, and whether that is more than an accepted run left."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.evidence.gram import Gram
+from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
+from robots.arrays import FloatArray
+
+ABOVE = 0.5
+"""Probability from which on a joint's misfit is taken to be above the accepted one."""
+
+
+def above_accepted(problem: Problem, found: Found) -> FloatArray:
+    """(n,) probability that a joint's misfit is above the accepted one by more than its prior's width."""
+    gram = Gram(problem.rows, tuple(member.entry.white for member in found.members))
+    shares = np.empty(problem.rows.n)
+    limit = problem.misfit.accepted * np.exp(SPREAD)
+    rough = _not_smooth(problem, found)
+    for joint in range(problem.rows.n):
+        grid = problem.misfit.grid(joint)
+        excess = np.full(grid.size, found.level.excess[joint])
+        evidence = OneJoint(gram, found.level, joint).log_evidences(grid, excess)
+        scores = TEMPERATURE * evidence + problem.misfit.log_prior_at(joint, grid, excess)
+        weights = np.exp(scores - scores.max())
+        above = float(weights[grid > limit[joint]].sum() / weights.sum())
+        shares[joint] = 1.0 if rough[joint] > limit[joint] else above
+    return shares
+
+
+def _not_smooth(problem: Problem, found: Found) -> FloatArray:
+    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known."""
+    noise = np.array([one.marginal for one in problem.rows.noise])
+    return np.asarray(noise * np.sqrt(found.level.excess**2 - 1.0))
+
+
+def misfit_of(problem: Problem, found: Found) -> FloatArray:
+    """(n,) rms of all that stays unexplained, N·m (or N)."""
+    return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
