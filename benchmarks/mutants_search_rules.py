@@ -593,6 +593,18 @@ RULES = (
         "shown.there",
     ),
     Broken(
+        "less than nothing is what a loop does otherwise than both names",
+        "ident/discrepancy/confirmation.py",
+        "np.hypot(self.sigma, min(self.share, 0.0))",
+        "self.sigma",
+    ),
+    Broken(
+        "more than all is all",
+        "ident/discrepancy/confirmation.py",
+        "Shown(min(self.share, 1.0), ",
+        "Shown(self.share, ",
+    ),
+    Broken(
         "what the loop shows between two names is in their odds",
         f"{_BY}diagnosis.py",
         "nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop",
