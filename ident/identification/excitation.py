@@ -220,9 +220,16 @@ def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> list[str]:
             found.append(f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)")
         elif rate < _SLOW * limits.acceleration:
             found.append(f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)")
-        elif moved.one_way[joint]:
-            found.append(
-                f"joint {joint + 1} moves in one direction only, so its dry friction is constant as is its"
-                " offset: give a recording in which it turns back too, or no offset to it (robot.toml)"
-            )
+    same = [str(joint + 1) for joint in np.flatnonzero(moved.one_way) if _constant(base, which, int(joint))]
+    if same:
+        found.append(
+            f"joint {', '.join(same)} moves one way only, so dry friction is constant as its offset is: give"
+            " a recording with the way back, or set no offset there (robot.toml)"
+        )
     return found
+
+
+def _constant(base: BaseParameters, which: IntArray, joint: int) -> bool:
+    """Whether both constants of a joint that moves one way only are among these parameters."""
+    symbols = {base.leading[k].symbol for k in which if base.leading[k].joint == joint}
+    return "off" in symbols and bool(symbols & set(_TURNS_WITH_SPEED))
