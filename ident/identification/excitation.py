@@ -225,8 +225,8 @@ def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> dict[int, 
         elif rate < _SLOW * limits.acceleration:
             found[joint + 1] = f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)"
     same = [joint + 1 for joint in np.flatnonzero(moved.one_way) if _constant(base, which, int(joint))]
-    if same:
-        found[int(same[0])] = (
+    if new := [joint for joint in same if joint not in found]:
+        found[int(new[0])] = (
             f"joint {', '.join(map(str, same))} moves one way only, so dry friction is constant as its offset"
             " is: record the way back, or set no offset there (robot.toml)"
         )
