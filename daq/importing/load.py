@@ -123,11 +123,19 @@ def log_recording(
     if complete is not None:
         lengths["complete"] = len(complete)
     lengths |= {name.replace("_", " "): len(values) for name, values in beside.items()}
-    if len(set(lengths.values())) > 1:
+    rows = min(lengths.values())
+    short = [name for name, length in lengths.items() if length == rows]
+    if max(lengths.values()) > rows + 1:
         other = [f"{name} {length}" for name, length in lengths.items() if length != len(position)]
         lengths_said = f"position {len(position)}, {listed(other)} samples"
         raise CaptureError(f"{path}: quantities differ in length: {lengths_said}")
     read = source.words
+    if len(short) < len(lengths):  # inputs stand for the steps between states, of which there is one more
+        read += (f"{path.name}: {listed(short)}: one row less than the rest, whose last one is left out",)
+        time, position, control_signal = time[:rows], position[:rows], control_signal[:rows]
+        reference = None if reference is None else reference[:rows]
+        complete = None if complete is None else complete[:rows]
+        beside = {channel: values[:rows] for channel, values in beside.items()}
     source.give_up()
     done(0.25)
     written_there: dict[str, FloatArray] = {}
