@@ -254,7 +254,7 @@ def _without_offset(robot: Robot) -> list[str]:
         else [j.name for j, has in zip(robot.joint, offset, strict=True) if not has]
     )
     ways = "moves one way only: its" if len(still) == 1 else "move one way only: their"
-    return [f"{', '.join(still)} {ways} dry friction holds what is constant of the torque"] if still else []
+    return [f"{listed(still)} {ways} dry friction holds what is constant of the torque"] if still else []
 
 
 def _constants(channels: list[Channels], position: Channels, moving: Sequence[int]) -> dict[str, FloatArray]:
