@@ -377,6 +377,18 @@ RULES = (
         "<= 0.0))",
     ),
     Broken(
+        "the likeliest by both motions stands in a place",
+        f"{_BY}workflow.py",
+        "simplified(search, likeliest(search, searched, held), held)",
+        "simplified(search, searched, held)",
+    ),
+    Broken(
+        "nothing takes no place, nor has what has no name",
+        f"{_BY}decide/likeliest.py",
+        "first.placed is None or first.key == found.members[number].candidate.key",
+        "first.key == found.members[number].candidate.key",
+    ),
+    Broken(
         "a rise is found beside what it is a rise of",
         f"{_BY}decide/screening.py",
         "not in taken and stands(problem, entry.candidate, found.members)",
@@ -581,9 +593,21 @@ RULES = (
         "shown.there",
     ),
     Broken(
+        "less than nothing is what a loop does otherwise than both names",
+        "ident/discrepancy/confirmation.py",
+        "np.hypot(self.sigma, min(self.share, 0.0))",
+        "self.sigma",
+    ),
+    Broken(
+        "more than all is all",
+        "ident/discrepancy/confirmation.py",
+        "Shown(min(self.share, 1.0), ",
+        "Shown(self.share, ",
+    ),
+    Broken(
         "what the loop shows between two names is in their odds",
         f"{_BY}diagnosis.py",
-        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats",
+        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop",
         "0.0",
     ),
     Broken(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from daq.importing.bags import is_bag_folder
@@ -41,7 +42,37 @@ def channels_of_log(path: Path, arm: LooseUrdf, hints: LogHints) -> tuple[list[C
         for column, values in columns.items() if len(columns) == 1 else ():
             counts = [n for n in counts_of_joints(arm) if n > 1 and len(values) / n in lengths]
             tables[name] = (counts and vector_by_vector(column, values, counts[0])) or columns
-    return [c for name, columns in tables.items() for c in channels_of(columns, joints, name)], []
+    found = [c for name, columns in tables.items() for c in channels_of(columns, joints, name)]
+    if any(channel.kind in _SAYING for channel in found):
+        return found, []
+    return _side_by_side(path, tables, arm, hints)
+
+
+def _side_by_side(
+    path: Path, tables: dict[str, dict[str, FloatArray]], arm: LooseUrdf, hints: LogHints
+) -> tuple[list[Channels], list[str]]:
+    """Tables whose names say nothing, told apart as the columns of one file.
+
+    Of inputs there may be one row less than of states: each stands for the step to the next state.
+    """
+    rows = max(len(values) for columns in tables.values() for values in columns.values())
+    places = {
+        f"{name}: {column}": (name, column)
+        for name, columns in tables.items()
+        for column, values in columns.items()
+        if len(values) >= rows - 1
+    }
+    least = min(len(tables[name][column]) for name, column in places.values())
+    columns = {key: tables[name][column][:least] for key, (name, column) in places.items()}
+    found, words = told_apart(path, columns, arm, hints)
+    channels = []
+    for channel in found:
+        files = [places[key][0] for key in channel.columns]
+        if len(set(files)) > 1:
+            raise CaptureError(f"{path}: {channel.label} stand in several files; write them into one")
+        own = tuple(places[key][1] for key in channel.columns)
+        channels.append(replace(channel, columns=own, file=files[0]))
+    return channels, words
 
 
 def _part(columns: dict[str, FloatArray]) -> dict[str, FloatArray]:

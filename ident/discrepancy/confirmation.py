@@ -50,6 +50,15 @@ class Shown:
         return (2.0 * self.share - 1.0) / (2.0 * self.sigma**2) if self.sigma > 0.0 else 0.0
 
     @property
+    def nats_in_loop(self) -> float:
+        """The same of a simulated loop, whose change is of another size at reversals than elsewhere.
+
+        More than all of it is all of it. Less than nothing is neither of the two: so large at least is what
+        the loop does otherwise than both, which no deviation over blocks knows.
+        """
+        return Shown(min(self.share, 1.0), float(np.hypot(self.sigma, min(self.share, 0.0)))).nats
+
+    @property
     def nats_of_no_name(self) -> float:
         """For something that is only like the finding, against it: of such a thing any share may be there."""
         if self.sigma == 0.0:

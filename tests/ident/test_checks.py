@@ -101,7 +101,7 @@ def test_a_sound_recording_is_let_through(tx40: Robot, sound: Recording) -> None
         (fewer_joints, "run: 4 joints; allowed: 6, as tx40 has"),
         (short, "too short a record; allowed: at least"),
         (in_step, "does not tell apart|does not excite"),
-        (one_way, "does not tell apart Fc3, off3: joint 3 moves in one direction only, so its dry friction"),
+        (one_way, "does not tell apart Fc3, off3: joint 3 moves one way only, so dry friction is constant"),
     ],
 )
 def test_a_mistake_is_refused_in_one_line_that_names_it(

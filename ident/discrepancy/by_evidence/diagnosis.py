@@ -156,7 +156,7 @@ class _Led(Search):
             _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
             if shown is None:
                 continue
-            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats
+            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop
             place = Slot(with_nats(finding.names, nats))
             if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
                 self.course, stands = course, rival.key

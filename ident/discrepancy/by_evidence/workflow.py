@@ -16,6 +16,7 @@ from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
 from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted, misfit_of
+from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
     Key,
@@ -104,7 +105,7 @@ def _answered(
     unfitted = with_found(problem, searched.found, question.validation)
     held = HeldOut.of(problem, where_turned(unfitted, question.standstill))
     searched, refuted = borne_out(search, searched, held)
-    searched = simplified(search, searched, held)
+    searched = simplified(search, likeliest(search, searched, held), held)
     found = searched.found
     findings = tuple(_finding(search, searched, held, k) for k in range(len(found.members)))
     ranking = of_nothing(search, searched)

@@ -83,6 +83,15 @@ def test_friction_tells_a_measured_torque_from_a_computed_one(tmp_path: Path, ur
     assert said == ("torque, of several: TorqueCur1 … TorqueCur7; in Torque1 … Torque7 no friction brakes")
 
 
+def test_a_computed_torque_may_be_the_rougher_one(tmp_path: Path, urdf: Path) -> None:
+    """A controller that differentiates measured positions makes noise, but no friction."""
+    columns, lot = columns_of(urdf, []), np.random.default_rng(7)
+    for k in range(1, 8):
+        columns[f"Torque{k}"] = columns[f"Torque{k}"] + 0.5 * lot.standard_normal(ROWS)
+    _, found = guessed(tmp_path, urdf, columns)
+    assert torques(found) == "TorqueCur1"
+
+
 def test_of_two_with_friction_the_rougher_one_was_measured(tmp_path: Path, urdf: Path) -> None:
     columns = columns_of(urdf, [])
     clean = np.convolve(np.arange(5.0), np.ones(5))  # a window without corners

@@ -178,11 +178,11 @@ def _more_elsewhere(
         if one.joints == own[1] and own[0] in _contained(one.name) and 1.0 - HELD < one.probability <= shown
     ]
     return tuple(
-        key for key in forms if not search.elsewhere.same(_with(search, without, candidates, key), found)
+        key for key in forms if not search.elsewhere.same(with_name(search, without, candidates, key), found)
     )
 
 
-def _with(search: Search, without: Found, candidates: Sequence[Screened], key: Key) -> Found:
+def with_name(search: Search, without: Found, candidates: Sequence[Screened], key: Key) -> Found:
     """A set with the likeliest form of a name in the place of what it lacks."""
     forms = search.replaced(without, [one for one in candidates if one.candidate.key == key])
     return max(forms, key=lambda found: found.log_posterior)
@@ -209,7 +209,7 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
             and one.candidate.key[1] == own[1]
         ]
         if limits:
-            best = _with(search, without, limits, limits[0].candidate.key)
+            best = with_name(search, without, limits, limits[0].candidate.key)
             return simplified(search, replace(searched, found=best), held)
     return searched
 

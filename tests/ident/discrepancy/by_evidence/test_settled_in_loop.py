@@ -118,6 +118,15 @@ def test_what_another_finding_is_takes_no_second_place(monkeypatch: pytest.Monke
     assert settled(monkeypatch, (70.0, 66.0, 0.0), shown, HYSTERESIS) == (DRIFTING, None)
 
 
+def test_a_share_beyond_nothing_or_all_says_no_more_than_that() -> None:
+    """Each of two names had less than nothing in the other's place: −55.4 ± 0.5 and −51.7 ± 0.5."""
+    assert Shown(-55.4, 0.5).nats_in_loop == pytest.approx(-1.0 / 55.4, rel=0.02)
+    assert Shown(685.0, 7.4).nats_in_loop == pytest.approx(0.5 / 7.4**2)
+    assert Shown(1.57, 0.1).nats_in_loop == pytest.approx(50.0)
+    assert Shown(0.2, 0.1).nats_in_loop == Shown(0.2, 0.1).nats == pytest.approx(-30.0)
+    assert Shown(0.0, 0.0).nats_in_loop == 0.0
+
+
 def test_what_a_name_stands_for_is_in_its_odds() -> None:
     """Its probability is that of all of them, its own odds are less; what has none left has its odds."""
     listed = probabilities({KEYS[0]: 0.0, KEYS[1]: -1.0, KEYS[2]: -2000.0})
