@@ -28,9 +28,26 @@ def seconds(time: float) -> str:
     return f"{time:.6g}" if abs(time) < _EPOCH else f"{time:.3f}"
 
 
+_WIDE = 64
+"""Characters of names in a message, which has two lines of a terminal at most."""
+
+
+def in_lines(names: Sequence[str]) -> list[str]:
+    """All names, so many to a message as fit."""
+    lines: list[str] = []
+    for name in map(short, names):
+        if lines and len(lines[-1]) + len(name) + 2 <= _WIDE:
+            lines[-1] += f", {name}"
+        else:
+            lines.append(name)
+    return lines
+
+
 def listed(names: Sequence[str], few: int = _FEW) -> str:
-    """All of a few names; of many the first three, and how many more there are."""
+    """All of a few names; of many, or long ones, as many as fit, and how many more there are."""
     names = [short(name) for name in names]
-    if len(names) <= few:
-        return ", ".join(names)
-    return f"{', '.join(names[:SHOWN])} and {len(names) - SHOWN} more"
+    shown = len(names) if len(names) <= few else SHOWN
+    while shown > 1 and len(", ".join(names[:shown])) > _WIDE:
+        shown = min(shown - 1, SHOWN)
+    more = len(names) - shown
+    return ", ".join(names[:shown]) + (f" and {more} more" if more else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,10 @@ class Answer:
     odd: tuple[str, ...]
 
 
+_SENTENCES = re.compile(r"(?<=[.]) (?=[A-Z])")
+"""Between two of them, each of which has a line of its own."""
+
+
 def answer_of(
     result: Identification, model: Path | None = None, truth: Mapping[str, float] | None = None
 ) -> Answer:
@@ -46,7 +51,8 @@ def answer_of(
     kind = kind_of(result)
     parts = [_good_to(result, kind), *_use(kind, model), *_not_seen(result.recommended)]
     odd = [*(f"{_capital(words)}." for words in result.impossible)]
-    odd += [] if result.impossible else [f"{result.test.recommendation} {asked_for(result)}".strip()]
+    recommended = f"{result.test.recommendation} {asked_for(result)}".strip()
+    odd += [] if result.impossible else _SENTENCES.split(recommended)
     odd += [] if truth is None else [_against(result.recommended, truth)]
     odd += [f"warning: {_ended(warning)}" for warning in result.warnings]
     return Answer(kind, "; ".join(parts) + ".", tuple(odd))

@@ -11,6 +11,7 @@ from daq.importing.import_map import Added, Force, ImportMap, Temperature, Veloc
 from daq.importing.log_quantities import LogFiles, position_of_joints
 from daq.recording.errors import CaptureError
 from ident import Recording
+from ident.listing import listed
 from ident.preparation.resampling import Uniform
 from ident.preparation.velocities import with_velocities
 from robots import Robot, rigid_body_model
@@ -62,7 +63,7 @@ def _frame(source: LogFiles, force: Force, model: pinocchio.Model) -> int:
     for k in bodies:
         if model.frames[k].name == force.frame:
             return k
-    names = ", ".join(model.frames[k].name for k in bodies)
+    names = listed([model.frames[k].name for k in bodies], few=20)
     raise CaptureError(f'{source.path}: force.frame: "{force.frame}" is no moving link; allowed: {names}')
 
 

@@ -19,6 +19,7 @@ from daq.recording.reader import read_capture
 from drivers.cia402.states import INTERNAL_LIMIT_BIT
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
+from ident.listing import listed
 from robots import Identification, Robot
 
 log = logging.getLogger(__name__)
@@ -43,8 +44,8 @@ def loaded_capture(capture: Capture, robot: Robot) -> LoadedRecordings:
     joints = tuple(joint.name for joint in robot.joint)
     if capture.joints != joints:
         raise CaptureError(
-            f"{path}: recorded of {capture.robot_name} with the joints {', '.join(capture.joints)};"
-            f" {robot.name} has {', '.join(joints)}"
+            f"{path}: recorded of {capture.robot_name} with the joints {listed(capture.joints)};"
+            f" {robot.name} has {listed(joints)}"
         )
     recordings, dropped = _pieces(capture)
     sentences = (*capture.damage.sentences(capture.period), *_limited(capture))

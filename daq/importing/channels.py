@@ -59,6 +59,8 @@ _SHORT_REFERENCE = {"d", "r", "s"}
 """Marks of a reference where the quantity stands before: ``q_d``, ``tau_J_d``."""
 
 
+_WIDE = 64
+"""Characters of a group's label; of a longer one the first name stands for all."""
 _LONG = 16
 """Characters that the names of a group have in common, and that its last one need not repeat."""
 
@@ -96,7 +98,8 @@ class Channels:
         pairs = enumerate(zip(self.columns[0], last, strict=False))
         same = next((k for k, (a, b) in pairs if a != b), 0)
         same -= last[:same].endswith("[")
-        return f"{first} … {short(last) if same < _LONG else last[same:]}"
+        whole = f"{first} … {short(last) if same < _LONG else last[same:]}"
+        return whole if len(whole) <= _WIDE else f"{first} … ({len(self.columns)})"
 
     @property
     def parent(self) -> str:

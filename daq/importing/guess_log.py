@@ -31,6 +31,7 @@ from daq.importing.log_quantities import POSITION_UNITS
 from daq.recording.errors import CaptureError
 from ident.decimation import decimation_reach
 from ident.identification.excitation import one_way
+from ident.listing import listed
 from ident.preparation.outliers import without_outliers
 from robots import Robot
 from robots.arrays import FloatArray
@@ -107,7 +108,7 @@ def guess_log(path: Path, urdf: Path, folder: Path, hints: LogHints) -> GuessedL
     held = {joint.name: 0.0 for joint in arm.moving if joint.name not in names}
     held |= {names[k]: float(np.mean(values[:, k])) for k in range(len(names)) if k not in moving}
     if held:
-        words.append(f"left out (at rest, or not in the log): {', '.join(held)}")
+        words.append(f"left out (at rest, or not in the log): {listed([*held])}")
     kept, _ = kept_rows(path.name, stamps, values[:, moving])
     values, stamps, scale = values[kept][:, moving], stamps[kept], scale[moving]
     same = [replace(c, values=c.values[kept]) for c in same]
@@ -253,7 +254,7 @@ def _without_offset(robot: Robot) -> list[str]:
         else [j.name for j, has in zip(robot.joint, offset, strict=True) if not has]
     )
     ways = "moves one way only: its" if len(still) == 1 else "move one way only: their"
-    return [f"{', '.join(still)} {ways} dry friction holds what is constant of the torque"] if still else []
+    return [f"{listed(still)} {ways} dry friction holds what is constant of the torque"] if still else []
 
 
 def _constants(channels: list[Channels], position: Channels, moving: Sequence[int]) -> dict[str, FloatArray]:

@@ -85,7 +85,8 @@ def in_si(
         tried = "rad or deg" if turning[joint] else "m or mm"
         raise CaptureError(
             f"{path}: {short(position.columns[joint])!r} reaches {reach[joint]:.4g}, in {tried} beyond"
-            f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio for {listed(names)}"
+            f" joint {joint + 1}'s limit {largest[joint]:.3g}; at the motor? give --ratio,"
+            f" {len(names)} numbers"
         )
     if any(kinds):
         proof = "its name" if marked else f"{_BY_LIMITS} {listed(names)}"

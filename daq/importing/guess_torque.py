@@ -15,6 +15,7 @@ from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
 from daq.importing.proof import TorqueProof
 from daq.recording.errors import CaptureError
+from ident.listing import listed, short
 from robots import Robot
 from robots.arrays import BoolArray, FloatArray
 from robots.loose_urdf import LooseUrdf
@@ -27,6 +28,8 @@ _UNTOLD = 0.5
 """Share of its variance that a motion may leave of a torque that is its joint's."""
 _BETTER = 2.0
 """Times less that the right motion leaves of a torque than a wrong one."""
+_AXES = 8
+"""Joints that a message names all, if their names are short."""
 _MILLI = {"mnm"}
 _OF_LIBFRANKA = {"tau", "ext", "hat", "filtered"}
 
@@ -94,7 +97,7 @@ def torque_table(
     raw = TorqueProof.of(robot, log.position, logged, log.period, log.cutoff)
     words = [f"torque: {torque.label}", *exchanged(robot, raw.explained(offset))]
     if turned:
-        names = ", ".join(robot.joint[k].name for k in turned)
+        names = listed([robot.joint[k].name for k in turned], few=_AXES)
         words.append(
             f"torque of {names}: turned round, as friction or bodies would drive the motion otherwise"
         )
@@ -159,11 +162,9 @@ def exchanged(robot: Robot, explained: FloatArray) -> list[str]:
     moved = [(i, j) for i, j in zip(torques, joints, strict=True) if i != j]
     if not moved or not all(left[i, j] < min(_UNTOLD, left[i, i] / _BETTER) for i, j in moved):
         return []
-    names = ", ".join(robot.joint[i].name for i, _ in moved)
-    found = ", ".join(f"{robot.joint[j].name} {100 * explained[i, j]:.0f} %" for i, j in moved)
-    return [
-        f"torques of {names}: the motion of another joint foretells each ({found}); exchanged? look it over"
-    ]
+    names = listed([robot.joint[i].name for i, _ in moved], few=_AXES)
+    found = listed([f"{100 * explained[i, j]:.0f} % by {robot.joint[j].name}" for i, j in moved], few=2)
+    return [f"torques of {names}: other joints' motion foretells them ({found}); exchanged? look it over"]
 
 
 def given_factor(hints: LogHints, log: Sampled) -> tuple[FloatArray, str]:
@@ -206,11 +207,13 @@ def _constant(constants: dict[str, FloatArray], share: FloatArray, seen: BoolArr
 
 
 def _beside(robot: Robot, share: FloatArray, seen: BoolArray) -> str:
-    """How it compares with the URDF's masses, in words; joints that no mass shows are not listed."""
+    """How it compares with the URDF's masses, in words: the least and the most of the joints they show at."""
     if not seen.any():
         return "; the URDF's masses do not show in it"
-    names = ["" if robot.n == 1 else f"{joint.name} " for joint in robot.joint]
-    each = ", ".join(f"{names[k]}{100 * share[k]:.0f} %" for k in np.flatnonzero(seen))
+    known = np.flatnonzero(seen)
+    ends = known[np.argsort(share[known])][[0, -1]] if known.size > 2 else known
+    names = ["" if robot.n == 1 else f" ({short(joint.name)})" for joint in robot.joint]
+    each = (" to " if known.size > 2 else ", ").join(f"{100 * share[k]:.0f} %{names[k]}" for k in ends)
     return f"; {each} of what the URDF's bodies ask for"
 
 
@@ -237,7 +240,7 @@ def _doubts(robot: Robot, arm: LooseUrdf, share: FloatArray, sigma: FloatArray, 
             f"torque of {robot.joint[k].name}: {bound} % of what the URDF's bodies ask for:"
             " another unit, or a counterbalance? look it over"
         )
-    unseen = ", ".join(robot.joint[k].name for k in np.flatnonzero(~(small | large | (least > 0))))
+    unseen = listed([robot.joint[k].name for k in np.flatnonzero(~(small | large | (least > 0)))], few=_AXES)
     if unseen and (least > 0).any():
         words.append(f"scale of the torque of {unseen}: by {by} alone, no mass shows it; look it over")
     return words
@@ -265,8 +268,8 @@ def _from_masses(
     usual = float(np.exp(np.median(-np.log(share[seen]))))
     start = np.where(seen, 1 / np.where(seen, share, 1.0), usual) * signs
     gains = proof.gains(offset, start)
-    listed = " ".join(f"{gain:.4g}" for gain in gains)
+    found = " ".join(f"{gain:.4g}" for gain in gains)
     words.append(
-        f"torque: gain {listed} {unit} per unit, found from the URDF's masses: known no better than those"
+        f"torque: gain {found} {unit} per unit, found from the URDF's masses: known no better than those"
     )
     return _table("gain", gains, unit), words

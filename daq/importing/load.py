@@ -23,7 +23,7 @@ from daq.importing.rounding import rounded
 from daq.recording.errors import CAPTURE_SUFFIX, CaptureError
 from ident import Recording
 from ident.identification.second_encoder import words_of_second
-from ident.listing import seconds
+from ident.listing import listed, seconds
 from ident.ordered import median
 from ident.preparation.held import clipped, not_held, repeated
 from ident.preparation.outliers import without_outliers
@@ -126,11 +126,12 @@ def log_recording(
     rows = min(lengths.values())
     short = [name for name, length in lengths.items() if length == rows]
     if max(lengths.values()) > rows + 1:
-        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise CaptureError(f"{path}: quantities differ in length: {listed} samples")
+        other = [f"{name} {length}" for name, length in lengths.items() if length != len(position)]
+        lengths_said = f"position {len(position)}, {listed(other)} samples"
+        raise CaptureError(f"{path}: quantities differ in length: {lengths_said}")
     read = source.words
     if len(short) < len(lengths):  # inputs stand for the steps between states, of which there is one more
-        read += (f"{path.name}: {', '.join(short)}: one row less than the rest, whose last one is left out",)
+        read += (f"{path.name}: {listed(short)}: one row less than the rest, whose last one is left out",)
         time, position, control_signal = time[:rows], position[:rows], control_signal[:rows]
         reference = None if reference is None else reference[:rows]
         complete = None if complete is None else complete[:rows]

@@ -11,10 +11,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ident.closed_loop import SimulatedRun, simulate
+from ident.closed_loop.at_once import beside
 from ident.discrepancy.binned_residual import BinnedResidual, binned_residuals
 from ident.discrepancy.examination import Examination, examine
 from ident.discrepancy.loop import Standstill
@@ -108,18 +110,18 @@ def before_and_after(
     )
     moving, held_out = prepared_recordings(robot, recordings), prepared_recordings(robot, validation)
     series = stages(diagnosis)
+
+    def errors(stage: Stage) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return (
+            _identified(stage, plain, standstill=settings.minimum_speed == 0.0),
+            _identified(stage, moving),
+            relative_error(_rows(held_out, stage.base), stage.beta),
+        )
+
     checks = []
     for stage in series:
-        gate, reason = _gate(stage, held_out, diagnosis.standstill)
-        checks.append(
-            ModelCheck(
-                _identified(stage, plain, standstill=settings.minimum_speed == 0.0),
-                _identified(stage, moving),
-                relative_error(_rows(held_out, stage.base), stage.beta),
-                gate,
-                reason,
-            )
-        )
+        said, left = beside(partial(_gate, stage, held_out, diagnosis.standstill), partial(errors, stage))
+        checks.append(ModelCheck(*left, *said))
     pictures = tuple(_binned_residuals(one, other, held_out) for one, other in itertools.pairwise(series))
     return Series(tuple(checks), pictures)
 

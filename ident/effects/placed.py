@@ -207,7 +207,11 @@ def joint_row(robot: Robot, place: Place) -> FloatArray:
 
 def along(row: FloatArray, *values: FloatArray) -> FloatArray:
     """Torques (samples,) that fall on the joints by a row (n,): samples × joints × len(values)."""
-    return np.stack([value[:, np.newaxis] * row for value in values], axis=2)
+    columns = np.zeros((values[0].shape[0], row.size, len(values)))
+    for k, value in enumerate(values):
+        for joint in np.flatnonzero(row):  # most rows are of one joint
+            columns[:, joint, k] = value * row[joint]
+    return columns
 
 
 def as_positions_show(robot: Robot, state: State, torque: FloatArray) -> FloatArray:

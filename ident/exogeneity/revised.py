@@ -118,11 +118,14 @@ def _say_invalid(gate: Gate) -> str:
             f" {_shares(columns)}"
         )
     advice = "check the controller's figures" if loop and not torque else "search for the missing effect"
-    return f"Do not trust this model yet: {'; '.join(reasons)}. Instruments are invalid; {advice}."
+    first, *others = reasons
+    also = "".join(f" {reason[0].upper()}{reason[1:]}." for reason in others)
+    return f"Do not trust this model yet: {first}.{also} Instruments are invalid; {advice}."
 
 
 def _shares(checks: list[ColumnCheck]) -> str:
-    return ", ".join(f"{check.column} ({100 * check.size:.2g} %)" for check in checks[:3])
+    """The largest two: a sentence is to fit into two lines of a terminal."""
+    return ", ".join(f"{check.column} ({100 * check.size:.2g} %)" for check in checks[:2])
 
 
 def _say_exogenous(reason: str) -> str:
@@ -133,7 +136,7 @@ def _say_exogenous(reason: str) -> str:
 
 
 def _say_endogenous(names: tuple[str, ...], shift: FloatArray) -> str:
-    order = np.argsort(-np.abs(shift))[:3]
+    order = np.argsort(-np.abs(shift))[:2]
     worst = ", ".join(f"{names[k]} by {abs(shift[k]):.1f} σ" for k in order)
     if np.abs(shift).max() < 1.0:
         return (
@@ -141,6 +144,6 @@ def _say_endogenous(names: tuple[str, ...], shift: FloatArray) -> str:
             f" least squares shifts no parameter by more than its own σ (most of all {worst})."
         )
     return (
-        "Use the instrumental-variable model, or filter better: the regressors are correlated with the"
+        "Use the instrumental-variable model, or filter better. The regressors are correlated with the"
         f" errors, which shifts least squares, most of all {worst}."
     )

@@ -35,9 +35,9 @@ def doubts_of(
             " this model the other way"
         )
     if rank.data < rank.structural:
-        why = f" ({'; '.join(rank.reasons[:SHOWN])})" if rank.reasons else ""
         found.append(
             f"the data have rank {rank.data} of {rank.structural}: the motion does not lift"
-            f" {listed(rank.unseen)} above the noise of the positions{why}"
+            f" {listed(rank.unseen)} above the noise of the positions"
         )
+        found += [f"why it does not: {reason}" for reason in rank.reasons[:SHOWN]]
     return found

@@ -130,7 +130,7 @@ def rank_of(
         smallest=float(values[-1]),
         noise_level=level,
         unseen=tuple(base.names[k] for k in unseen),
-        reasons=tuple(_reasons(unseen, base, moved)),
+        reasons=tuple(_reasons(unseen, base, moved).values()),
         one_way=_without_offset(base, moved),
     )
 
@@ -200,31 +200,35 @@ def _taking_part(directions: FloatArray) -> IntArray:
 
 
 def _unseen(what: str, which: IntArray, base: BaseParameters, moved: _Moved) -> IdentificationError:
-    why = "; ".join(_reasons(which, base, moved))
+    reasons = _reasons(which, base, moved)
+    first, *others = reasons or (0,)
+    why = reasons[first] if reasons else ""
+    if others:
+        why += f"; look at joint{'s' * (len(others) > 1)} {', '.join(map(str, others))} too"
     advice = why or "the joints move in step with one another; record a more exciting trajectory"
     return IdentificationError(f"the motion {what} {listed([base.names[k] for k in which])}: {advice}")
 
 
-def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> list[str]:
+def _reasons(which: IntArray, base: BaseParameters, moved: _Moved) -> dict[int, str]:
     """Why parameters cannot be seen: which of the joints they belong to stand still or are too slow."""
     robot = base.model.robot
-    found = []
+    found: dict[int, str] = {}
     joints = (base.leading[k].joint for k in which)
     for joint in sorted({joint for joint in joints if joint is not None}):
         unit = robot.joint[joint].unit
         travel, speed, rate = (float(values[joint]) for values in (moved.travel, moved.speed, moved.rate))
         limits = robot.joint[joint]
         if travel < 1e-3 * float(robot.upper[joint] - robot.lower[joint]):
-            found.append(f"joint {joint + 1} does not move ({travel:.2g} {unit} in all)")
+            found[joint + 1] = f"joint {joint + 1} does not move ({travel:.2g} {unit} in all)"
         elif speed < _SLOW * limits.velocity:
-            found.append(f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)")
+            found[joint + 1] = f"joint {joint + 1} moves too slowly (at most {speed:.2g} {unit}/s)"
         elif rate < _SLOW * limits.acceleration:
-            found.append(f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)")
-    same = [str(joint + 1) for joint in np.flatnonzero(moved.one_way) if _constant(base, which, int(joint))]
-    if same:
-        found.append(
-            f"joint {', '.join(same)} moves one way only, so dry friction is constant as its offset is: give"
-            " a recording with the way back, or set no offset there (robot.toml)"
+            found[joint + 1] = f"joint {joint + 1} hardly accelerates (at most {rate:.2g} {unit}/s²)"
+    same = [joint + 1 for joint in np.flatnonzero(moved.one_way) if _constant(base, which, int(joint))]
+    if new := [joint for joint in same if joint not in found]:
+        found[int(new[0])] = (
+            f"joint {', '.join(map(str, same))} moves one way only, so dry friction is constant as its offset"
+            " is: record the way back, or set no offset there (robot.toml)"
         )
     return found
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ident.listing import listed
 from ident.preparation.observation import Rows
 from ident.results import Estimate
 
@@ -44,6 +45,6 @@ def driven_by_friction(estimate: Estimate, rows: Rows) -> tuple[tuple[str, ...],
             found.append((joint + 1, float(size)))
     if not found:
         return (), False
-    named = ", ".join(f"joint {joint} by {size:.3g} σ" for joint, size in found)
+    named = listed([f"joint {joint} by {size:.3g} σ" for joint, size in found])
     words = f"friction comes out below zero ({named}), so it would drive the motion: the sign of the torque"
     return (f"{words} or of the position may be turned",), max(size for _, size in found) > _IMPOSSIBLE

@@ -9,6 +9,7 @@ import numpy as np
 from ident.effects import RigidBody, RotorInertia, State
 from ident.identification.friction_power import driven_by_friction
 from ident.identification.summary import not_of_a_rotor
+from ident.listing import listed
 from ident.parameters.base import BaseParameters
 from ident.preparation.observation import Rows
 from ident.recording import Recording
@@ -69,7 +70,7 @@ def without_inertia(estimate: Estimate, base: BaseParameters, recordings: Sequen
     wrong = [f"{joints[k].name} by {-t:.3g} σ" for k, t in enumerate(deviations) if t < -_ODD]
     if not wrong:
         return (), False
-    words = f"inertia at a joint below zero ({', '.join(wrong[:3])}): no arm has it"
+    words = f"inertia at a joint below zero ({listed(wrong, few=3)}): no arm has it"
     return (f"{words}; are torque and motion of the same joint, and its unit right?",), min(
         deviations
     ) < -_IMPOSSIBLE

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.listing import in_lines, listed
 from ident.recording import Recording
 from ident.signals import differentiate, low_pass
 from ident.statistics.whitening import inflated_deviation
@@ -106,16 +107,18 @@ def words_of_second(robot: Robot, recording: Recording, cutoff_hz: float) -> tup
     other = [one for one in joints if not one.is_of_gear]
     words = []
     if seen:
-        listed = ", ".join(_stiffness(one, robot.joint[one.joint]) for one in seen)
-        words.append(f"{recording.name}: second encoders show elastic gears directly, stiffness {listed}")
+        words += [
+            f"{recording.name}: second encoders show elastic gears directly, stiffness {some}"
+            for some in in_lines([_stiffness(one, robot.joint[one.joint]) for one in seen])
+        ]
     elif joints and not other:
         most = max(joints, key=lambda one: one.share)
         words.append(f"{recording.name}: second encoders see no gear wind; {_apart(most, robot)} at most")
     if other:
-        listed = ", ".join(_apart(one, robot) for one in other)
+        apart = listed([_apart(one, robot) for one in other], few=2)
         words.append(
-            f"{recording.name}: second encoders move otherwise than the first ones ({listed}): axes that the"
-            " drives move together, or another joint's?"
+            f"{recording.name}: second encoders move otherwise than the first ones ({apart}): coupled"
+            " axes, or another joint's encoder?"
         )
     return tuple(words)
 

@@ -210,8 +210,8 @@ def not_of_a_rotor(estimate: Estimate) -> tuple[tuple[str, ...], bool]:
     found = [p for p in estimate.parameters if p.leading.symbol == "Ia" and p.value < -_NEGATIVE * p.sigma]
     if not found:
         return (), False
-    listed = ", ".join(f"{p.name} by {-p.t_value:.3g} σ" for p in found[:6])
-    words = f"rotor inertia below zero ({listed}): no rotor has it, so the model lacks something"
+    named = listed([f"{p.name} by {-p.t_value:.3g} σ" for p in found], few=3)
+    words = f"rotor inertia below zero ({named}): no rotor has it, so the model lacks something"
     words += ", or the torque is of sensors at the links (--torque-sensors)"
     return (words,), any(p.value < -_IMPOSSIBLE * p.sigma for p in found)
 

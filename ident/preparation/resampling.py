@@ -98,7 +98,7 @@ def uniform_recording(
     recording = Recording(name, grid, resampled[0], resampled[1], resampled[2])
     there = _there(grid, taken, cutoff_hz)
     more = {channel: _on_grid(grid, taken, values) for channel, values in (beside or {}).items()}
-    return Uniform(recording, there, (_said(name, clock, there, cutoff_hz),), more)
+    return Uniform(recording, there, _said(name, clock, there, cutoff_hz), more)
 
 
 @dataclass(frozen=True)
@@ -263,8 +263,8 @@ def _there(grid: FloatArray, time: FloatArray, cutoff_hz: float) -> BoolArray:
     return np.asarray(~((gap > longest_gap(cutoff_hz)) & inside), dtype=np.bool_)
 
 
-def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> str:
-    """What was done, in one sentence."""
+def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> tuple[str, ...]:
+    """How the samples stand in time, and what was done about it."""
     taken, period, number = clock.taken, clock.period, clock.number
     off = f"{1e3 * clock.jitter:.2g} ms"
     parts = []
@@ -283,9 +283,9 @@ def _said(name: str, clock: Clock, there: BoolArray, cutoff_hz: float) -> str:
     steps = np.diff(taken)
     joined = steps[steps <= max(longest_gap(cutoff_hz), period)]
     cost = 100 * _loss(float(joined.max(initial=period)), cutoff_hz)
-    words = f"{name}: {', '.join(parts)}; resampled every {1e3 * period:.4g} ms by cubic splines"
+    words = f"{name}: resampled every {1e3 * period:.4g} ms by cubic splines"
     words += f", which loses at most {min(cost, 100.0):.3g} % at {cutoff_hz:g} Hz"
     if not there.all():
         count = int(np.count_nonzero(steps > longest_gap(cutoff_hz)))
         words += f"; cut at {count} gap{'s' * (count > 1)} longer than {1e3 * longest_gap(cutoff_hz):.3g} ms"
-    return words
+    return (*((f"{name}: {', '.join(parts)}",) if parts else ()), words)

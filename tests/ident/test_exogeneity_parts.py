@@ -287,6 +287,14 @@ def invalid(*checks: tuple[str, float, float]) -> str:
     return _say_invalid(Gate("instruments", "", False, 1.0, "F", None, None, "", columns))
 
 
+def test_each_sentence_on_a_simulation_that_is_not_the_robot_fits_into_two_lines() -> None:
+    """With everything wrong that can be; the terminal gives each sentence a line of its own."""
+    wrong = [(f"{kind} of joint {k}", 0.123456, 0.005) for kind in KINDS for k in (1, 2, 3)]
+    sentences = invalid(*wrong, *((f"XX{k}R", 0.1, 0.05) for k in range(9))).split(". ")
+    assert len(sentences) == 4
+    assert all(sentence[0].isupper() and len(sentence) <= 160 for sentence in sentences)
+
+
 def test_what_is_said_of_a_simulation_that_is_not_the_robot() -> None:
     said = invalid(("torque of joint 2", 0.2, 0.05), ("ZZ1R", 0.01, 0.05))
     assert said == (
@@ -299,8 +307,9 @@ def test_what_is_said_of_a_simulation_that_is_not_the_robot() -> None:
     )
     said = invalid(("following error of joint 1", 0.02, 0.005), ("torque of joint 2", 0.2, 0.05))
     assert said.endswith("Instruments are invalid; search for the missing effect.")
+    assert len(max(said.split(". "), key=len)) <= 160
     said = invalid(("a", 0.06, 0.05), ("b", 0.3, 0.05), ("c", 0.2, 0.05), ("d", 0.1, 0.05), ("e", 0.01, 0.05))
-    assert "in 4 regressors, most of all b (30 %), c (20 %), d (10 %). Instruments" in said
+    assert "in 4 regressors, most of all b (30 %), c (20 %). Instruments" in said
     assert "loop" not in said and "torque" not in said
     # What is farthest over its own limit comes first.
     assert "b (1 %), a (6 %)" in invalid(("a", 0.06, 0.05), ("b", 0.01, 0.001))
@@ -321,11 +330,11 @@ def test_the_largest_departure_of_a_kind_is_said_in_percent() -> None:
 def test_what_is_said_of_regressors_that_are_correlated() -> None:
     names = ("a", "b", "c", "d")
     said = _say_endogenous(names, np.array([0.5, -3.0, 1.0, 2.04]))
-    assert said.endswith("which shifts least squares, most of all b by 3.0 σ, d by 2.0 σ, c by 1.0 σ.")
+    assert said.endswith("which shifts least squares, most of all b by 3.0 σ, d by 2.0 σ.")
     assert "filter better" in said
     assert "filter better" in _say_endogenous(names, np.array([0.0, 1.0, 0.0, 0.0]))
     hardly = _say_endogenous(names, np.array([0.5, -0.9, 0.1, 0.2]))
-    assert "but hardly" in hardly and "(most of all b by 0.9 σ, a by 0.5 σ, d by 0.2 σ)" in hardly
+    assert "but hardly" in hardly and "(most of all b by 0.9 σ, a by 0.5 σ)" in hardly
 
 
 def test_an_arm_that_cannot_be_simulated_has_no_valid_instruments() -> None:

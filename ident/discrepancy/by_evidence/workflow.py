@@ -130,6 +130,8 @@ def _answered(
     )
     problem.present.forget()
     searched.present.forget()
+    for member in found.members:
+        member.entry.white.forget()
     sizes = partial(
         sizes_beside,
         BesideModel.of(problem),

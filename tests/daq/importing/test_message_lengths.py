@@ -15,8 +15,8 @@ from robots.arrays import FloatArray
 from robots.errors import UserError
 from tests.daq.importing.test_guess_log import URDF
 
-LONGEST = 300
-"""Characters: four lines of 80."""
+LONGEST = 160
+"""Characters: two lines of a terminal of 80 columns, beside the path that the user gave."""
 NAME = "x" * 4000
 T = 0.01 * np.arange(600)
 Q = 0.3 * np.sin(np.outer(T, np.arange(1, 7)))

@@ -81,6 +81,10 @@ class WhiteEffects:
         """Those of :meth:`Rows.products_with`: every set that the effect is in asks for them."""
         return self._products.of(rows, make)
 
+    def forget(self) -> None:
+        """Products with rows, which keep these and all that is made of them."""
+        self._products.forget()
+
     @property
     def there(self) -> bool:
         """Whether the data show anything of it."""

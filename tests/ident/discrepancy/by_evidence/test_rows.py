@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -16,6 +20,7 @@ from ident.discrepancy.by_evidence.evidence.prepared import (
     prepare,
     settings_for,
 )
+from ident.discrepancy.by_evidence.evidence.rows import WhiteEffects
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates
 from ident.effects import State
 from ident.effects.vocabulary import family_named
@@ -108,3 +113,19 @@ def test_an_effect_that_is_made_of_the_measured_torque_does_not_explain_it() -> 
     placed = one.at(robot, (0.1 * float(np.abs(problem.prepared.torque).max()),), problem.present)
     member = Member(Entry(one, placed, problem.rows.effect(placed)), 0.0)
     assert found_set(problem, (member,), problem.level, (0,)).log_evidence < problem.score - 100.0
+
+
+def test_an_effect_whose_products_are_forgotten_keeps_no_rows() -> None:
+    class Nobody:
+        """In the place of rows."""
+
+    rows: Any = Nobody()
+    kept = weakref.ref(rows)
+    white = WhiteEffects(1, (None,), np.zeros(1), np.zeros((1, 2)), np.ones(1))
+    white.products(rows, tuple)
+    del rows
+    gc.collect()
+    assert kept() is not None
+    white.forget()
+    gc.collect()
+    assert kept() is None
