@@ -12,7 +12,7 @@ import numpy as np
 from daq.importing.channels import Channels
 from daq.importing.guess_which import Sampled
 from daq.importing.proof import TorqueProof, smooth
-from ident.listing import listed
+from ident.listing import SHOWN, listed
 from robots import Robot
 from robots.arrays import FloatArray
 
@@ -37,8 +37,8 @@ def measured_torque(named: Sequence[Channels], log: Sampled, robot: Robot) -> tu
     best = max(range(len(named)), key=lambda k: (brakes[k], rough[k]))
     same = [c.label for k, c in enumerate(named) if k != best and brakes[k] == brakes[best]]
     other = [c.label for k, c in enumerate(named) if k != best and brakes[k] != brakes[best]]
-    why = [f"in {listed(other)} no friction brakes"] if other else []
-    why += [f"{listed(same)} are smoother"] if same else []
+    why = [f"in {listed(other, few=SHOWN)} no friction brakes"] if other else []
+    why += [f"{listed(same, few=SHOWN)} are smoother"] if same else []
     return named[best], [f"torque, of several: {named[best].label}; {', and '.join(why)}"]
 
 
