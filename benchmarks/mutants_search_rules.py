@@ -607,7 +607,7 @@ RULES = (
     Broken(
         "what the loop shows between two names is in their odds",
         f"{_BY}diagnosis.py",
-        "nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop",
+        "nats.get(stands, 0.0) + shown.nats_in_loop",
         "0.0",
     ),
     Broken(

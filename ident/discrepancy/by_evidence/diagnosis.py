@@ -17,7 +17,7 @@ from ident.closed_loop.at_once import beside
 from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, without_effects
+from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.reversals import (
     beyond_margin,
@@ -140,7 +140,8 @@ class _Led(Search):
         """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
 
         What the loop shows between two names is in the odds of both, as other motion is. Names that show in
-        motion alone do at reversals as the finding does, and what another finding is already is none here.
+        motion alone do at reversals as the finding does, and what another finding is already is none here. These
+        nats are not coarsened: the deviation over blocks of time already holds errors that depend on each other.
 
         Args:
             number: of the finding.
@@ -156,7 +157,7 @@ class _Led(Search):
             _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
             if shown is None:
                 continue
-            nats[rival.key] = nats.get(stands, 0.0) + TEMPERATURE * shown.nats_in_loop
+            nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop
             place = Slot(with_nats(finding.names, nats))
             if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
                 self.course, stands = course, rival.key

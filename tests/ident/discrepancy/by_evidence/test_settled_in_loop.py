@@ -93,7 +93,7 @@ def test_the_moving_rows_are_weighed_with_the_loop(
 ) -> None:
     name, likely = settled(monkeypatch, (rows, 66.0, 0.0), {(DRIFTING, HYSTERESIS): share})
     assert name == stands and likely is not None
-    odds = rows - 66.0 - 0.5 * share.nats
+    odds = rows - 66.0 - share.nats
     assert likely[DRIFTING] == pytest.approx(expit(odds), abs=1e-9)
     assert likely[HYSTERESIS] == pytest.approx(expit(-odds), abs=1e-9)
 
@@ -108,7 +108,7 @@ def test_a_second_rival_is_asked_beside_what_stands(monkeypatch: pytest.MonkeyPa
     name, likely = settled(monkeypatch, (70.0, 66.0, 65.0), shown)
     assert name == HYSTERESIS and likely is not None
     assert likely[STATIC] / likely[HYSTERESIS] == pytest.approx(np.exp(-1.0))
-    assert likely[DRIFTING] == pytest.approx(np.exp(4.0 - 25.0) / (1.0 + np.exp(-1.0)), rel=1e-6)
+    assert likely[DRIFTING] == pytest.approx(np.exp(4.0 - 50.0) / (1.0 + np.exp(-1.0)), rel=1e-6)
 
 
 def test_what_another_finding_is_takes_no_second_place(monkeypatch: pytest.MonkeyPatch) -> None:
