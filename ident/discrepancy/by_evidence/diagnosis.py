@@ -140,8 +140,8 @@ class _Led(Search):
         """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
 
         What the loop shows between two names is in the odds of both, as other motion is. Names that show in
-        motion alone do at reversals as the finding does, and what another finding is already is none here. These
-        nats are not coarsened: the deviation over blocks of time already holds errors that depend on each other.
+        motion alone do at reversals as the finding does, and what another finding is already is none here.
+        These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share.
 
         Args:
             number: of the finding.
