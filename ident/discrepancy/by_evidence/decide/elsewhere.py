@@ -28,6 +28,7 @@ from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare
 from ident.discrepancy.by_evidence.evidence.rows import Known, effect_rows
 from ident.recording import Recording
+from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -117,7 +118,7 @@ def within(columns: FloatArray, wanted: FloatArray) -> FloatArray:
         columns: (rows, k), each for a deviation of what it stands for.
         wanted: (rows,).
     """
-    values, vectors = np.linalg.eigh(columns.T @ columns)
+    values, vectors = eigen_of(columns.T @ columns)
     along = vectors.T @ (columns.T @ wanted)
     values = np.maximum(values, 1e-12 * max(float(values[-1]), 1e-300))
 
@@ -127,7 +128,8 @@ def within(columns: FloatArray, wanted: FloatArray) -> FloatArray:
     free = along / values
     if np.linalg.norm(free) <= _ALLOWED:
         return np.asarray(vectors @ free)
-    most = float(np.log(np.linalg.norm(along) / _ALLOWED))  # with no more than this price alone it is within
+    # With the price alone it is within; a little more, for rounding.
+    most = float(np.log(np.linalg.norm(along) / _ALLOWED)) + 1e-6
     price = np.exp(brentq(beyond, float(np.log(values[0])) - 60.0, most))
     return np.asarray(vectors @ (along / (values + price)))
 

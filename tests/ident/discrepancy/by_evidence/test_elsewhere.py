@@ -109,6 +109,12 @@ def test_the_nearest_is_no_further_than_is_allowed() -> None:
     assert within(columns, np.zeros(40)) == pytest.approx(np.zeros(3))
 
 
+@pytest.mark.parametrize("far", [1.0e12, 1.5e12, 2.7e12, 3.3e12])
+def test_what_the_recordings_hardly_leave_open_is_followed_as_far_as_it_goes(far: float) -> None:
+    """The price of a step is then that of its length alone, but for rounding."""
+    assert within(np.array([[1e-8]]), np.array([far])) == pytest.approx([1.96], rel=1e-5)
+
+
 @pytest.mark.parametrize("name", ["emps", "tx40"])
 def test_every_joint_goes_over_its_travel_within_its_limits(name: str) -> None:
     robot, step = robots.load(name), 0.002
