@@ -68,7 +68,7 @@ FIGURES = (
     Figure(f"{_BY}decide/elsewhere", "_ALLOWED", "a name; an interval; a majority | 0.9; 95 %"),
     Figure(f"{_BY}accepted", "SPREAD", "0.2 % of each parameter"),
     Figure(f"{_BY}accepted", "_LEAST_MISFIT", "at least 0.3 noise"),
-    Figure(f"{_BY}decide/names", "OUTSIDE", "odds without a name | 0.1"),
+    Figure(f"{_BY}decide/no_name", "OUTSIDE", "odds without a name | 0.1"),
     Figure(f"{_BY}decide/left_over", "ABOVE", "0.9; 95 %; 0.5"),
     Figure(f"{_BY}reversals", "_OF_BEST", "nats | 0.5"),
     Figure(f"{_BY}terms/chosen", "MOST", "two;"),

@@ -25,7 +25,7 @@ from benchmarks.evidence.scores import (
 from benchmarks.foreign_plant import ARMS, NAMES
 from benchmarks.naming_report import NAMES as NAMES_OF_OWN
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY
-from ident.discrepancy.by_evidence.decide.names import NO_NAME
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 
 
 def line(truth: list[Any], *names: tuple[str, list[int], float, bool], verdict: str = "named") -> Any:

@@ -10,7 +10,8 @@ import numpy as np
 
 from benchmarks.evidence.asked import SEARCHES
 from benchmarks.evidence.case import UNKNOWN
-from ident.discrepancy.by_evidence.decide.names import NO_NAME, NOTHING
+from ident.discrepancy.by_evidence.decide.names import NOTHING
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from robots.arrays import FloatArray
 
 Line = dict[str, Any]

@@ -1,8 +1,6 @@
 """How sure each name of a set is: its place is given to every candidate in turn, to none, and to no name.
 
-Two motions decide, that of the rows which were fitted and that of recordings which were not. Something that
-has no name looks on the first like the name that comes nearest, so it has that one's evidence there; on the
-second only some of what this name says is right.
+Two motions decide, that of the rows which were fitted and that of recordings which were not.
 """
 
 from __future__ import annotations
@@ -14,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, log_possible, odds_of_no_name
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
@@ -25,12 +24,6 @@ Key = tuple[str, tuple[int, ...]]
 """A name and its joints, from 0."""
 
 NOTHING: Key = ("nothing", ())
-
-NO_NAME = "something without a name"
-"""In the place of a name, with the joints of the name that comes nearest."""
-
-OUTSIDE = 0.1
-"""Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
 _NONE: Mapping[Key, PlacedEffect] = MappingProxyType({})
 
@@ -153,7 +146,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    no_name = TEMPERATURE * seen.nats_of_no_name + float(np.log(OUTSIDE))
+    no_name = odds_of_no_name(seen, log_possible(search.problem, found, number))
     odds[NO_NAME, own[1]] = odds[own] + no_name
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))

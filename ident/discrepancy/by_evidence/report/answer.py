@@ -7,7 +7,8 @@ from typing import Literal
 
 from ident.discrepancy.by_evidence.confirm.borne_out import Refuted
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
-from ident.discrepancy.by_evidence.decide.names import NO_NAME, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect

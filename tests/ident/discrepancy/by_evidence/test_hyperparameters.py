@@ -16,7 +16,6 @@ from ident.discrepancy.by_evidence.accepted import SPREAD as OF_PARAMETERS
 from ident.discrepancy.by_evidence.accepted import prior_by_evidence
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import (
-    NO_NAME,
     NOTHING,
     Named,
     Slot,
@@ -24,6 +23,7 @@ from ident.discrepancy.by_evidence.decide.names import (
     probabilities,
     smallest,
 )
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.decide.problem import misfit_basis, pose
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Level, Posterior

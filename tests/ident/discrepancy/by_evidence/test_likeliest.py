@@ -11,7 +11,8 @@ import pytest
 
 from ident.discrepancy.by_evidence import workflow
 from ident.discrepancy.by_evidence.decide import likeliest as module
-from ident.discrepancy.by_evidence.decide.names import NO_NAME, NOTHING, Slot, probabilities
+from ident.discrepancy.by_evidence.decide.names import NOTHING, Slot, probabilities
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.decide.search import Searched
 
 ZONE, DRY, LOAD = ("command_dead_zone", (4,)), ("coulomb_friction", (4,)), ("payload", ())

@@ -11,6 +11,7 @@ from scipy.integrate import quad
 from ident.discrepancy.by_evidence.decide import names
 from ident.discrepancy.by_evidence.decide import search as module
 from ident.discrepancy.by_evidence.decide.names import simplified, slot
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, OUTSIDE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search
@@ -168,15 +169,14 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     assert names_of(searched) == ["payload"]
     empty = search.without(searched.found, 0)
     said = slot(search, searched, 0, empty, NotLookedAt())
-    nameless = names.NO_NAME
-    assert {one.name for one in said.names} == {"nothing", "payload", "contact", "backlash", nameless}
+    assert {one.name for one in said.names} == {"nothing", "payload", "contact", "backlash", NO_NAME}
     (entry,) = (one for one in searched.entries if one.candidate.family.name == "contact")
     alone = found_set(problem, (Member(entry, 0.0),), empty.level, (0,))
     fitted = alone.log_posterior - empty.log_posterior
     assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
     one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
     assert one > fitted + 2.0 and other < 0.0
-    share = 1.0 / (1.0 + np.exp(fitted - one) + names.OUTSIDE)
+    share = 1.0 / (1.0 + np.exp(fitted - one) + OUTSIDE)
     assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide import names
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.confirmation import Shown
 from ident.effects.vocabulary import family_named
 
@@ -99,7 +100,7 @@ def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
 def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    unknown = (names.NO_NAME, OWN[1])
+    unknown = (NO_NAME, OWN[1])
     said = asked(monkeypatch, rival=1.0, own=200.0, shares={"nothing": UNSEEN, "rival": UNSEEN})
     assert said.probability(unknown) == pytest.approx(0.1 / 1.1) and said.named >= names.SURE
     half = Shown(0.5, 0.05)
@@ -107,6 +108,14 @@ def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_s
     odds = np.log(0.1) + 0.5 * half.nats_of_no_name
     assert said.log_odds(unknown) - said.log_odds(OWN) == pytest.approx(odds)
     assert said.probability(unknown) > 0.99 and said.named < 0.01
+
+
+def test_a_name_whose_size_is_impossible_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However clearly both motions show what it says."""
+    whole = {"nothing": Shown(1.0, 0.01), "rival": UNSEEN}
+    said = asked(monkeypatch, rival=1.0, own=200.0, shares=whole, possible=-30.0)
+    assert said.named < 0.01 and said.probability((NO_NAME, OWN[1])) > 0.99
+    assert asked(monkeypatch, rival=1.0, own=200.0, shares=whole).named > 0.98
 
 
 OWN, RIVAL = ("load_dependent_friction", (1,)), ("torque_ripple", (1,))
@@ -120,6 +129,7 @@ def asked(
     shares: Mapping[str, Shown],
     other: names.Key = RIVAL,
     same: bool = True,
+    possible: float = 0.0,
 ) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
@@ -129,7 +139,9 @@ def asked(
         shares: that other motion shows of the set against nothing and against the rival.
         other: the rival's name.
         same: whether both say the same of motion all over the travel.
+        possible: log probability of the sizes.
     """
+    monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
     monkeypatch.setattr(names, "screen", lambda *given: listed)
