@@ -53,8 +53,8 @@ class OfModel(Protocol):
 def log_possible(model: OfModel, found: Found, number: int) -> float:
     """Log probability that dry and viscous friction of a member's drive are not below nothing.
 
-    Each is a sum of parameters of the model and of members, so it is normal by the posterior of them all. It is
-    asked where a member changes it: beside others the model's own may be a little wrong.
+    Each is a sum of parameters of the model and of members, so it is normal by the posterior of them all.
+    It is asked where a member changes it: beside others the model's own may be a little wrong.
 
     Args:
         model: under examination.
