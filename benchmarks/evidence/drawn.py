@@ -7,6 +7,7 @@ two effects, and one in ten something that the vocabulary does not have.
 
 from __future__ import annotations
 
+import logging
 import pickle
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,10 +15,14 @@ from pathlib import Path
 import numpy as np
 
 import robots
+from benchmarks.evidence import whole
 from benchmarks.evidence.case import UNKNOWN, Case, Truth
 from benchmarks.foreign_plant import ARMS, Arm, Effect, Settings, record
+from benchmarks.foreign_plant.effects import OUTSIDE
 from benchmarks.foreign_plant.files import write_description
 from ident import Recording
+
+_log = logging.getLogger(__name__)
 
 _SHARES = {
     "viscous_friction": ("viscous", 0.4),
@@ -49,6 +54,8 @@ _SIZES = {
 }
 """Sizes in the effects' own units."""
 _OUTSIDE = ("eddy_brake", "crosstalk")
+_WHOLE_FROM = 96_000
+"""Seeds from here on have every effect of the plant (:mod:`benchmarks.evidence.whole`)."""
 _TAKEN_UP = (
     "viscous_friction",
     "coulomb_friction",
@@ -119,6 +126,8 @@ def hidden(seed: int) -> tuple[Effect, ...]:
     """None, one or two effects of the plant at joints of their own; sizes vary by a third."""
     draw, random = draw_of(seed), np.random.default_rng(seed)
     arm, kind = ARMS[draw.arm], int(random.choice(4, p=_KINDS))
+    if seed >= _WHOLE_FROM:
+        return _of_whole(seed, draw, random, kind)
     inside = sorted({*_SHARES, *_SIZES} - set(_OUTSIDE) - set(_TAKEN_UP if draw.refit else ()))
     if kind == 3:
         names = [str(random.choice(_OUTSIDE))]
@@ -128,10 +137,28 @@ def hidden(seed: int) -> tuple[Effect, ...]:
     return tuple(_sized(random, name, int(joint), arm) for name, joint in zip(names, joints, strict=True))
 
 
+def _of_whole(seed: int, draw: Draw, random: np.random.Generator, kind: int) -> tuple[Effect, ...]:
+    """As :func:`hidden`, of every effect that the plant has; what does not show is drawn again."""
+    arm, count = ARMS[draw.arm], (0, 1, 2, 1)[kind]
+    known = OUTSIDE if kind == 3 else whole.names(_TAKEN_UP if draw.refit else ())
+    found: list[Effect] = []
+    joints = random.permutation(arm.n)
+    while len(found) < count:
+        name = str(random.choice(known))
+        if name in (one.name for one in found):
+            continue
+        try:
+            joint = int(joints[len(found)])
+            found.append(whole.effect_of(random, name, joint, arm, draw.settings, seed))
+        except RuntimeError as error:
+            _log.info("%s", error)
+    return tuple(found)
+
+
 def truth_of(effects: tuple[Effect, ...]) -> Truth:
     """As armhil says it: joints from 1, none for the whole arm."""
     return tuple(
-        (UNKNOWN if one.name in _OUTSIDE else one.name, () if one.joint < 0 else (one.joint + 1,))
+        (UNKNOWN if one.name in (*_OUTSIDE, *OUTSIDE) else one.name, () if one.joint < 0 else (one.joint + 1,))
         for one in effects
     )
 

@@ -1,0 +1,120 @@
+"""Effects of all that a foreign plant can hide, each so large that its own log shows it.
+
+The older draw (:mod:`benchmarks.evidence.drawn`) had 22 names, some so small that no log could show them. This one
+has every name of the plant, and enlarges an effect until it changes the torque of some drive by as much as
+the drives' noise, or the position by as much as the encoders': both logs have the same noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.foreign_plant import Arm, Effect, Settings, record
+from benchmarks.foreign_plant.effects import OUTSIDE
+
+_SHARES = {
+    "viscous_friction": ("viscous", 0.4),
+    "coulomb_friction": ("coulomb", 0.4),
+    "asymmetric_friction": ("coulomb", 0.3),
+    "stribeck_friction": ("coulomb", 0.5),
+    "static_friction": ("coulomb", 0.5),
+    "nonlinear_viscous_friction": ("coulomb", 0.3),
+    "hysteresis": ("coulomb", 0.3),
+    "wrist_coupling": ("coulomb", 0.5),
+    "command_dead_zone": ("coulomb", 0.3),
+    "dragging_brake": ("coulomb", 0.4),
+    "eddy_brake": ("coulomb", 0.5),
+    "torque_ripple": ("coulomb", 0.2),
+    "current_offset": ("coulomb", 0.3),
+    "rotor_inertia": ("rotor", 0.4),
+    "gravity_spring": ("torque", 0.05),
+    "cable_spring": ("torque", 0.05),
+    "contact": ("torque", 0.3),
+    "joint_elasticity": ("torque", 200.0),
+    "base_compliance": ("torque", 300.0),
+}
+"""Sizes as shares of a figure of the joint, of joint 2 where the base is meant."""
+
+_SIZES = {
+    "load_dependent_friction": 0.15,
+    "directional_efficiency": 0.2,
+    "drifting_friction": 0.35,
+    "temperature_viscous_friction": 0.4,
+    "position_dependent_friction": 0.4,
+    "drive_gain_error": 0.06,
+    "torque_constant_droop": 0.15,
+    "encoder_eccentricity": 0.001,
+    "current_loop_lag": 0.003,
+    "time_delay": 0.003,
+    "saturation": 0.9,
+    "payload": 1.0,
+    "slosh": 1.0,
+    "base_tilt": 0.03,
+    "backlash": 0.002,
+    "crosstalk": 0.1,
+}
+"""Sizes in the effects' own units; of a saturation the share of the largest torque."""
+
+_OF_ARM = ("payload", "slosh", "base_tilt", "base_compliance")
+_LESS_IS_MORE = ("joint_elasticity", "base_compliance", "saturation")
+"""A stiffness or a limit shows more where it is less."""
+
+_STEP, _MOST = 1.5, 8
+_COARSE = 2e-4
+"""s; four times the step of a log: whether an effect shows is no matter of the last digit."""
+
+_TORQUE_NOISE = 0.0011
+"""Of a drive, process and log together, as a share of its torque limit."""
+
+_ENCODER_NOISE = 1.6e-6
+_SHOWN = 2.0
+"""Root mean square of the change, in those of the noise."""
+
+
+def names(taken_up: tuple[str, ...]) -> list[str]:
+    """What can be hidden that has a name, but for what a refit takes up."""
+    return sorted({*_SHARES, *_SIZES} - set(OUTSIDE) - set(taken_up))
+
+
+def effect_of(
+    random: np.random.Generator, name: str, joint: int, arm: Arm, settings: Settings, seed: int
+) -> Effect:
+    """An effect as large as its log shows it, within a third.
+
+    Args:
+        random: draws the size.
+        name, joint: of the effect; the joint from 0.
+        arm, settings, seed: of the log.
+
+    Raises:
+        RuntimeError: no size of it shows that the arm still follows with.
+    """
+    factor = float(np.exp(random.normal(0.0, 0.3)))
+    short = replace(settings, periods=1, step=_COARSE)
+    clean = record(arm, short, (), seed, 0)
+    joint = min(joint, arm.n - 2) if name == "wrist_coupling" else max(joint, 1 if name == "crosstalk" else 0)
+    effect = Effect(name, -1 if name in _OF_ARM else joint, factor * _usual(name, joint, arm))
+    if name == "saturation":
+        peak = float(np.abs(clean.control_signal[:, joint]).max()) * arm.links[joint].gain
+        effect = replace(effect, size=peak * min(0.97, 0.9 * factor**0.2))
+    step = 1.0 / _STEP if name in _LESS_IS_MORE else _STEP
+    step = 0.95 if name == "saturation" else step
+    gain = np.array([link.gain for link in arm.links])
+    noise = _TORQUE_NOISE * np.array([link.torque for link in arm.links]) / gain
+    for _ in range(_MOST):
+        log = record(arm, short, (effect,), seed, 0)
+        torque = np.sqrt(np.mean((log.control_signal - clean.control_signal) ** 2, axis=0)) / noise
+        position = np.sqrt(np.mean((log.position - clean.position) ** 2, axis=0)) / _ENCODER_NOISE
+        if max(torque.max(), 0.1 * position.max()) >= _SHOWN:
+            return effect
+        effect = replace(effect, size=effect.size * step)
+    raise RuntimeError(f"{arm.name}: no size of {name} at joint {joint + 1} shows in the log of seed {seed}")
+
+
+def _usual(name: str, joint: int, arm: Arm) -> float:
+    if name in _SIZES:
+        return _SIZES[name]
+    figure, share = _SHARES[name]
+    return share * float(getattr(arm.links[1 if name in _OF_ARM else joint], figure))
