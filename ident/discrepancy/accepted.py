@@ -92,26 +92,13 @@ class Accepted:
         """What makes it this effect and is not told from its absence at 95 %, in words; empty where all is.
 
         That is each parameter without which it is something else (of an effect that has none such, the
-        surest) and each shape that at one of its limits makes it another.
+        surest) and each shape that at one of its limits makes it another. What the search itself says of
+        the sizes that it found comes first.
         """
-        return self._unsure_size() or self._unsure_shape()
-
-    def _unsure_size(self) -> str:
-        essential = self.component.family.essential
-        clear = np.abs(self.linear) > _INTERVAL * self.linear_sigma
-        clear &= self.linear != 0.0
-        if essential:
-            missing = [k for k in essential if not clear[k]]
-        else:
-            surest = int(np.argmax(np.abs(self.linear) / np.maximum(self.linear_sigma, 1e-300)))
-            missing = [] if clear.any() else [surest]
-        if not missing:
-            return ""
-        k = missing[0]
-        parameter = self.placed.parameters[k]
-        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        value = f"{self.linear[k]:.2g} ± {self.linear_sigma[k]:.2g}{unit}"
-        return f"{parameter.name} is {value}, which may as well be nothing"
+        if self.basis.unsure is not None:
+            return self.basis.unsure
+        sizes = unsure_size(self.placed, self.component.family.essential, self.linear, self.linear_sigma)
+        return sizes or self._unsure_shape()
 
     def _unsure_shape(self) -> str:
         shapes = self.component.family.shapes(self.robot, self.placed.place)
@@ -120,6 +107,30 @@ class Accepted:
                 if abs(value - limit) <= _INTERVAL * sigma:
                     return f"{shape.name} is {value:.2g} ± {sigma:.2g}, which may as well be {limit:g}"
         return ""
+
+
+def unsure_size(
+    effect: PlacedEffect, essential: Sequence[int], values: FloatArray, sigma: FloatArray
+) -> str:
+    """Which parameter that makes it this effect is not told from nothing at 95 %, in words; empty where none.
+
+    Args:
+        effect: with its shape.
+        essential: numbers of its parameters without which it is something else; where none is, the surest
+            one has to be told.
+        values, sigma: (p,) with deviations.
+    """
+    clear = (np.abs(values) > _INTERVAL * sigma) & (values != 0.0)
+    if essential:
+        missing = [k for k in essential if not clear[k]]
+    else:
+        surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-300)))
+        missing = [] if clear.any() else [surest]
+    if not missing:
+        return ""
+    parameter, value, spread = effect.parameters[missing[0]], values[missing[0]], sigma[missing[0]]
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    return f"{parameter.name} is {value:.2g} ± {spread:.2g}{unit}, which may as well be nothing"
 
 
 def confusable_with_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:

@@ -25,6 +25,8 @@ class Basis:
         ranking: candidates for its place in the model, best first.
         probability: of the name at its place; None where the search gives none.
         held: what is possible there, the likeliest first, as far as it takes for 95 %.
+        unsure: what of its sizes the search itself does not tell from nothing, in words, empty where it tells
+            all; None where it has no sizes of its own.
         doubt: why the search itself does not take it for confirmed, in words; empty where it does.
     """
 
@@ -34,6 +36,7 @@ class Basis:
     indistinguishable_from: tuple[Candidate, ...]
     ranking: tuple[Candidate, ...]
     probability: float | None = None
+    unsure: str | None = None
     doubt: str = ""
     held: tuple[Possible, ...] = ()
 

@@ -115,7 +115,10 @@ class _Led(Search):
             robot = self.step.base.model.robot
             components = [component_of(robot, one.placed) for one in found]
             try:
-                self.course.take(components, [basis_of(one.key, Slot(one.names), one.doubt) for one in found])
+                self.course.take(
+                    components,
+                    [basis_of(one.key, Slot(one.names), one.unsure, one.doubt) for one in found],
+                )
             except ArithmeticError as error:
                 # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.
                 _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
@@ -162,7 +165,8 @@ class _Led(Search):
             if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
                 self.course, stands = course, rival.key
         if nats:
-            basis = basis_of(stands, place, finding.doubt)
+            unsure = finding.unsure if stands == finding.key else None
+            basis = basis_of(stands, place, unsure, finding.doubt)
             self.course.findings[number] = replace(self.findings[number], basis=basis)
 
     def _with_rival(self, number: int, rival: Named) -> Course:

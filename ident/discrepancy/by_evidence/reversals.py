@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot,
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
-from ident.discrepancy.by_evidence.decide.search import LEADERS, joints_of
+from ident.discrepancy.by_evidence.decide.search import LEADERS
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import (
     TEMPERATURE,
@@ -177,12 +177,12 @@ def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWi
     member = Member(Entry(old.candidate, placed, problem.rows.effect(placed)), one.best.volume)
     if not member.entry.white.there:
         return None
-    found = found_set(problem, (member,), empty.level, joints_of(member))
+    found = found_set(problem, (member,), empty.level, member.joints)
     gain = found.log_evidence - empty.log_evidence
     if TEMPERATURE * gain / _OF_BEST + member.log_prior <= 0.0:
         return found
     shaped = refined(problem, found.members, 0, found, present, made=True)
-    best = found_set(problem, (shaped,), found.level, joints_of(shaped))
+    best = found_set(problem, (shaped,), found.level, shaped.joints)
     return max(best, found, key=lambda one: one.log_posterior)
 
 
@@ -193,7 +193,7 @@ def _explains(problem: Problem, found: Found) -> bool:
     """
     member = found.members[0]
     torque = problem.rows.thin(member.entry.placed) @ found.theta(0)[0]
-    joint = max(joints_of(member), key=lambda j: float(np.sum(torque[:, j] ** 2)))
+    joint = max(member.joints, key=lambda j: float(np.sum(torque[:, j] ** 2)))
     squares = torque[problem.prepared.used[:, joint], joint] ** 2
     rough = problem.rows.noise[joint].marginal ** 2 * (found.level.excess[joint] ** 2 - 1.0)
     left = found.level.kappa[joint] ** 2 + rough

@@ -41,12 +41,13 @@ def component_of(robot: Robot, placed: PlacedEffect) -> Component:
     return Component(form_of(robot, placed.name, placed.shape_names), placed.place, placed.shape)
 
 
-def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
+def basis_of(key: Key, place: Slot, unsure: str | None = None, doubt: str = "") -> Basis:
     """What the evidence takes an effect for; it scores in nats, coarsened, against nothing in its place.
 
     Args:
         key: name and joints, from 0.
         place: names for it.
+        unsure: what of its sizes is not told from nothing; None where they are of another fit.
         doubt: why the evidence does not take it for confirmed; empty where it does.
     """
     held = () if place.probability(key) >= SURE else place.held
@@ -58,6 +59,7 @@ def basis_of(key: Key, place: Slot, doubt: str = "") -> Basis:
         indistinguishable_from=candidates_of(others),
         ranking=candidates_of(place.names),
         probability=place.probability(key),
+        unsure=unsure,
         doubt=doubt,
         held=tuple(
             Possible(one.name, tuple(joint + 1 for joint in one.joints), one.probability)

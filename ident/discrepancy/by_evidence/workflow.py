@@ -9,13 +9,20 @@ from functools import partial
 import numpy as np
 from scipy.special import expit
 
+from ident.discrepancy.accepted import unsure_size
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
-from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted, misfit_of
+from ident.discrepancy.by_evidence.decide.left_over import (
+    ABOVE,
+    above_accepted,
+    misfit_of,
+    own_joint,
+    torque_of,
+)
 from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
     NOTHING,
@@ -27,12 +34,11 @@ from ident.discrepancy.by_evidence.decide.names import (
 )
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
-from ident.discrepancy.by_evidence.decide.search import Search, Searched, joints_of
+from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
-from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.evidence.turned import where_turned
 from ident.discrepancy.by_evidence.power.planned import BesideModel, sizes_beside
 from ident.discrepancy.by_evidence.power.smallest import Smallest
@@ -107,7 +113,12 @@ def _answered(
     searched, refuted = borne_out(search, searched, held)
     searched = simplified(search, likeliest(search, searched, held), held)
     found = searched.found
-    findings = tuple(_finding(search, searched, held, k) for k in range(len(found.members)))
+    findings = tuple(
+        sorted(
+            (_finding(search, searched, held, k) for k in range(len(found.members))),
+            key=lambda one: -one.log_odds,
+        )
+    )
     ranking = of_nothing(search, searched)
     beside = screen(problem, found, searched.entries)
     joints = _joints(problem, searched, held, beside)
@@ -186,12 +197,13 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
     placed = member.entry.placed
     deviation = np.hypot(np.sqrt(np.diag(covariance)), _of_gains(search.problem, found, number))
     units = tuple(shape.unit for shape in member.candidate.shapes)
-    sizes = _sizes(search.problem, found, number)
-    joint = max(joints_of(member), key=lambda j: float(sizes[j]))
+    sizes = torque_of(search.problem, found, number)
+    joint = own_joint(found, number, sizes)
     return EvidenceFinding(
         placed=placed,
         names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
+        unsure=unsure_size(placed, member.candidate.family.essential, theta, deviation),
         confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
@@ -237,14 +249,6 @@ def _shrinks(searched: Searched, held: HeldOut, joint: int) -> bool:
         float(np.sum(held.residual(found)[used, joint] ** 2)) for found in (searched.empty, searched.found)
     )
     return after < before
-
-
-def _sizes(problem: Problem, found: Found, number: int) -> FloatArray:
-    """(n,) root mean square of a member's torque, N·m (or N)."""
-    torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
-    used = problem.prepared.used
-    squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
-    return np.asarray(np.sqrt(squares))
 
 
 def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:

@@ -8,6 +8,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
+from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from robots.arrays import FloatArray
 
 ABOVE = 0.5
@@ -40,3 +41,16 @@ def _not_smooth(problem: Problem, found: Found) -> FloatArray:
 def misfit_of(problem: Problem, found: Found) -> FloatArray:
     """(n,) rms of all that stays unexplained, N·m (or N)."""
     return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
+
+
+def torque_of(problem: Problem, found: Found, number: int) -> FloatArray:
+    """(n,) root mean square of a member's torque where the joints move, N·m (or N)."""
+    torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
+    used = problem.prepared.used
+    squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
+    return np.asarray(np.sqrt(squares))
+
+
+def own_joint(found: Found, number: int, torque: FloatArray) -> int:
+    """Of the joints whose misfit a member can take the place of, the one at which its torque is largest."""
+    return max(found.members[number].joints, key=lambda joint: float(torque[joint]))

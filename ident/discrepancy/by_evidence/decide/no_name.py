@@ -6,6 +6,9 @@ the other: a power of the speed, and less Coulomb friction than none. Forms that
 size, but friction takes power from a drive and gives none. So the names of a drive have the probability that
 its dry and its viscous friction, of the model and of all members together, are not below nothing, and what
 has no name does not need it.
+
+A name that is there leaves what a model leaves without any change, to the width of the misfit's prior. One
+that only comes nearest may imitate what is there as well as that, and may leave any part of it.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.confirmation import Shown
 from ident.effects.usual import FRICTION
@@ -30,14 +34,37 @@ OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
 
-def odds_of_no_name(seen: Shown, possible: float) -> float:
+_IMITATED = 0.5
+"""Probability that a name imitates something else so well that no more is left than an accepted run leaves."""
+
+
+def odds_of_no_name(seen: Shown, possible: float, left: float) -> float:
     """Log odds, coarsened, of something without a name against the name that comes nearest.
 
     Args:
         seen: of what the name predicts of other motion, how much is there.
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
+        left: nats for something without a name of what stays unexplained (:func:`nats_of_left`).
     """
-    return float(np.log(OUTSIDE)) + TEMPERATURE * (seen.nats_of_no_name - possible)
+    return float(np.log(OUTSIDE)) + TEMPERATURE * (seen.nats_of_no_name - possible + left)
+
+
+def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
+    """Nats for something without a name, against the name, of what stays unexplained beside the name.
+
+    Where the name is there ln κ is about its accepted value as its prior says (Cauchy). Where it is not, so
+    with one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
+
+    Args:
+        misfit: of the joint beside the set, N·m (or N).
+        accepted: of an accepted run, the same unit.
+        explains: root mean square of what the name explains at the joint, the same unit.
+    """
+    away, most = np.log(misfit / accepted), np.log(np.hypot(misfit, explains) / accepted)
+    if away <= 0.0:
+        return float(np.log(_IMITATED))
+    usual = 1.0 / (np.pi * SPREAD * (1.0 + (away / SPREAD) ** 2))
+    return float(np.log(_IMITATED + (1.0 - _IMITATED) / (most * usual)))
 
 
 class OfModel(Protocol):

@@ -159,7 +159,7 @@ class Search:
 
     def _fitted(self, found: Found, added: Sequence[Member]) -> Found:
         """A set with members more, κ of their joints fitted."""
-        joints = sorted({joint for one in added for joint in joints_of(one)})
+        joints = sorted({joint for one in added for joint in one.joints})
         return self._seen(found_set(self.problem, (*found.members, *added), found.level, joints))
 
     def _shaped(self, found: Found, present: PresentWith) -> Found:
@@ -167,7 +167,7 @@ class Search:
         last = len(found.members) - 1
         member = refined(self.problem, found.members, last, found, present, made=True)
         members = (*found.members[:last], member)
-        shaped = found_set(self.problem, members, found.level, joints_of(member))
+        shaped = found_set(self.problem, members, found.level, member.joints)
         return self._seen(max(shaped, found, key=lambda one: one.log_posterior))
 
     def settled(self, found: Found) -> tuple[Found, PresentWith]:
@@ -181,7 +181,7 @@ class Search:
                 present = present_with(self.problem, found, but=number)
                 members = list(found.members)
                 members[number] = refined(self.problem, members, number, found, present)
-                found = found_set(self.problem, members, found.level, joints_of(members[number]))
+                found = found_set(self.problem, members, found.level, members[number].joints)
         found = found_set(self.problem, found.members, found.level, range(self.problem.rows.n))
         return self._seen(found), present_with(self.problem, found)
 
@@ -203,7 +203,7 @@ class Search:
             rest = [member for k, member in enumerate(found.members) if k != number]
             members = [one for one in rest if stands(self.problem, one.candidate, rest)]
             left = [one for one in found.members if one not in members]
-            joints = sorted({joint for one in left for joint in joints_of(one)})
+            joints = sorted({joint for one in left for joint in one.joints})
             made[number] = self._seen(found_set(self.problem, members, found.level, joints))
         return made[number]
 
@@ -268,11 +268,6 @@ def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> l
                 return list(ordered[:k])
             names.add(kind.key)
     return list(ordered)
-
-
-def joints_of(member: Member) -> tuple[int, ...]:
-    """Joints whose misfit an effect can take the place of."""
-    return member.candidate.place.joints or member.entry.white.at
 
 
 def key_of(found: Found) -> Key:

@@ -39,6 +39,11 @@ class Member:
         return self.entry.candidate
 
     @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints whose misfit an effect can take the place of."""
+        return self.candidate.place.joints or self.entry.white.at
+
+    @property
     def log_prior(self) -> float:
         """Log odds of this effect being there, before any data."""
         return float(np.log(ONE_MORE * self.candidate.share))

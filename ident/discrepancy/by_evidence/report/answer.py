@@ -36,6 +36,7 @@ class EvidenceFinding:
         placed: the effect with its shapes.
         names: the possible names in its place, the likeliest first; nothing at all is one of them.
         parameters: values with deviations.
+        unsure: what makes it this effect and is not told from nothing, in words; empty where all is.
         confirmation: on recordings that were not fitted.
         explains: root mean square of its torque, N·m (or N), at its joints.
         left: misfit of the joint of its own where it is largest, N·m (or N); the accepted one at least.
@@ -46,6 +47,7 @@ class EvidenceFinding:
     placed: PlacedEffect
     names: tuple[Named, ...]
     parameters: tuple[FittedParameter, ...]
+    unsure: str
     confirmation: Confirmation
     explains: float
     left: float
@@ -160,7 +162,7 @@ class EvidenceAnswer:
 
     Attributes:
         verdict: of the whole.
-        findings: effects of the best set, in the order in which they came.
+        findings: effects of the best set, the clearest first.
         refuted: effects that the fitted rows want beside these, and other motion does not.
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
         beside: names for one effect more beside the set, each against nothing, the likeliest first.
