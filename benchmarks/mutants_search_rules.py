@@ -337,8 +337,8 @@ RULES = (
     Broken(
         "other motion speaks for a name or for what has none",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible)",
-        "-possible",
+        "(seen.nats_of_no_name - possible + left)",
+        "(left - possible)",
     ),
     Broken(
         "of eleven effects one has no name",
@@ -349,8 +349,26 @@ RULES = (
     Broken(
         "names have sizes that are possible, forms of something without a name any",
         f"{_BY}decide/no_name.py",
+        "(seen.nats_of_no_name - possible + left)",
+        "(seen.nats_of_no_name + left)",
+    ),
+    Broken(
+        "what stays unexplained beside a name speaks for something without a name",
+        f"{_BY}decide/no_name.py",
+        "(seen.nats_of_no_name - possible + left)",
         "(seen.nats_of_no_name - possible)",
-        "seen.nats_of_no_name",
+    ),
+    Broken(
+        "it is asked of every joint at which the name explains more than is usual",
+        f"{_BY}decide/names.py",
+        "if j == own or torque[j] > accepted[j]",
+        "if j == own",
+    ),
+    Broken(
+        "sizes of a name are those of the evidence",
+        "ident/discrepancy/accepted.py",
+        "if self.basis.unsure is not None:",
+        "if self.basis.unsure:",
     ),
     Broken(
         "friction of the model is as it stands beside the set",

@@ -158,7 +158,7 @@ def _of_whole(seed: int, draw: Draw, random: np.random.Generator, kind: int) -> 
 def truth_of(effects: tuple[Effect, ...]) -> Truth:
     """As armhil says it: joints from 1, none for the whole arm."""
     return tuple(
-        (UNKNOWN if one.name in (*_OUTSIDE, *OUTSIDE) else one.name, () if one.joint < 0 else (one.joint + 1,))
+        (UNKNOWN if one.name in OUTSIDE else one.name, () if one.joint < 0 else (one.joint + 1,))
         for one in effects
     )
 

@@ -1,8 +1,8 @@
 """Effects of all that a foreign plant can hide, each so large that its own log shows it.
 
-The older draw (:mod:`benchmarks.evidence.drawn`) had 22 names, some so small that no log could show them. This one
-has every name of the plant, and enlarges an effect until it changes the torque of some drive by as much as
-the drives' noise, or the position by as much as the encoders': both logs have the same noise.
+The older draw (:mod:`benchmarks.evidence.drawn`) had 22 names, some so small that no log could show them.
+This one has every name of the plant, and enlarges an effect until the torque of some drive changes by twice
+the drives' noise, or its position by twenty times the encoders': both logs have the same noise.
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ _TORQUE_NOISE = 0.0011
 """Of a drive, process and log together, as a share of its torque limit."""
 
 _ENCODER_NOISE = 1.6e-6
-_SHOWN = 2.0
-"""Root mean square of the change, in those of the noise."""
+_SHOWN, _OF_POSITION = 2.0, 0.1
+"""Root mean square of the change of a torque, in those of the noise, and what one of a position counts."""
 
 
 def names(taken_up: tuple[str, ...]) -> list[str]:
@@ -107,7 +107,7 @@ def effect_of(
         log = record(arm, short, (effect,), seed, 0)
         torque = np.sqrt(np.mean((log.control_signal - clean.control_signal) ** 2, axis=0)) / noise
         position = np.sqrt(np.mean((log.position - clean.position) ** 2, axis=0)) / _ENCODER_NOISE
-        if max(torque.max(), 0.1 * position.max()) >= _SHOWN:
+        if max(torque.max(), _OF_POSITION * position.max()) >= _SHOWN:
             return effect
         effect = replace(effect, size=effect.size * step)
     raise RuntimeError(f"{arm.name}: no size of {name} at joint {joint + 1} shows in the log of seed {seed}")

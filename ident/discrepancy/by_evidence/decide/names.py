@@ -166,7 +166,8 @@ def _nats_of_left(problem: Problem, found: Found, number: int) -> float:
     The most of all joints at which the member explains more than an accepted model leaves: a load that
     swings is a payload at the shoulder, and not at the wrist.
     """
-    torque, misfit, accepted = torque_of(problem, found, number), misfit_of(problem, found), problem.misfit.accepted
+    torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
+    accepted = problem.misfit.accepted
     own = own_joint(found, number, torque)
     acts = [j for j in found.members[number].joints if j == own or torque[j] > accepted[j]]
     return max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)

@@ -35,7 +35,7 @@ OUTSIDE = 0.1
 
 
 _IMITATED = 0.5
-"""Probability that a name imitates something else so well that no more is left than an accepted run leaves."""
+"""Probability that a name imitates something else so well that nothing more is left than usual."""
 
 
 def odds_of_no_name(seen: Shown, possible: float, left: float) -> float:

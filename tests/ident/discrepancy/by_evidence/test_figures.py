@@ -173,13 +173,15 @@ def test_an_effect_with_half_the_nats_that_it_needs_is_shaped_by_simulation(
     asked = []
     fitted = SimpleNamespace(log_evidence=gain, log_posterior=0.0, members=("one",), level=None)
     monkeypatch.setattr(reversals, "found_set", lambda *given: fitted)
-    monkeypatch.setattr(reversals, "refined", lambda *given, **how: asked.append(1) or "shaped")
-    monkeypatch.setattr(reversals, "joints_of", lambda member: (0,))
+    best = SimpleNamespace(joints=(0,))
+    monkeypatch.setattr(reversals, "refined", lambda *given, **how: asked.append(1) or best)
     monkeypatch.setattr(
         reversals,
         "Member",
         lambda *given: SimpleNamespace(
-            log_prior=-10.0, entry=SimpleNamespace(white=SimpleNamespace(there=True))
+            log_prior=-10.0,
+            joints=(0,),
+            entry=SimpleNamespace(white=SimpleNamespace(there=True)),
         ),
     )
     monkeypatch.setattr(reversals, "Entry", lambda *given: None)

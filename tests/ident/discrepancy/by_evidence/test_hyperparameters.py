@@ -270,7 +270,7 @@ def finding(
         Named("b", (0,), 1.0 - probability - unknown, PLACED),
         Named(NO_NAME, (0,), unknown),
     )
-    return EvidenceFinding(PLACED, names, (), Confirmation(50.0, 5.0, 49.0), explains, left, shrinks)
+    return EvidenceFinding(PLACED, names, (), "", Confirmation(50.0, 5.0, 49.0), explains, left, shrinks)
 
 
 def joint(above: float) -> JointMisfit:

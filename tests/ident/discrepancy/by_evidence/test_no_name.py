@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import cauchy, norm
 
-from ident.discrepancy.by_evidence.decide.no_name import log_possible, odds_of_no_name
+from ident.discrepancy.by_evidence.decide.names import _nats_of_left
+from ident.discrepancy.by_evidence.decide.no_name import log_possible, nats_of_left, odds_of_no_name
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.confirmation import Shown
 
@@ -24,8 +25,56 @@ MOVED = 0.8
 def test_names_of_impossible_sizes_are_something_without_a_name() -> None:
     """Coarsened as all evidence is: the sizes come of the same rows."""
     nats = Shown(1.0, 0.1).nats_of_no_name
-    assert odds_of_no_name(Shown(1.0, 0.1), 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
-    assert odds_of_no_name(Shown(1.0, 0.1), -20.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
+    assert odds_of_no_name(Shown(1.0, 0.1), 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
+    assert odds_of_no_name(Shown(1.0, 0.1), -20.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
+    assert odds_of_no_name(Shown(1.0, 0.1), 0.0, 3.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 1.5)
+
+
+def test_a_name_beside_what_it_leaves_unexplained_is_less_sure() -> None:
+    """Of 1 N·m a name that is there leaves what an accepted run leaves; half of all else leaves more."""
+    accepted, explains = 0.01, 1.0
+    usual = [nats_of_left(misfit, accepted, explains) for misfit in (0.001, 0.01)]
+    assert usual == pytest.approx([np.log(0.5)] * 2)
+    for misfit in (0.02, 0.05, 0.3):
+        left = np.log(misfit / accepted)
+        anything = 1.0 / np.log(np.hypot(misfit, explains) / accepted)
+        expected = np.log(0.5 + 0.5 * anything / cauchy.pdf(left))
+        assert nats_of_left(misfit, accepted, explains) == pytest.approx(expected)
+    assert nats_of_left(0.05, accepted, explains) > 0.0 > nats_of_left(0.012, accepted, explains)
+
+
+def test_what_an_effect_of_the_arm_leaves_is_asked_at_every_joint_where_it_acts() -> None:
+    """A load that swings is a payload at the shoulder, not at the wrist; where it does nothing none asks."""
+    assert left_at(torque=(9.0, 2.0, 0.001), misfit=(0.01, 0.01, 0.9)) == pytest.approx(np.log(0.5))
+    wrist = left_at(torque=(9.0, 2.0, 0.001), misfit=(0.01, 0.5, 0.9))
+    assert wrist == pytest.approx(nats_of_left(0.5, 0.01, 2.0))
+
+
+def left_at(torque: tuple[float, ...], misfit: tuple[float, ...]) -> float:
+    """Of one member that acts at all joints, each of which may leave 0.01 N·m."""
+    n = len(torque)
+    part = SimpleNamespace(columns=columns)
+    prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,))
+    problem: Any = SimpleNamespace(
+        prepared=prepared,
+        rows=SimpleNamespace(noise=[SimpleNamespace(marginal=0.01)] * n),
+        misfit=SimpleNamespace(accepted=np.full(n, 0.01)),
+    )
+    found: Any = SimpleNamespace(
+        members=[
+            SimpleNamespace(
+                joints=range(n), entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque)))
+            )
+        ],
+        theta=lambda number: (np.ones(1), np.eye(1)),
+        level=SimpleNamespace(kappa=np.array(misfit), excess=np.ones(n)),
+    )
+    return _nats_of_left(problem, found, 0)
+
+
+def columns(placed: Any) -> Any:
+    """Four rows × joints × one parameter."""
+    return np.tile(placed.torque, (4, 1))[:, :, np.newaxis]
 
 
 def test_friction_of_a_drive_is_not_below_nothing() -> None:

@@ -176,7 +176,8 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
     one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
     assert one > fitted + 2.0 and other < 0.0
-    share = 1.0 / (1.0 + np.exp(fitted - one) + OUTSIDE)
+    unknown = OUTSIDE * np.sqrt(0.5)  # no more is left than an accepted run leaves, coarsened
+    share = 1.0 / (1.0 + np.exp(fitted - one) + unknown)
     assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
 
 

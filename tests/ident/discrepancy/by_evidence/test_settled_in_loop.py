@@ -70,12 +70,13 @@ def settled(
     search.prepared, search.course = (), Course()
     both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
     search.course.take(both, ["by the rows"] * len(both))
-    search._settle_in_loop(0, SimpleNamespace(key=KEYS[0], names=listed, doubt="none"))
+    search._settle_in_loop(0, SimpleNamespace(key=KEYS[0], names=listed, unsure="of the rows", doubt="none"))
     one = search.course.findings[0]
     if one.basis == "by the rows":
         return one.component.key[0], None
-    key, place, doubt = one.basis
+    key, place, unsure, doubt = one.basis
     assert key == one.component.key and doubt == "none"
+    assert unsure == ("of the rows" if key == KEYS[0] else None)  # another name has sizes of another fit
     return key[0], {key[0]: place.probability(key) for key in KEYS}
 
 

@@ -141,6 +141,7 @@ def asked(
         same: whether both say the same of motion all over the travel.
         possible: log probability of the sizes.
     """
+    monkeypatch.setattr(names, "_nats_of_left", lambda *given: 0.0)
     monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
