@@ -337,32 +337,38 @@ RULES = (
     Broken(
         "other motion speaks for a name or for what has none",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible + left)",
-        "(left - possible)",
+        "(seen.nats_of_no_name - possible)",
+        "-possible",
     ),
     Broken(
         "of eleven effects one has no name",
         f"{_BY}decide/no_name.py",
-        "float(np.log(OUTSIDE)) + ",
-        "",
+        "float(np.log(OUTSIDE)) + left",
+        "left",
     ),
     Broken(
         "names have sizes that are possible, forms of something without a name any",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible + left)",
-        "(seen.nats_of_no_name + left)",
+        "(seen.nats_of_no_name - possible)",
+        "seen.nats_of_no_name",
     ),
     Broken(
         "what stays unexplained beside a name speaks for something without a name",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible + left)",
-        "(seen.nats_of_no_name - possible)",
+        "float(np.log(OUTSIDE)) + left + ",
+        "float(np.log(OUTSIDE)) + ",
     ),
     Broken(
         "it is asked of every joint at which the name explains more than is usual",
-        f"{_BY}decide/names.py",
+        f"{_BY}decide/no_name.py",
         "if j == own or torque[j] > accepted[j]",
         "if j == own",
+    ),
+    Broken(
+        "no joint has three effects",
+        f"{_BY}decide/search.py",
+        "return all(taken.count(joint) < OF_JOINT for joint in candidate.place.joints)",
+        "return True",
     ),
     Broken(
         "sizes of a name are those of the evidence",
@@ -649,7 +655,7 @@ RULES = (
     Broken(
         "a name that took a place is as likely as rows and loop say",
         f"{_BY}diagnosis.py",
-        "basis = basis_of(stands, place, finding.doubt)",
+        "basis = basis_of(stands, place, unsure, finding.doubt)",
         "basis = self.findings[number].basis",
     ),
     Broken(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
+from ident.discrepancy.existing_arm import existing
 from ident.discrepancy.loop import FINE, Loop, Standstill
 from ident.discrepancy.loop_parts import simulated_parts
 from ident.effects import FrictionSign
@@ -52,6 +53,9 @@ def standstill_of(loop: Loop, base: BaseParameters, beta: FloatArray, each: bool
         IdentificationError: the loop cannot be simulated with these parameters.
     """
     standard = base.standard_from(beta, base.model.prior())
+    standard = existing(
+        base.model, standard, np.concatenate([one.recording.position for one in loop.prepared])
+    )
     measured, drives = loop.measured(), loop.robot.n
     known: dict[Standstill, FloatArray] = {}
 

@@ -20,6 +20,7 @@ from ident.closed_loop import simulate
 from ident.discrepancy.by_evidence.decide.problem import Problem, first_values
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare
+from ident.discrepancy.existing_arm import existing
 from ident.discrepancy.prior import Prior
 from ident.discrepancy.unknown_feed_forward import unknown_feed_forward
 from ident.effects.family import PlacedEffect
@@ -61,6 +62,7 @@ class Simulation:
         model = self.base.model
         whole = RegressorModel(model.robot, (*model.effects, *(effect for effect, _ in self.beside)))
         standard = self.base.standard_from(self.beta, model.prior())
+        standard = existing(model, standard, recording.position)
         try:
             standard = np.concatenate([standard, *(values for _, values in self.beside)])
             return simulate(whole, standard, recording).position

@@ -12,14 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
-from ident.discrepancy.by_evidence.decide.no_name import (
-    NO_NAME,
-    log_possible,
-    nats_of_left,
-    odds_of_no_name,
-)
-from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, odds_of_no_name
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
@@ -153,24 +146,9 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    left = _nats_of_left(search.problem, found, number)
-    no_name = odds_of_no_name(seen, log_possible(search.problem, found, number), left)
-    odds[NO_NAME, own[1]] = odds[own] + no_name
+    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(search.problem, found, number, seen)
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))
-
-
-def _nats_of_left(problem: Problem, found: Found, number: int) -> float:
-    """For something without a name in the place of a member, of what stays unexplained where that acts.
-
-    The most of all joints at which the member explains more than an accepted model leaves: a load that
-    swings is a payload at the shoulder, and not at the wrist.
-    """
-    torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
-    accepted = problem.misfit.accepted
-    own = own_joint(found, number, torque)
-    acts = [j for j in found.members[number].joints if j == own or torque[j] > accepted[j]]
-    return max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
 
 
 def _more_elsewhere(

@@ -19,6 +19,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import log_ndtr
 
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
+from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
 from ident.discrepancy.by_evidence.evidence.known import Beta
@@ -33,20 +35,39 @@ NO_NAME = "something without a name"
 OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
-
 _IMITATED = 0.5
 """Probability that a name imitates something else so well that nothing more is left than usual."""
 
 
-def odds_of_no_name(seen: Shown, possible: float, left: float) -> float:
-    """Log odds, coarsened, of something without a name against the name that comes nearest.
+def odds_of_no_name(problem: Problem, found: Found, number: int, seen: Shown) -> float:
+    """Log odds of something without a name against a member of a set, which comes nearest to it.
+
+    What stays unexplained counts at the joint where it speaks most for that, of those at which the member
+    explains more than an accepted model leaves: a load that swings is a payload at the shoulder, and not at
+    the wrist.
+
+    Args:
+        problem: the data.
+        found: the set.
+        number: of the member.
+        seen: of what the member predicts of other motion, how much is there.
+    """
+    torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
+    accepted, own = problem.misfit.accepted, own_joint(found, number, torque)
+    acts = [j for j in found.members[number].joints if j == own or torque[j] > accepted[j]]
+    left = max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
+    return log_odds(seen, log_possible(problem, found, number), left)
+
+
+def log_odds(seen: Shown, possible: float, left: float) -> float:
+    """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
 
     Args:
         seen: of what the name predicts of other motion, how much is there.
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
         left: nats for something without a name of what stays unexplained (:func:`nats_of_left`).
     """
-    return float(np.log(OUTSIDE)) + TEMPERATURE * (seen.nats_of_no_name - possible + left)
+    return float(np.log(OUTSIDE)) + left + TEMPERATURE * (seen.nats_of_no_name - possible)
 
 
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:

@@ -40,6 +40,9 @@ _SWAPPED = 3
 MOST = 5
 """Effects of a set."""
 
+OF_JOINT = 2
+"""Effects of one joint: three names together describe any friction there is, and none of them is there."""
+
 One = TypeVar("One")
 
 Name = tuple[str, tuple[int, ...]]
@@ -118,7 +121,9 @@ class Search:
 
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""
-        screened = screen(self.problem, found, entries)
+        screened = [
+            one for one in screen(self.problem, found, entries) if has_room(found.members, one.candidate)
+        ]
         leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")
@@ -138,7 +143,11 @@ class Search:
         sets = []
         for number, member in enumerate(found.members):
             without, own = self.without(found, number), member.candidate.key
-            others = [one for one in screen(self.problem, without, entries) if one.candidate.key != own]
+            others = [
+                one
+                for one in screen(self.problem, without, entries)
+                if one.candidate.key != own and has_room(without.members, one.candidate)
+            ]
             sets += self.replaced(without, with_all_forms(others, _SWAPPED))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
@@ -154,7 +163,7 @@ class Search:
         return [
             self._fitted(found, (one, other))
             for one, other in combinations(leaders, 2)
-            if one.candidate.key != other.candidate.key
+            if one.candidate.key != other.candidate.key and has_room((*found.members, one), other.candidate)
         ]
 
     def _fitted(self, found: Found, added: Sequence[Member]) -> Found:
@@ -268,6 +277,12 @@ def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> l
                 return list(ordered[:k])
             names.add(kind.key)
     return list(ordered)
+
+
+def has_room(members: Sequence[Member], candidate: Candidate) -> bool:
+    """Whether a set may have one effect more at a candidate's joints; those of the whole arm have none."""
+    taken = [joint for member in members for joint in member.candidate.place.joints]
+    return all(taken.count(joint) < OF_JOINT for joint in candidate.place.joints)
 
 
 def key_of(found: Found) -> Key:

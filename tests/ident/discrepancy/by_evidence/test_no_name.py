@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import cauchy, norm
 
-from ident.discrepancy.by_evidence.decide.names import _nats_of_left
-from ident.discrepancy.by_evidence.decide.no_name import log_possible, nats_of_left, odds_of_no_name
+from ident.discrepancy.by_evidence.decide.no_name import (
+    log_odds,
+    log_possible,
+    nats_of_left,
+    odds_of_no_name,
+)
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.confirmation import Shown
 
@@ -23,11 +27,11 @@ MOVED = 0.8
 
 
 def test_names_of_impossible_sizes_are_something_without_a_name() -> None:
-    """Coarsened as all evidence is: the sizes come of the same rows."""
+    """Coarsened as all evidence is: the sizes come of the same rows. What is left counts by its prior."""
     nats = Shown(1.0, 0.1).nats_of_no_name
-    assert odds_of_no_name(Shown(1.0, 0.1), 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
-    assert odds_of_no_name(Shown(1.0, 0.1), -20.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
-    assert odds_of_no_name(Shown(1.0, 0.1), 0.0, 3.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 1.5)
+    assert log_odds(Shown(1.0, 0.1), 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
+    assert log_odds(Shown(1.0, 0.1), -20.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
+    assert log_odds(Shown(1.0, 0.1), 0.0, 3.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 3.0)
 
 
 def test_a_name_beside_what_it_leaves_unexplained_is_less_sure() -> None:
@@ -63,13 +67,15 @@ def left_at(torque: tuple[float, ...], misfit: tuple[float, ...]) -> float:
     found: Any = SimpleNamespace(
         members=[
             SimpleNamespace(
-                joints=range(n), entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque)))
+                joints=range(n),
+                candidate=SimpleNamespace(key=("payload", ())),
+                entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque))),
             )
         ],
         theta=lambda number: (np.ones(1), np.eye(1)),
         level=SimpleNamespace(kappa=np.array(misfit), excess=np.ones(n)),
     )
-    return _nats_of_left(problem, found, 0)
+    return odds_of_no_name(problem, found, 0, Shown(0.0, 0.0)) - float(np.log(0.1))
 
 
 def columns(placed: Any) -> Any:

@@ -176,7 +176,7 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
     one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
     assert one > fitted + 2.0 and other < 0.0
-    unknown = OUTSIDE * np.sqrt(0.5)  # no more is left than an accepted run leaves, coarsened
+    unknown = OUTSIDE * 0.5  # no more is left than an accepted run leaves
     share = 1.0 / (1.0 + np.exp(fitted - one) + unknown)
     assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
 
@@ -298,3 +298,12 @@ def test_a_swap_that_was_tried_is_not_fitted_again_for_a_name(monkeypatch: pytes
     assert [id(one) for one in search.replaced(without, others[::-1])] == [id(one) for one in sets[::-1]]
     with pytest.raises(TypeError):  # beside another set all is fitted
         search.replaced(found.empty, others)
+
+
+def test_no_joint_has_three_effects() -> None:
+    """Three names together describe any friction there is; what two leave stays unexplained."""
+    problem = problem_of(lambda q: torque(q, w9=1.0, w13=1.0, w17=1.0))
+    families = [waves("payload", w9=1.0), waves("contact", w13=1.0), waves("backlash", w17=1.0)]
+    searched = searching(problem, families).run()
+    assert len(names_of(searched)) == 2
+    assert searched.found.level.kappa[0] > 3.0 * problem.misfit.accepted[0]

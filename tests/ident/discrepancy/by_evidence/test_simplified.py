@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide import names
-from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, log_odds
 from ident.discrepancy.confirmation import Shown
 from ident.effects.vocabulary import family_named
 
@@ -141,8 +141,7 @@ def asked(
         same: whether both say the same of motion all over the travel.
         possible: log probability of the sizes.
     """
-    monkeypatch.setattr(names, "_nats_of_left", lambda *given: 0.0)
-    monkeypatch.setattr(names, "log_possible", lambda *given: possible)
+    monkeypatch.setattr(names, "odds_of_no_name", lambda *given: log_odds(given[-1], possible, 0.0))
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
     monkeypatch.setattr(names, "screen", lambda *given: listed)
