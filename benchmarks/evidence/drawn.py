@@ -67,6 +67,8 @@ _TAKEN_UP = (
     "base_tilt",
 )
 """What a refit takes up almost whole."""
+_OFFSETS = ("asymmetric_friction",)
+"""That the plant's, which is all dry, is an offset while a joint moves is known since the first of these seeds."""
 _KINDS = (0.2, 0.5, 0.2, 0.1)
 """Chances: nothing, one effect, two, one that the vocabulary does not have."""
 
@@ -140,7 +142,7 @@ def hidden(seed: int) -> tuple[Effect, ...]:
 def _of_whole(seed: int, draw: Draw, random: np.random.Generator, kind: int) -> tuple[Effect, ...]:
     """As :func:`hidden`, of every effect that the plant has; what does not show is drawn again."""
     arm, count = ARMS[draw.arm], (0, 1, 2, 1)[kind]
-    known = OUTSIDE if kind == 3 else whole.names(_TAKEN_UP if draw.refit else ())
+    known = OUTSIDE if kind == 3 else whole.names((*_TAKEN_UP, *_OFFSETS) if draw.refit else ())
     found: list[Effect] = []
     joints = random.permutation(arm.n)
     while len(found) < count:

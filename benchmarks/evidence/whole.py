@@ -30,12 +30,13 @@ _SHARES = {
     "current_offset": ("coulomb", 0.3),
     "rotor_inertia": ("rotor", 0.4),
     "gravity_spring": ("torque", 0.05),
-    "cable_spring": ("torque", 0.05),
+    "cable_spring": ("torque", 0.1),
     "contact": ("torque", 0.3),
     "joint_elasticity": ("torque", 200.0),
     "base_compliance": ("torque", 300.0),
 }
-"""Sizes as shares of a figure of the joint, of joint 2 where the base is meant."""
+"""Sizes as shares of a figure of the joint, of joint 2 where the base is meant; a cable's torque at the end of
+half the travel."""
 
 _SIZES = {
     "load_dependent_friction": 0.15,
@@ -117,4 +118,6 @@ def _usual(name: str, joint: int, arm: Arm) -> float:
     if name in _SIZES:
         return _SIZES[name]
     figure, share = _SHARES[name]
-    return share * float(getattr(arm.links[1 if name in _OF_ARM else joint], figure))
+    link = arm.links[1 if name in _OF_ARM else joint]
+    way = 0.5 * (link.travel[1] - link.travel[0]) if name == "cable_spring" else 1.0
+    return share * float(getattr(link, figure)) / way**3
