@@ -1,22 +1,27 @@
-"""Models that columns are made of keep no motion longer than it is asked about."""
+"""Motions and columns are kept no longer than they are asked about."""
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide import search as module
+from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found, without_effects
+from ident.discrepancy.by_evidence.library.candidates import candidates, library
+from ident.discrepancy.by_evidence.power import smallest
 from tests.ident.discrepancy.by_evidence.toy_effects import (
     family,
     names_of,
     problem_of,
     searching,
     torque,
+    waves,
 )
 
 
@@ -66,3 +71,20 @@ def test_what_shapes_were_fitted_beside_keeps_no_motion(monkeypatch: pytest.Monk
     search.replaced(nothing, every)
     assert len(beside) > len(every)
     assert [kept(model) for model in beside] == [0] * len(beside)
+
+
+def test_sizes_are_asked_of_a_vocabulary_without_its_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred megabytes of a whole arm's, when the simulated loop beside them needs most."""
+    problem = problem_of(lambda q: torque(q, w9=1.0))
+    wanted = candidates(problem.prepared.robot, [waves("nine", w9=1.0), waves("eleven", w11=1.0)])
+    given = [library(problem.rows, wanted, present_with(problem, without_effects(problem)))]
+    columns = [weakref.ref(part) for one in given[0] for part in one.white.joints if part is not None]
+    left: list[int] = []
+
+    def noted(*asked: object) -> None:
+        left.append(sum(part() is not None for part in columns))
+
+    monkeypatch.setattr(smallest, "_said", noted)
+    smallest.smallest_sizes(problem.rows, problem.level, (), given.pop(), SURE)
+    assert len(columns) == 2
+    assert left == [0, 0]
