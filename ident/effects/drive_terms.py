@@ -163,4 +163,5 @@ class CurrentOffset:
 
     def torque(self, state: State, values: FloatArray) -> FloatArray:
         """Joint torque for values (n,) of the parameters, samples × joints."""
-        return np.ones_like(state.velocity) * np.multiply(self.robot.identification.offset, values)
+        offset = np.multiply(self.robot.identification.offset, values)
+        return np.tile(offset, (state.velocity.shape[0], 1))
