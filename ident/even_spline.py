@@ -41,6 +41,19 @@ class EvenSpline:
         """Values at places (m,), m × channels; beyond the ends by the first and the last cubic."""
         return self._piece_by_piece(self._values_at, place)
 
+    def with_between(self, parts: int) -> FloatArray:
+        """Values at the samples and at ``parts`` − 1 even places between each two of them, in their order."""
+        y, bend = self._values, self._bend
+        found = np.empty((parts * (y.shape[0] - 1) + 1, *y.shape[1:]))
+        found[::parts] = y
+        for number in range(1, parts):
+            part = number / parts
+            rest = 1.0 - part
+            found[number::parts] = rest * y[:-1] + part * y[1:]
+            found[number::parts] += ((rest**3 - rest) / 6.0) * bend[:-1]
+            found[number::parts] += ((part**3 - part) / 6.0) * bend[1:]
+        return found
+
     def _values_at(self, k: IntArray, part: FloatArray) -> FloatArray:
         rest, y, bend = 1.0 - part, self._values, self._bend
         found = rest * y.take(k, 0) + part * y.take(k + 1, 0)

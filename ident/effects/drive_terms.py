@@ -54,6 +54,10 @@ class RotorInertia:
         """samples × joints × joints."""
         return diagonal_columns(state.acceleration)
 
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque for values (n,) of the parameters, samples × joints."""
+        return state.acceleration * values
+
 
 @dataclass(frozen=True)
 class ViscousFriction:
@@ -71,6 +75,10 @@ class ViscousFriction:
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""
         return diagonal_columns(state.velocity)
+
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque for values (n,) of the parameters, samples × joints."""
+        return state.velocity * values
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,10 @@ class CoulombFriction:
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""
         return speed_columns(self.speed_terms(), state, self.robot.n)
+
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque for values (n,) of the parameters, samples × joints."""
+        return self.sign(state.velocity) * values
 
 
 @dataclass(frozen=True)
@@ -148,3 +160,8 @@ class CurrentOffset:
     def columns(self, state: State) -> FloatArray:
         """samples × joints × joints."""
         return diagonal_columns(np.ones_like(state.velocity) * self.robot.identification.offset)
+
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque for values (n,) of the parameters, samples × joints."""
+        offset = np.multiply(self.robot.identification.offset, values)
+        return np.tile(offset, (state.velocity.shape[0], 1))

@@ -62,9 +62,8 @@ def finer(inertia: FloatArray, load: FloatArray) -> FloatArray:
     A straight line between samples takes a tenth off a torque of a sixth of the sampling rate. The inertia
     stays within its samples: where it jumps a spline would go below nothing.
     """
-    series = np.stack([inertia, load], axis=1)
-    fine = np.arange(_PARTS * (series.shape[0] - 1) + 1) / _PARTS
-    points = np.ascontiguousarray(EvenSpline(series).at(fine).T)
+    series = EvenSpline(np.stack([inertia, load], axis=1)).with_between(_PARTS)
+    points = np.ascontiguousarray(series.T)
     points[0] = np.clip(points[0], inertia.min(), inertia.max())
     return points
 

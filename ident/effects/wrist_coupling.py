@@ -56,8 +56,24 @@ class WristCoupling:
         matrix = self.robot.transmission_matrix
         columns = speed_columns(self.speed_terms(), state, len(self.parameters))
         for k, drive in enumerate(coupled_drives(self.robot)):
-            product = np.outer(matrix[drive], matrix[drive])
-            between = product - np.diag(np.diag(product))
+            between = _between(matrix[drive])
             columns[:, :, 3 * k] = state.acceleration @ between
             columns[:, :, 3 * k + 1] = state.velocity @ between
         return columns
+
+    def torque(self, state: State, values: FloatArray) -> FloatArray:
+        """Joint torque for values (3 per coupled drive,) of the parameters, samples × joints."""
+        matrix, total = self.robot.transmission_matrix, np.zeros_like(state.velocity)
+        for drive, (inertia, viscous, dry) in zip(
+            coupled_drives(self.robot), np.reshape(values, (-1, 3)), strict=True
+        ):
+            row = matrix[drive]
+            moved = inertia * state.acceleration + viscous * state.velocity
+            total += moved @ _between(row) + np.outer(self.sign(state.velocity @ row), dry * row)
+        return total
+
+
+def _between(row: FloatArray) -> FloatArray:
+    """(n, n) products between joints of a drive's row (n,), those of a joint with itself left out."""
+    product = np.outer(row, row)
+    return np.asarray(product - np.diag(np.diag(product)))

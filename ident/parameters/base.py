@@ -17,6 +17,7 @@ from ident.effects import Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import StandardParameter
 from ident.effects.found import Found
+from ident.effects.torque_of import torque_of
 from ident.parameters.chain import chain_torque
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -109,7 +110,7 @@ class BaseParameters:
                 continue
             chain = chain_frames(effect.model) if isinstance(effect, RigidBody) else None
             if chain is None or not isinstance(effect, RigidBody):
-                torque += np.tensordot(effect.columns(state), standard[own], axes=1)
+                torque += torque_of(effect, state, standard[own])
             else:
                 gravity = np.array(effect.model.gravity.linear, dtype=np.float64)
                 links = standard[own].reshape(-1, 10)

@@ -15,6 +15,7 @@ from ident.effects.family import Place
 from ident.effects.foot import links_on_a_foot, on_a_foot
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
+from ident.effects.torque_of import torque_of
 from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled
@@ -79,15 +80,15 @@ class Present:
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
-        if state.torque is None:
-            return self._link_torque(state)
+        if state.torque is None:  # a moved motion: the whole model asks for it, and each gear in it
+            return state.once(self, "links", lambda: self._link_torque(state))
         return self._link_torques.of(state, lambda: self._link_torque(state))
 
     def _torque(self, state: State) -> FloatArray:
         total = self.link_torque(state).copy()
         for effect, values in self._effects():
             if not (isinstance(effect, RigidBody) or _is_load(effect)):
-                total += np.tensordot(effect.columns(state), values, axes=1)
+                total += torque_of(effect, state, values)
         return total
 
     def _link_torque(self, state: State) -> FloatArray:

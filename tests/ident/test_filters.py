@@ -83,6 +83,8 @@ def test_spline_through_even_samples(samples: int) -> None:
     np.testing.assert_allclose(found.at(place), expected(place), atol=1e-12)
     np.testing.assert_allclose(found.integral(place), expected.antiderivative()(place), atol=1e-12)
     np.testing.assert_allclose(found.slopes(), expected(np.arange(samples), 1), atol=1e-12)
+    between = np.linspace(0, samples - 1, 4 * (samples - 1) + 1)
+    np.testing.assert_allclose(found.with_between(4), expected(between), atol=1e-12)
 
 
 @pytest.mark.parametrize("reach", [0, 3, 60])

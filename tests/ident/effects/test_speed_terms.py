@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 import robots
-from ident.effects import AsymmetricFriction, CoulombFriction, FrictionSign, State, WristCoupling
+from ident.effects import (
+    AsymmetricFriction,
+    CoulombFriction,
+    CurrentOffset,
+    Effect,
+    FrictionSign,
+    RotorInertia,
+    State,
+    ViscousFriction,
+    WristCoupling,
+)
+from ident.effects.torque_of import HasTorque, torque_of
 from ident.parameters.base import random_states
 from robots.arrays import FloatArray
 
@@ -52,3 +63,24 @@ def test_wrist_coupling(sign: FrictionSign) -> None:
     expected[:, 4] = np.column_stack([state.acceleration[:, 5], state.velocity[:, 5], dry])
     expected[:, 5] = np.column_stack([state.acceleration[:, 4], state.velocity[:, 4], dry])
     np.testing.assert_allclose(columns, expected, rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+def test_torques_are_those_of_the_columns(sign: FrictionSign) -> None:
+    """What is made without columns is the same torque; offsets of some joints alone among it."""
+    state = states()
+    settings = TX40.identification.model_copy(update={"offset": (True, False, True, True, False, True)})
+    some = TX40.model_copy(update={"identification": settings})
+    effects: tuple[Effect, ...] = (
+        RotorInertia(TX40),
+        ViscousFriction(TX40),
+        CoulombFriction(TX40, sign),
+        CurrentOffset(TX40),
+        CurrentOffset(some),
+        WristCoupling(TX40, sign),
+    )
+    assert all(isinstance(effect, HasTorque) for effect in effects)
+    for effect in (*effects, AsymmetricFriction(TX40, sign)):
+        values = np.random.default_rng(1).normal(size=len(effect.parameters))
+        expected = effect.columns(state) @ values
+        np.testing.assert_allclose(torque_of(effect, state, values), expected, rtol=1e-13, atol=1e-13)

@@ -39,6 +39,8 @@ class PresentWith:
 
     def torque(self, state: State) -> FloatArray:
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
+        if state.torque is None:  # a moved motion, which is asked about once and would be kept
+            return self._torque(state)
         return self._torques.of(state, lambda: self._torque(state))
 
     def _torque(self, state: State) -> FloatArray:

@@ -190,6 +190,7 @@ class Search:
                 present = present_with(self.problem, found, but=number)
                 members = list(found.members)
                 members[number] = refined(self.problem, members, number, found, present)
+                present.forget()  # its motions: the member keeps the model itself
                 found = found_set(self.problem, members, found.level, members[number].joints)
         found = found_set(self.problem, found.members, found.level, range(self.problem.rows.n))
         return self._seen(found), present_with(self.problem, found)
@@ -246,6 +247,7 @@ class Search:
         last = len(found.members) - 1
         present = present_with(self.problem, found, but=last)
         members = (*found.members[:last], refined(self.problem, found.members, last, found, present))
+        present.forget()
         fitted = found_set(self.problem, members, found.level, range(self.problem.rows.n))
         return self._seen(max(fitted, found, key=lambda one: one.log_posterior))
 

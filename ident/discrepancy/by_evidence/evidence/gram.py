@@ -108,8 +108,10 @@ class AtJoint:
     rows: int
 
     @cached_property
-    def place(self) -> tuple[IntArray, IntArray]:
-        """Of the matrix in that of the whole arm."""
+    def place(self) -> tuple[IntArray | slice, IntArray | slice]:
+        """Of the matrix in that of the whole arm; where it stands in one piece that is no list of places."""
+        if self.index[-1] == self.index.size - 1:
+            return slice(self.index.size), slice(self.index.size)
         return self.index[:, np.newaxis], self.index[np.newaxis]
 
     def weights(self, kappa: FloatArray, excess: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ rows of that joint alone, so κ of one joint is no matter of the others.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -84,6 +84,10 @@ class WhiteEffects:
     def forget(self) -> None:
         """Products with rows, which keep these and all that is made of them."""
         self._products.forget()
+
+    def without_columns(self) -> WhiteEffects:
+        """What is known of its parameters alone, in no joint's rows."""
+        return replace(self, joints=())
 
     @property
     def there(self) -> bool:

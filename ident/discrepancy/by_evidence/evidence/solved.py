@@ -66,13 +66,15 @@ def log_evidences(whole: FloatArray, precision: FloatArray, parts: Sequence[Whit
     """
     k, p = precision.size, sum(part.count for part in parts)
     centre = np.concatenate([part.centre for part in parts]) if parts else np.zeros(0)
-    inner = np.concatenate([np.arange(k), np.arange(k + 1, k + 1 + p)])
     beside = whole[:, :, k + 1 :] @ centre
     power = whole[:, k, k] - 2.0 * beside[:, k] + beside[:, k + 1 :] @ centre
     system = np.empty((whole.shape[0], k + p + 1, k + p + 1))
-    system[:, :-1, :-1] = whole[:, inner[:, np.newaxis], inner]
+    pieces = ((slice(k), slice(k)), (slice(k + 1, None), slice(k, -1)))  # y stands between, and goes last
+    for here, there in pieces:
+        for of, to in pieces:
+            system[:, there, to] = whole[:, here, of]
+        system[:, -1, there] = system[:, there, -1] = whole[:, here, k] - beside[:, here]
     system[:, np.arange(k + p), np.arange(k + p)] += np.concatenate([precision, np.ones(p)])
-    system[:, -1, :-1] = system[:, :-1, -1] = whole[:, inner, k] - beside[:, inner]
     system[:, -1, -1] = 2.0 * np.abs(whole[:, k, k]) + np.abs(power) + 1.0
     factor = np.linalg.cholesky(system)
     last = factor[:, -1, :-1]

@@ -10,7 +10,7 @@ does follows from the torque, and it is left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri
@@ -99,13 +99,14 @@ def smallest_sizes(
     if not free:
         return ()
     own, _ = information_beside(rows, level, members, free)
-    odds = _Odds(free, own, sure, chance)
+    odds = _Odds([replace(one, white=one.white.without_columns()) for one in free], own, sure, chance)
+    del entries, free  # a hundred megabytes of columns, which nobody asks for from here on
 
     def said(numbers: Sequence[int]) -> Smallest:
         k = odds.middle(numbers)
-        return _said(rows, free[k], *odds.unlucky(k))
+        return _said(rows, odds.entries[k], *odds.unlucky(k))
 
-    return tuple(at_once(said, _main_forms(free)))
+    return tuple(at_once(said, _main_forms(odds.entries)))
 
 
 def _main_forms(entries: Sequence[Entry]) -> list[list[int]]:
