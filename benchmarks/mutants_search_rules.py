@@ -365,9 +365,15 @@ RULES = (
         "if j == own",
     ),
     Broken(
-        "no joint has three effects",
+        "what swings too fast for rows leaves some of itself",
+        f"{_BY}decide/no_name.py",
+        "if member.entry.placed.stiff:",
+        "if False:",
+    ),
+    Broken(
+        "no joint has three frictions",
         f"{_BY}decide/search.py",
-        "return all(taken.count(joint) < OF_JOINT for joint in candidate.place.joints)",
+        "return all(taken.count(joint) < OF_JOINT for joint in joints)",
         "return True",
     ),
     Broken(

@@ -116,7 +116,7 @@ def _answered(
     findings = tuple(
         sorted(
             (_finding(search, searched, held, k) for k in range(len(found.members))),
-            key=lambda one: -one.log_odds,
+            key=lambda one: -one.explains / one.left,
         )
     )
     ranking = of_nothing(search, searched)

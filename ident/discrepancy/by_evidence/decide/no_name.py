@@ -52,11 +52,22 @@ def odds_of_no_name(problem: Problem, found: Found, number: int, seen: Shown) ->
         number: of the member.
         seen: of what the member predicts of other motion, how much is there.
     """
+    possible = log_possible(problem, found, number)
+    return log_odds(seen, possible, _left_beside(problem, found, number))
+
+
+def _left_beside(problem: Problem, found: Found, number: int) -> float:
+    """Nats of what stays unexplained beside a member; none where it swings too fast for rows.
+
+    A play or a soft gear leaves instants of impacts and ringing, which no record holds, where it is there.
+    """
+    member = found.members[number]
+    if member.entry.placed.stiff:
+        return 0.0
     torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
     accepted, own = problem.misfit.accepted, own_joint(found, number, torque)
-    acts = [j for j in found.members[number].joints if j == own or torque[j] > accepted[j]]
-    left = max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
-    return log_odds(seen, log_possible(problem, found, number), left)
+    acts = [j for j in member.joints if j == own or torque[j] > accepted[j]]
+    return max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
 
 
 def log_odds(seen: Shown, possible: float, left: float) -> float:
@@ -73,8 +84,8 @@ def log_odds(seen: Shown, possible: float, left: float) -> float:
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     """Nats for something without a name, against the name, of what stays unexplained beside the name.
 
-    Where the name is there ln κ is about its accepted value as its prior says (Cauchy). Where it is not, so
-    with one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
+    Where the name is there ln κ is about the accepted one as its prior says (Cauchy). Where it is not, so with
+    one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
 
     Args:
         misfit: of the joint beside the set, N·m (or N).
@@ -84,8 +95,8 @@ def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     away, most = np.log(misfit / accepted), np.log(np.hypot(misfit, explains) / accepted)
     if away <= 0.0:
         return float(np.log(_IMITATED))
-    usual = 1.0 / (np.pi * SPREAD * (1.0 + (away / SPREAD) ** 2))
-    return float(np.log(_IMITATED + (1.0 - _IMITATED) / (most * usual)))
+    there = 1.0 / (np.pi * SPREAD * (1.0 + (away / SPREAD) ** 2))
+    return float(np.log(_IMITATED + (1.0 - _IMITATED) / (most * there)))
 
 
 class OfModel(Protocol):

@@ -41,7 +41,7 @@ MOST = 5
 """Effects of a set."""
 
 OF_JOINT = 2
-"""Effects of one joint: three names together describe any friction there is, and none of them is there."""
+"""Frictions of one joint: three names together describe any law there is, and none of them is there."""
 
 One = TypeVar("One")
 
@@ -121,9 +121,7 @@ class Search:
 
     def _extended(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> Found | None:
         """The best set with one or two members more; None where none is better."""
-        screened = [
-            one for one in screen(self.problem, found, entries) if has_room(found.members, one.candidate)
-        ]
+        screened = [one for one in screen(self.problem, found, entries) if has_room(found.members, one.best)]
         leaders = first_of(screened, LEADERS, [one.candidate for one in screened])
         sets = at_once(lambda one: self._shaped(self._tried(found, one.best, present), present), leaders)
         order = np.argsort([-one.log_posterior for one in sets], kind="stable")
@@ -146,7 +144,7 @@ class Search:
             others = [
                 one
                 for one in screen(self.problem, without, entries)
-                if one.candidate.key != own and has_room(without.members, one.candidate)
+                if one.candidate.key != own and has_room(without.members, one.best)
             ]
             sets += self.replaced(without, with_all_forms(others, _SWAPPED))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
@@ -163,7 +161,7 @@ class Search:
         return [
             self._fitted(found, (one, other))
             for one, other in combinations(leaders, 2)
-            if one.candidate.key != other.candidate.key and has_room((*found.members, one), other.candidate)
+            if one.candidate.key != other.candidate.key and has_room((*found.members, one), other)
         ]
 
     def _fitted(self, found: Found, added: Sequence[Member]) -> Found:
@@ -281,10 +279,14 @@ def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> l
     return list(ordered)
 
 
-def has_room(members: Sequence[Member], candidate: Candidate) -> bool:
-    """Whether a set may have one effect more at a candidate's joints; those of the whole arm have none."""
-    taken = [joint for member in members for joint in member.candidate.place.joints]
-    return all(taken.count(joint) < OF_JOINT for joint in candidate.place.joints)
+def has_room(members: Sequence[Member], one: Member) -> bool:
+    """Whether a set may have one effect more: of each joint a few are friction."""
+    joints = set(one.candidate.place.joints)
+    beside = [other for other in members if joints & set(other.candidate.place.joints)]
+    if len(beside) < OF_JOINT or not one.is_friction:
+        return True
+    taken = [joint for other in beside if other.is_friction for joint in other.candidate.place.joints]
+    return all(taken.count(joint) < OF_JOINT for joint in joints)
 
 
 def key_of(found: Found) -> Key:

@@ -44,6 +44,13 @@ class Member:
         return self.candidate.place.joints or self.entry.white.at
 
     @property
+    def is_friction(self) -> bool:
+        """Whether it is torque against the speed of a drive, as it is simulated."""
+        placed = self.entry.placed
+        parts = placed.simulated(np.ones(len(placed.parameters)))
+        return bool(parts.friction) or parts.damping is not None
+
+    @property
     def log_prior(self) -> float:
         """Log odds of this effect being there, before any data."""
         return float(np.log(ONE_MORE * self.candidate.share))

@@ -162,7 +162,7 @@ class EvidenceAnswer:
 
     Attributes:
         verdict: of the whole.
-        findings: effects of the best set, the clearest first.
+        findings: effects of the best set, those first that explain most of what is left beside them.
         refuted: effects that the fitted rows want beside these, and other motion does not.
         ranking: names for the first effect, the likeliest first; nothing at all is one of them.
         beside: names for one effect more beside the set, each against nothing, the likeliest first.

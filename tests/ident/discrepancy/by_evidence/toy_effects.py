@@ -44,6 +44,7 @@ def family(
     contains: tuple[str, ...] = (),
     of_model: Callable[[FloatArray], FloatArray] | None = None,
     links: FloatArray | None = None,
+    damping: FloatArray | None = None,
 ) -> Family:
     """An effect of one axis with one factor.
 
@@ -54,6 +55,7 @@ def family(
         contains: names of its limits.
         of_model: makes its torque of the model's instead.
         links: (1, 10) what it adds to the parameters of the link, per unit.
+        damping: (1, 1) of friction.
     """
 
     def make(
@@ -65,7 +67,7 @@ def family(
             return along(np.ones(1), course(state.position[:, 0], shape))
 
         def parts(values: FloatArray) -> SimulatedParts:
-            return SimulatedParts(links=None if links is None else links * values[0])
+            return SimulatedParts(links=None if links is None else links * values[0], damping=damping)
 
         bounds = ((-np.inf, np.inf),)
         return Parameters((name,), ("N",), bounds, (SIZE,)), law, parts
