@@ -68,7 +68,7 @@ _TAKEN_UP = (
 )
 """What a refit takes up almost whole."""
 _OFFSETS = ("asymmetric_friction",)
-"""That the plant's, which is all dry, is an offset while a joint moves is known since the first of these seeds."""
+"""The plant's is all dry: an offset while a joint moves, which a refit takes up, too."""
 _KINDS = (0.2, 0.5, 0.2, 0.1)
 """Chances: nothing, one effect, two, one that the vocabulary does not have."""
 

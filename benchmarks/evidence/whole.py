@@ -35,8 +35,8 @@ _SHARES = {
     "joint_elasticity": ("torque", 200.0),
     "base_compliance": ("torque", 300.0),
 }
-"""Sizes as shares of a figure of the joint, of joint 2 where the base is meant; a cable's torque at the end of
-half the travel."""
+"""Sizes as shares of a figure of the joint, of joint 2 where the base is meant; of a cable its pull at the
+end of the travel."""
 
 _SIZES = {
     "load_dependent_friction": 0.15,

@@ -84,8 +84,8 @@ def log_odds(seen: Shown, possible: float, left: float) -> float:
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     """Nats for something without a name, against the name, of what stays unexplained beside the name.
 
-    Where the name is there ln κ is about the accepted one as its prior says (Cauchy). Where it is not, so with
-    one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
+    Where the name is there ln κ is about the accepted one as its prior says (Cauchy). Where it is not, so
+    with one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
 
     Args:
         misfit: of the joint beside the set, N·m (or N).

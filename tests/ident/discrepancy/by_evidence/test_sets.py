@@ -21,6 +21,7 @@ from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, 
 from ident.discrepancy.confirmation import Shown
 from ident.effects.family import Shape
 from ident.effects.placed import Family
+from robots.arrays import FloatArray
 from tests.ident.discrepancy.by_evidence.toy_effects import (
     family,
     names_of,
