@@ -77,7 +77,7 @@ def test_a_mutant_is_shown_to_the_tests_that_enter_it() -> None:
     path = "ident/discrepancy/by_evidence/confirm/held_out.py"
     text = (Path(__file__).parents[1] / path).read_text("utf-8")
     (changed,) = broken_functions(path, text, text.replace("2.0 * float(change", "float(change"))
-    assert changed == f"{path}:HeldOut.confirmation"
+    assert changed == f"{path}:HeldOut._confirmation"
     names = "ident/discrepancy/by_evidence/decide/no_name.py"
     text = (Path(__file__).parents[1] / names).read_text("utf-8")
     (reader,) = broken_functions(names, text, text.replace("OUTSIDE = 0.1", "OUTSIDE = 1.0"))

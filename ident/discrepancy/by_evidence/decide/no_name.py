@@ -18,6 +18,7 @@ from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.known import Beta
+from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
 from ident.effects.usual import FRICTION
 from ident.parameters.base import BaseParameters
@@ -30,14 +31,32 @@ OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
 
-def odds_of_no_name(seen: Shown, possible: float) -> float:
+def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float) -> float:
     """Log odds, coarsened, of something without a name against the name that comes nearest.
 
+    On the rows that were fitted it makes the torque of the name, beside the parameters that the name has. Or
+    it makes what is left of that beside the parameters of the set without it, at the price of their prior:
+    after a refit there is none, so what parameters make up for is no evidence of a name. The likelier counts.
+
     Args:
-        seen: of what the name predicts of other motion, how much is there.
+        alone: of the name's torque on other motion, how much is there.
+        refitted: of what the set predicts otherwise than the set without the name.
+        price: nats (:func:`price_of_parameters`).
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
     """
-    return float(np.log(OUTSIDE)) + TEMPERATURE * (seen.nats_of_no_name - possible)
+    nats = max(alone.nats_of_no_name, refitted.nats_of_no_name - price)
+    return float(np.log(OUTSIDE)) + TEMPERATURE * (nats - possible)
+
+
+def price_of_parameters(precision: FloatArray, without: Posterior, found: Posterior) -> float:
+    """Nats of the prior by which parameters of a set without a member are less likely; 0 where they are not.
+
+    Args:
+        precision: (k,) of the known factors, 0 of those that have no prior.
+        without: the set without it.
+        found: the set.
+    """
+    return max(0.0, 0.5 * float(precision @ (without.known**2 - found.known**2)))
 
 
 class OfModel(Protocol):
