@@ -146,8 +146,8 @@ def _write_apart(console: Console, item: TellingApart) -> None:
         fit, validate = trajectory_names(item.number)
         write(
             console,
-            f"Planned a motion that tells them apart, in two parts: {fit} to fit, {validate} to judge by"
-            f" --validate; correlation of each pair {pairs}",
+            f"Planned a motion that tells them apart, in two parts: {fit} to fit with all recordings so far,"
+            f" {validate} alone to --validate; correlation of each pair {pairs}",
         )
     if item.not_planned:
         write(console, f"No motion was planned that tells them apart: {item.not_planned}")
