@@ -5,15 +5,17 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import robots
-from daq.diagnosis import telling_apart
+from daq.diagnosis import diagnosis_json, diagnosis_terminal, telling_apart
 from daq.diagnosis.apart import PlanSettings, TellingApart
 from daq.diagnosis.diagnosis_words import recommendation
 from daq.diagnosis.ranking_table import ranking_rows
@@ -87,6 +89,21 @@ def test_the_part_that_judges_is_another_way_and_a_pair_is_told_apart_by_both(
     each = [one.separation_after[0].correlation for one in found.parts]
     assert each[0] != each[1] and found.pairs[0][1].correlation == max(each)
     assert found.pairs[0][0] == found.parts[0].separation_before[0]
+
+
+def test_both_parts_are_told_with_what_each_is_for(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
+    content, console = diagnosis_json._apart(found), Console(width=300, file=StringIO(), record=True)
+    fit, judge = "tell-apart-1.trajectory.json", "tell-apart-1-validate.trajectory.json"
+    assert (content["trajectory"], content["validation_trajectory"]) == (fit, judge)
+    assert content["duration"] == pytest.approx(16.0, abs=0.02)
+    (pair,) = content["pairs"]
+    assert pair["correlation"]["after"] == pytest.approx(found.pairs[0][1].correlation)
+    diagnosis_terminal._write_apart(console, found)
+    assert f"{fit} to fit with all recordings so far, {judge} alone to --validate" in console.export_text()
+    none = diagnosis_json._apart(replace(found, parts=()))
+    assert none["trajectory"] is none["validation_trajectory"] is none["duration"] is None
+    assert none["pairs"] == []
 
 
 def test_a_form_and_its_limit_are_told_apart_by_what_the_form_has_more(
