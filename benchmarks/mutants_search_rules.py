@@ -337,8 +337,32 @@ RULES = (
     Broken(
         "other motion speaks for a name or for what has none",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible)",
+        "(nats - possible)",
         "-possible",
+    ),
+    Broken(
+        "of a name's own torque other motion shows a share",
+        f"{_BY}decide/no_name.py",
+        "max(alone.nats_of_no_name, refitted.nats_of_no_name - price)",
+        "refitted.nats_of_no_name - price",
+    ),
+    Broken(
+        "what parameters make up for is no evidence of a name",
+        f"{_BY}decide/no_name.py",
+        "max(alone.nats_of_no_name, refitted.nats_of_no_name - price)",
+        "alone.nats_of_no_name",
+    ),
+    Broken(
+        "parameters make up for a name at the price of their prior",
+        f"{_BY}decide/no_name.py",
+        "refitted.nats_of_no_name - price",
+        "refitted.nats_of_no_name",
+    ),
+    Broken(
+        "of a name's own torque the parameters stay those of the set",
+        f"{_BY}confirm/held_out.py",
+        "without = found.posterior.known, ",
+        "without = 0.0 * found.posterior.known, ",
     ),
     Broken(
         "of eleven effects one has no name",
@@ -349,8 +373,8 @@ RULES = (
     Broken(
         "names have sizes that are possible, forms of something without a name any",
         f"{_BY}decide/no_name.py",
-        "(seen.nats_of_no_name - possible)",
-        "seen.nats_of_no_name",
+        "(nats - possible)",
+        "nats",
     ),
     Broken(
         "what stays unexplained beside a name speaks for something without a name",
@@ -505,8 +529,20 @@ RULES = (
     Broken(
         "the set is compared with the model without any effect",
         f"{_BY}workflow.py",
-        "for found in (searched.empty, searched.found)",
-        "for found in (searched.found, searched.found)",
+        "held.in_blocks(searched.found, searched.empty, joint)",
+        "held.in_blocks(searched.found, searched.found, joint)",
+    ),
+    Broken(
+        "a set that leaves more by chance is not held against it",
+        f"{_BY}workflow.py",
+        "return not held.in_blocks(searched.found, searched.empty, joint).contradicted",
+        "return held.in_blocks(searched.found, searched.empty, joint).share > 0.5",
+    ),
+    Broken(
+        "a place that repeats is in one block",
+        f"{_BY}confirm/held_out.py",
+        "% (part.period or part.rows)",
+        "% part.rows",
     ),
     Broken(
         "a name explains more than stays unexplained",

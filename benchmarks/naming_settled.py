@@ -27,7 +27,8 @@ import numpy as np
 import robots
 from benchmarks import naming, naming_report, naming_scores
 from benchmarks.naming_report import share
-from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.diagnosis.apart import PlanSettings, TellingApart
+from daq.diagnosis.telling_apart import tell_apart
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import draw_scenario
@@ -128,7 +129,7 @@ def one_run(name: str, effect: str, seed: int) -> dict[str, Any]:
     fit = naming.record(robot, truth, drawn.scenario, motion(name, 0, True), seed + 2)
     validation = naming.record(robot, truth, drawn.scenario, motion(name, 1, True), seed + 3)
     line |= {"axes": list(drawn.axes), "ratio": drawn.ratio, "scenario": drawn.scenario.as_dict()}
-    rounds = settle(arm, accepted, (fit,), validation, seed + 4)
+    rounds = settle(arm, accepted, (fit,), (validation,), seed + 4)
     return line | {"rounds": rounds, "processor_seconds": time.process_time() - started}
 
 
@@ -147,7 +148,11 @@ class Arm:
 
 
 def settle(
-    arm: Arm, accepted: Recording, fit: tuple[Recording, ...], validation: Recording, seed: int
+    arm: Arm,
+    accepted: Recording,
+    fit: tuple[Recording, ...],
+    validation: tuple[Recording, ...],
+    seed: int,
 ) -> list[dict[str, Any]]:
     """Search, and while that is ambiguous move as the program says and search again; one entry a search."""
     estimate = identify(arm.robot, (accepted,)).result.recommended
@@ -158,22 +163,24 @@ def settle(
 
     rounds: list[dict[str, Any]] = []
     while True:
-        found = diagnose(Question(arm.robot, fit, (validation,), VOCABULARY, prior))
+        found = diagnose(Question(arm.robot, fit, validation, VOCABULARY, prior))
         rounds.append(naming.summary(found))
         if found.verdict != "ambiguous" or len(rounds) > ROUNDS:
             return rounds
-        trajectory, words = planned_for(arm.robot, found)
+        parts, words = planned_for(arm.robot, found)
         rounds[-1]["planned"] = words
-        if trajectory is None:
+        if not parts:
             return rounds
-        fit = (*fit, arm.record(trajectory, seed + len(rounds)))
+        seeds = (seed + len(rounds), seed + ROUNDS + 1 + len(rounds))
+        fitted, judging = (arm.record(one, own) for one, own in zip(parts, seeds, strict=True))
+        fit, validation = (*fit, *validation, fitted), (judging,)
 
 
-def planned_for(robot: Robot, found: Diagnosis) -> tuple[Trajectory | None, dict[str, Any]]:
-    """The motion for the first ambiguous finding that has one, and what is said of its pairs."""
+def planned_for(robot: Robot, found: Diagnosis) -> tuple[tuple[Trajectory, ...], dict[str, Any]]:
+    """Parts of the motion for the first ambiguous finding that has one, and what is said of its pairs."""
     apart = tell_apart(robot, found, SETTINGS)
-    item = next((item for item in apart if item.trajectory is not None), None)
-    return (None if item is None else item.trajectory), {
+    item = next((item for item in apart if item.parts), None)
+    return (() if item is None else item.trajectories), {
         "correlations": [] if item is None else _correlations(item),
         "not_by_motion": [
             [pair.first, pair.second, pair.settled_by] for one in apart for pair in one.unsettled
@@ -182,9 +189,7 @@ def planned_for(robot: Robot, found: Diagnosis) -> tuple[Trajectory | None, dict
 
 
 def _correlations(item: TellingApart) -> list[list[Any]]:
-    assert item.discrimination is not None
-    pairs = zip(item.discrimination.separation_before, item.discrimination.separation_after, strict=True)
-    return [[new.first, new.second, old.correlation, new.correlation] for old, new in pairs]
+    return [[new.first, new.second, old.correlation, new.correlation] for old, new in item.pairs]
 
 
 def was_ambiguous(line: dict[str, Any]) -> bool:

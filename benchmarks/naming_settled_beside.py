@@ -1,10 +1,11 @@
 """Ambiguous sets before a planned motion, a random one and a D-optimal one of equal time: which settles them?
 
 The arm is accepted on a good motion, something is hidden in it, and a poor motion follows
-(``naming_settled.py``). Where the diagnosis ends with a set of names the program plans its motion; the arm is
-simulated over that one, over one random motion and over the one whose information has the largest
-determinant, each twelve seconds twice, and the rows' evidence is asked again, each time with the poor
-recording and the new one, which of the set's names it is, or nothing. Limits are checked by differences of
+(``naming_settled.py``). Where the diagnosis ends with a set of names the program plans its motion, in two
+parts of six seconds twice, one to fit and one to validate; the arm is simulated over these, over two random
+motions, and over two whose information has the largest determinant. Each time the whole vocabulary is asked
+again with the poor recordings and the new ones: after the planned motion as ``armhil diagnose`` does, after
+the others by the rows' evidence alone, by which all three are compared. Limits are checked by differences of
 the set-points.
 
     python -m benchmarks.naming_settled_beside --first 86500 --scenarios 250 --out settled.jsonl --seconds 540
@@ -17,11 +18,10 @@ import argparse
 import json
 import time
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
@@ -29,7 +29,8 @@ import robots
 from benchmarks import naming
 from benchmarks.naming_report import lines_of, share
 from benchmarks.naming_settled import SETTINGS, Arm, motion
-from daq.diagnosis.telling_apart import TOLD_APART, TellingApart, tell_apart
+from daq.diagnosis.apart import TellingApart
+from daq.diagnosis.telling_apart import tell_apart
 from drivers.errors import DriveError
 from drivers.simulated import draw_truth
 from drivers.simulated.drawing import draw_scenario
@@ -60,6 +61,8 @@ SIZE = 1.0
 SWING = 0.35
 """Of the poor motion's way from home: on a short one springs of all forms differ little, and frictions."""
 WAYS = ("planned", "random", "D-optimal")
+RANDOM = 10_000_000
+"""Between the seeds of the two parts of a random motion."""
 LIMITS = 1.001
 """Of a limit; set-points are rounded to increments of the drives."""
 
@@ -69,6 +72,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--first", type=int, default=500, help="seed of the first scenario")
     parser.add_argument("--scenarios", type=int, default=16)
+    parser.add_argument("--effects", nargs="+", default=list(EFFECTS), help="hidden in turn")
+    parser.add_argument("--every", type=int, default=1, help="turns from one with all motions to the next")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no scenario after so long")
     parser.add_argument("--out", type=Path, default=Path("settled.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
@@ -81,14 +86,21 @@ def main() -> None:
                 continue
             if time.monotonic() > until:
                 break
-            line = one_run(EFFECTS[number % len(EFFECTS)], seed)
+            turn, place = divmod(number, len(given.effects))
+            line = one_run(given.effects[place], seed, turn % given.every == 0)
             with given.out.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
     print(report(lines_of(given.report or given.out)))
 
 
-def one_run(effect: str, seed: int) -> dict[str, Any]:
-    """Draw, simulate, search; where that is ambiguous move in three ways and search again."""
+def one_run(effect: str, seed: int, beside: bool = True) -> dict[str, Any]:
+    """Draw, simulate, search; where that is ambiguous, and a motion is offered, move and search again.
+
+    Args:
+        effect: to hide.
+        seed: of the scenario.
+        beside: whether the other two motions are driven, too.
+    """
     robot, started = robots.load(ARM), time.process_time()
     truth = draw_truth(robot, seed)
     line: dict[str, Any] = {"effect": effect, "seed": seed}
@@ -102,42 +114,38 @@ def one_run(effect: str, seed: int) -> dict[str, Any]:
     validation = naming.record(robot, truth, drawn.scenario, other, seed + 3)
     line["axes"] = list(drawn.axes)
 
-    def question(recordings: tuple[Recording, ...], names: Collection[str] | None = None) -> Question:
+    def question(*more: Recording) -> Question:
         def prior(base: Any) -> Any:
             return prior_by_evidence(base, (accepted,))
 
-        families = tuple(one for one in VOCABULARY if names is None or one.name in names)
-        return Question(robot, recordings, (validation,), families, prior)
+        fitted, held = ((fit, validation, *more[:1]), more[1:]) if more else ((fit,), (validation,))
+        return Question(robot, fitted, held, VOCABULARY, prior)
 
-    first = diagnose_by_evidence(question((fit,)), simulated=False)
-    line["first"] = answered(first)
-    if first.findings and not any(one.sure for one in first.findings):
-        found, _ = diagnose_with_evidence(question((fit,)))
-        line["verdict"] = found.verdict
-        if found.verdict == "ambiguous":
-            # Every motion is driven, offered or not, to see what would come of those that are not.
-            with patch("daq.diagnosis.telling_apart.TOLD_APART", 1.0):
-                apart = tell_apart(robot, found, SETTINGS)
-            line |= said(apart, found)
-            named = {name[0] for names in line["first"]["names"] for name in names}
-            arm = Arm(robot, truth, drawn.scenario)
-            motions = {
-                "planned": next((one.trajectory for one in apart if one.trajectory), None),
-                **others(seed),
-            }
-            if motions["planned"] is not None:
-                for number, (way, trajectory) in enumerate(motions.items()):
-                    assert trajectory is not None
-                    more = arm.record(trajectory, seed + 4 + number)
-                    line[way] = ask(question((fit, more), named))
-                    line[way]["beyond"] = beyond_limits(robot, trajectory)
+    found, answer = diagnose_with_evidence(question())
+    line |= {"first": answered(answer), "verdict": found.verdict}
+    if found.verdict == "ambiguous":
+        apart = tell_apart(robot, found, SETTINGS)
+        line |= said(apart, found)
+        planned = next((one.trajectories for one in apart if one.parts), None)
+        motions = {} if planned is None else {"planned": planned, **(others(seed) if beside else {})}
+        arm = Arm(robot, truth, drawn.scenario)
+        for number, (way, parts) in enumerate(motions.items()):
+            seeds = (seed + 4 + 2 * number, seed + 5 + 2 * number)
+            more = [arm.record(one, own) for one, own in zip(parts, seeds, strict=True)]
+            line[way] = ask(question(*more), whole=way == "planned")
+            line[way]["beyond"] = [beyond for one in parts for beyond in beyond_limits(robot, one)]
     return line | {"processor_seconds": round(time.process_time() - started, 1)}
 
 
-def ask(question: Question) -> dict[str, Any]:
-    """The rows' evidence."""
+def ask(question: Question, whole: bool) -> dict[str, Any]:
+    """The rows' evidence; with the whole diagnosis its verdict and findings, too."""
     try:
-        return answered(diagnose_by_evidence(question, simulated=False))
+        if not whole:
+            return answered(diagnose_by_evidence(question, simulated=False))
+        found, answer = diagnose_with_evidence(question)
+        findings = [[one.effect, list(one.joints), one.probability] for one in found.findings]
+        reasons = [one.confirmation.reason for one in found.findings]
+        return answered(answer) | {"whole": found.verdict, "findings": findings, "reasons": reasons}
     except IdentificationError as error:
         return {"verdict": "refused", "names": [], "reason": str(error)}
 
@@ -162,8 +170,7 @@ def said(apart: Sequence[TellingApart], found: Diagnosis) -> dict[str, Any]:
             [round(v / s, 2) for v, s in zip(sizes[one.number - 1], pair.first_sigma, strict=False)],
         ]
         for one in apart
-        if one.discrimination is not None
-        for pair in one.discrimination.separation_after
+        for _, pair in one.pairs
     ]
     unsettled = [[pair.first, pair.second, pair.settled_by] for one in apart for pair in one.unsettled]
     return {"pairs": pairs, "not_by_motion": unsettled, "not_planned": [one.not_planned for one in apart]}
@@ -176,13 +183,13 @@ def _poor(robot: Robot, seed: int) -> FloatArray:
 
 
 @cache
-def _d_optimal() -> Trajectory:
-    return _plan(SETTINGS.seed, SETTINGS.evaluations)
+def _d_optimal() -> tuple[Trajectory, Trajectory]:
+    return _plan(SETTINGS.seed, SETTINGS.evaluations), _plan(SETTINGS.seed + 1, SETTINGS.evaluations)
 
 
-def others(seed: int) -> dict[str, Trajectory]:
-    """A random motion, another for each seed, and the D-optimal one of as many trials as the planned."""
-    return {"random": _plan(seed, 1), "D-optimal": _d_optimal()}
+def others(seed: int) -> dict[str, tuple[Trajectory, Trajectory]]:
+    """Random motions, others for each seed, and D-optimal ones of as many trials as the planned."""
+    return {"random": (_plan(seed, 1), _plan(seed + RANDOM, 1)), "D-optimal": _d_optimal()}
 
 
 def _plan(seed: int, evaluations: int) -> Trajectory:
@@ -218,11 +225,6 @@ def holds(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     return any(one[:2] == wanted for names in answer["names"] for one in names)
 
 
-def is_offered(line: dict[str, Any]) -> bool:
-    """The program tells the user to drive the planned motion: it tells some pair apart."""
-    return any(pair[2] <= TOLD_APART for pair in line["pairs"])
-
-
 def first(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     """The truth is the likeliest name of a finding, however sure."""
     wanted = [line["effect"], line["axes"]]
@@ -236,6 +238,12 @@ def settled(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     return alone and answer["verdict"] == "named"
 
 
+def settled_whole(line: dict[str, Any], answer: dict[str, Any]) -> bool:
+    """``armhil diagnose`` says ``named``, and the truth is its one finding."""
+    found = [one[:2] for one in answer.get("findings", [])]
+    return answer.get("whole") == "named" and found == [[line["effect"], line["axes"]]]
+
+
 def wrong(line: dict[str, Any], answer: dict[str, Any]) -> bool:
     """Another name is given for the hidden effect, and the truth is in no set."""
     return answer["verdict"] == "named" and not holds(line, answer)
@@ -245,39 +253,40 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     """Figures with intervals, then per effect."""
     sets = [line for line in lines if line.get("verdict") == "ambiguous"]
     held = [line for line in sets if holds(line, line["first"])]
-    driven = [line for line in sets if "planned" in line]
-    offered = [line for line in driven if is_offered(line)]
+    offered = [line for line in sets if "planned" in line]
     both = [line for line in offered if holds(line, line["first"])]
-    rest = [line for line in driven if not is_offered(line) and holds(line, line["first"])]
     text = [
         f"{len(lines)} scenarios, {len(sets)} sets, {len(held)} hold the truth; a motion offered for"
-        f" {len(offered)}, of those that hold it {len(both)}; driven all the same for"
-        f" {len(driven) - len(offered)}, of those that hold it {len(rest)}",
+        f" {len(offered)}, of those that hold it {len(both)}",
         "",
-        "| motion of 24 s | offered: settled to the truth alone, of sets that hold it | of all sets |"
-        " truth first, of those that hold it | truth in the set still | wrong name |"
-        " not offered: settled, of those that hold it | beyond a limit |",
-        "|---|---|---|---|---|---|---|---|",
+        "| motion of 24 s | settled to the truth alone, of sets that hold it | of all sets |"
+        " truth first, of those that hold it | truth in the set still | wrong name | beyond a limit |",
+        "|---|---|---|---|---|---|---|",
     ]
     for way in WAYS:
+        own, held_too = ([line for line in part if way in line] for part in (offered, both))
         cells = [
-            share(settled(line, line[way]) for line in both),
-            share(settled(line, line[way]) for line in offered),
-            share(first(line, line[way]) for line in both),
-            share(holds(line, line[way]) for line in both),
-            share(wrong(line, line[way]) for line in offered),
-            share(settled(line, line[way]) for line in rest),
-            str(sum(bool(line[way]["beyond"]) for line in driven)),
+            share(settled(line, line[way]) for line in held_too),
+            share(settled(line, line[way]) for line in own),
+            share(first(line, line[way]) for line in held_too),
+            share(holds(line, line[way]) for line in held_too),
+            share(wrong(line, line[way]) for line in own),
+            f"{sum(bool(line[way]['beyond']) for line in own)} of {len(own)}",
         ]
         text.append(f"| {way} | {' | '.join(cells)} |")
-    text += ["", f"Offered sets that hold the truth and no motion settles: {_by_none(both)}.", ""]
+    text += [
+        "",
+        f"Planned, by the whole diagnosis: {share(settled_whole(line, line['planned']) for line in both)};"
+        f" of all that are offered {share(settled_whole(line, line['planned']) for line in offered)}.",
+        "",
+    ]
     text += [
         "| hidden | sets | hold it | settled: planned | random | D-optimal | otherwise |",
         "|" + "---|" * 7,
     ]
     for effect in dict.fromkeys(line["effect"] for line in sets):
         own = [line for line in both if line["effect"] == effect]
-        counts = [str(sum(settled(line, line[way]) for line in own)) for way in WAYS]
+        counts = [_count(settled(line, line[way]) for line in own if way in line) for way in WAYS]
         ended = Counter(_ended(line["planned"]) for line in own if not settled(line, line["planned"]))
         words = "; ".join(f"{words} ({count})" for words, count in ended.items())
         all_sets = sum(line["effect"] == effect for line in sets)
@@ -285,9 +294,9 @@ def report(lines: Sequence[dict[str, Any]]) -> str:
     return "\n".join(text) + "\n"
 
 
-def _by_none(lines: Sequence[dict[str, Any]]) -> str:
-    """How many sets none of the motions settles."""
-    return f"{sum(not any(settled(line, line[way]) for way in WAYS) for line in lines)} of {len(lines)}"
+def _count(found: Iterable[bool]) -> str:
+    values = list(found)
+    return f"{sum(values)} of {len(values)}"
 
 
 def _ended(answer: dict[str, Any]) -> str:

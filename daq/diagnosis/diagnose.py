@@ -8,13 +8,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from daq.diagnosis.apart import PlanSettings, TellingApart
 from daq.diagnosis.blind_spots import blind_spots
 from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult, SearchName
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
-from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_name
+from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_names
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
 from daq.diagnosis.more import More, more_of
-from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.diagnosis.telling_apart import tell_apart
 from daq.diagnosis.term_words import term_words
 from daq.files.accepted_model import prior_from
 from daq.files.cell_file import CellFile, read_cell
@@ -231,8 +232,8 @@ def _write(folder: Path, request: DiagnoseRequest, result: DiagnoseResult) -> No
     text = json.dumps(result.content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     (folder / "diagnosis.json").write_text(text, encoding="utf-8")
     for item in result.apart:
-        if item.trajectory is not None:
-            write_trajectory(folder / trajectory_name(item.number), item.trajectory, robot)
+        for name, trajectory in zip(trajectory_names(item.number), item.trajectories, strict=False):
+            write_trajectory(folder / name, trajectory, robot)
     fit, validation = ([str(path) for path in paths] for paths in (request.fit, request.validation))
     facts = {"Fitted": ", ".join(fit), "Validated on": ", ".join(validation) or "the second half of each"}
     if request.without:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from daq.diagnosis.apart import TellingApart
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.more import More
-from daq.diagnosis.telling_apart import TellingApart
 from daq.identification.carried import Carried
 from daq.importing.guess_log import GuessRequest
 from ident.discrepancy import Diagnosis

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from daq.diagnosis.apart import TellingApart, Unsettled
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.scored_families import settled_by
-from daq.diagnosis.telling_apart import TellingApart, Unsettled
 from daq.text.numbers import json_number
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
@@ -186,25 +186,21 @@ def _gate(gate: Gate) -> dict[str, Any]:
 
 
 def _apart(item: TellingApart) -> dict[str, Any]:
-    found = item.discrimination
+    fit, validate = trajectory_names(item.number) if item.parts else (None, None)
     return {
         "candidates": list(item.candidates),
-        "trajectory": None if found is None else trajectory_name(item.number),
-        "duration": None if found is None else found.trajectory.duration,
-        "pairs": []
-        if found is None
-        else [
-            _pair(before, after)
-            for before, after in zip(found.separation_before, found.separation_after, strict=True)
-        ],
+        "trajectory": fit,
+        "validation_trajectory": validate,
+        "duration": item.duration if item.parts else None,
+        "pairs": [_pair(before, after) for before, after in item.pairs],
         "not_by_motion": [_unsettled(pair) for pair in item.unsettled],
         "not_planned": item.not_planned or None,
     }
 
 
-def trajectory_name(number: int) -> str:
-    """The file of the motion for an ambiguous finding, beside the page."""
-    return f"tell-apart-{number}.trajectory.json"
+def trajectory_names(number: int) -> tuple[str, str]:
+    """Files of the motion for an ambiguous finding, beside the page: the part to fit, the one to validate."""
+    return f"tell-apart-{number}.trajectory.json", f"tell-apart-{number}-validate.trajectory.json"
 
 
 def _pair(before: Separation, after: Separation) -> dict[str, Any]:

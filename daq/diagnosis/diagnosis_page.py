@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from daq.diagnosis.apart import TellingApart
 from daq.diagnosis.blind_spots import BlindSpot
 from daq.diagnosis.diagnosis_words import headline, recommendation, sentence_of, spaced
 from daq.diagnosis.finding_view import FindingView, finding_view
 from daq.diagnosis.gap_tables import gap_rows, gate_change
 from daq.diagnosis.plots import loop_plots
 from daq.diagnosis.ranking_table import candidate_rows
-from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.report.parameters import joint_heading
 from daq.report.pictures import icon

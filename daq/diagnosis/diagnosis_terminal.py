@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from daq.diagnosis.apart import TellingApart
 from daq.diagnosis.blind_spots import BlindSpot
+from daq.diagnosis.diagnosis_json import trajectory_names
 from daq.diagnosis.diagnosis_words import (
     confirmed_words,
     gate_words,
@@ -18,7 +20,6 @@ from daq.diagnosis.diagnosis_words import (
     sure_words,
 )
 from daq.diagnosis.ranking_table import candidate_rows, explained_words
-from daq.diagnosis.telling_apart import TellingApart
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.text.numbers import percent, significant, with_sigma
 from daq.text.wrapped import Column, write, write_table
@@ -140,14 +141,14 @@ def _write_details(console: Console, diagnosis: Diagnosis, checks: Sequence[Mode
 
 
 def _write_apart(console: Console, item: TellingApart) -> None:
-    if item.discrimination is not None:
-        pairs = ", ".join(
-            f"{first.correlation:.2f} → {last.correlation:.2f}"
-            for first, last in zip(
-                item.discrimination.separation_before, item.discrimination.separation_after, strict=True
-            )
+    if item.parts:
+        pairs = ", ".join(f"{first.correlation:.2f} → {last.correlation:.2f}" for first, last in item.pairs)
+        fit, validate = trajectory_names(item.number)
+        write(
+            console,
+            f"Planned a motion that tells them apart, in two parts: {fit} to fit with all recordings so far,"
+            f" {validate} alone to --validate; correlation of each pair {pairs}",
         )
-        write(console, f"Planned a motion that tells them apart: correlation of each pair {pairs}")
     if item.not_planned:
         write(console, f"No motion was planned that tells them apart: {item.not_planned}")
     for pair in item.unsettled:

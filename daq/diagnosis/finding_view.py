@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.diagnosis.diagnosis_json import trajectory_name
+from daq.diagnosis.apart import TellingApart
+from daq.diagnosis.diagnosis_json import trajectory_names
 from daq.diagnosis.diagnosis_words import confirmed_words, sentence_of, spaced, sure_words
 from daq.diagnosis.gap_tables import ErrorRow, GapRow, GateChange, error_rows, gap_rows, gate_change
 from daq.diagnosis.plots import Plot, binned_residual_plot
 from daq.diagnosis.ranking_table import RankRow, ranking_rows
-from daq.diagnosis.telling_apart import TellingApart
 from daq.text.numbers import correlation, percent, with_sigma
 from ident.discrepancy import Finding, FoundParameter
 from ident.discrepancy.before_after import Series
@@ -41,7 +41,7 @@ class FindingView:
     gap: tuple[GapRow, ...]
     apart: TellingApart | None
     pairs: tuple[tuple[str, str, str], ...]
-    file: str
+    files: tuple[str, str]
 
 
 def finding_view(
@@ -84,7 +84,7 @@ def finding_view(
         gap=gap_rows(finding.gap, joints, [joint.torque_unit for joint in robot.joint]),
         apart=apart,
         pairs=_pairs(apart),
-        file=trajectory_name(number),
+        files=trajectory_names(number),
     )
 
 
@@ -102,14 +102,13 @@ def _parameter_row(parameter: FoundParameter) -> tuple[str, ...]:
 
 def _pairs(apart: TellingApart | None) -> tuple[tuple[str, str, str], ...]:
     """What a planned motion does for each pair: the pair, correlation before and after."""
-    if apart is None or apart.discrimination is None:
+    if apart is None:
         return ()
-    found = apart.discrimination
     return tuple(
         (
             spaced(f"{last.first} – {last.second}"),
             correlation(first.correlation),
             correlation(last.correlation),
         )
-        for first, last in zip(found.separation_before, found.separation_after, strict=True)
+        for first, last in apart.pairs
     )

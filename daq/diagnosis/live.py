@@ -22,6 +22,10 @@ StreamAndRecord = Callable[[Trajectory, Path, str], Path]
 """Asks for a motion, with what it is for, drives it and records it to a path; NotMoved where it may not."""
 
 
+_PARTS = ("", "-validate")
+"""What is added to the names of the captures of a motion's parts."""
+
+
 class MotionRefused(UserError):
     """There is nothing to diagnose and nobody allowed a motion; one line."""
 
@@ -91,18 +95,31 @@ def run_live(request: LiveRequest, stream: StreamAndRecord, steps: Steps) -> Liv
         diagnose = replace(diagnose, fit=(recorded[0],), validation=(recorded[1],))
     results = [run_diagnose(replace(diagnose, out=request.folder / "diagnosis"), steps)]
     for number in range(1, request.rounds + 1):
-        motion = next((item for item in results[-1].apart if item.trajectory is not None), None)
-        if motion is None or motion.trajectory is None:
+        motion = next((item for item in results[-1].apart if item.parts), None)
+        if motion is None:
             break
         question = f"to tell {' from '.join(motion.candidates[:3])}"
+        asked = (question, f"on another way, which judges what the first one says: {question}")
         try:
-            path = request.folder / f"tell-apart-{number}.mcap"
-            recorded.append(stream(motion.trajectory, path, question))
+            for name, trajectory, purpose in zip(_PARTS, motion.trajectories, asked, strict=True):
+                path = request.folder / f"tell-apart-{number}{name}.mcap"
+                recorded.append(stream(trajectory, path, purpose))
         except NotMoved:
             return LiveResult(tuple(results), diagnose, tuple(recorded), question)
-        diagnose = replace(diagnose, fit=(*diagnose.fit, recorded[-1]))
+        diagnose = _with_parts(diagnose, *recorded[-len(_PARTS) :])
         results.append(run_diagnose(replace(diagnose, out=request.folder / f"diagnosis-{number + 1}"), steps))
     return LiveResult(tuple(results), diagnose, tuple(recorded), "")
+
+
+def _with_parts(diagnose: DiagnoseRequest, fit: Path, validation: Path) -> DiagnoseRequest:
+    """With the parts of a motion that tells candidates apart: the second judges, all else is fitted.
+
+    What was recorded to validate has left the names open as well. It is too poor to judge what the motion
+    shows, and with it there is more to fit. Where recordings are halved, the parts are, too.
+    """
+    if diagnose.split_half:
+        return replace(diagnose, fit=(*diagnose.fit, fit, validation))
+    return replace(diagnose, fit=(*diagnose.fit, *diagnose.validation, fit), validation=(validation,))
 
 
 def _first_captures(request: LiveRequest, stream: StreamAndRecord, steps: Steps) -> Sequence[Path]:

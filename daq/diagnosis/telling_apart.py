@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from daq.diagnosis.apart import PlanSettings, TellingApart, Unsettled, pairs_of
 from daq.diagnosis.scored_families import scored_family, settled_by
 from ident.discrepancy import Candidate, Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
@@ -16,7 +17,7 @@ from ident.effects.vocabulary import hidden_from_motion
 from ident.parameters.present import Present
 from robots import Robot
 from robots.arrays import FloatArray
-from trajectories import Conditions, Motion, PlanError, Trajectory, TrajectoryError
+from trajectories import Motion, PlanError, TrajectoryError
 from trajectories.discriminate import Discrimination, discriminate
 from trajectories.information.separation import Separation
 from trajectories.motions.sampled import sampled_motion
@@ -24,60 +25,11 @@ from trajectories.motions.sampled import sampled_motion
 _MOST = 4
 """Candidates that one motion is planned for; more make a worse motion for each pair."""
 
+_PARTS = 2
+"""Of a motion: one is fitted, one judges."""
+
 TOLD_APART = 0.95
 """Canonical correlation above which a pair stays as good as one effect on a motion."""
-
-
-@dataclass(frozen=True)
-class PlanSettings:
-    """How the discriminating motion is planned.
-
-    Attributes:
-        conditions: what it has to keep.
-        duration: of one period, s.
-        periods: how often it is repeated; noise is told from misfit by repeats.
-        seed, evaluations: of the search.
-    """
-
-    conditions: Conditions = field(default_factory=Conditions)
-    duration: float = 12.0
-    periods: int = 2
-    seed: int = 0
-    evaluations: int = 1500
-
-
-@dataclass(frozen=True)
-class Unsettled:
-    """A pair that motion alone does not tell apart: why, and what on the arm would."""
-
-    first: str
-    second: str
-    why: str
-    settled_by: str
-
-
-@dataclass(frozen=True)
-class TellingApart:
-    """What to do about one ambiguous finding.
-
-    Attributes:
-        number: of the finding, from 1.
-        candidates: in words, the named one first.
-        discrimination: the motion; None where there is none to plan for.
-        unsettled: pairs that it does not tell apart.
-        not_planned: why no motion could be planned, one line; empty where that was not tried or went well.
-    """
-
-    number: int
-    candidates: tuple[str, ...]
-    discrimination: Discrimination | None
-    unsettled: tuple[Unsettled, ...]
-    not_planned: str = ""
-
-    @property
-    def trajectory(self) -> Trajectory | None:
-        """Ready to stream."""
-        return None if self.discrimination is None else self.discrimination.trajectory
 
 
 @dataclass(frozen=True)
@@ -136,7 +88,7 @@ def _for_finding(
     try:
         return _planned(robot, stage, number, everything, settings, before, progress)
     except TrajectoryError as error:
-        return TellingApart(number, tuple(one.words for one in everything), None, (), str(error))
+        return TellingApart(number, tuple(one.words for one in everything), (), (), str(error))
 
 
 def _planned(
@@ -160,16 +112,37 @@ def _planned(
         else:
             unsettled.append(_unsettled(like, other, why))
     if len(kept) < 2:
-        return TellingApart(number, words, None, tuple(unsettled))
-    found = _discriminate(robot, stage, kept, settings, settings.evaluations, before, progress)
-    by_words = {one.words: one for one in kept}
-    for pair in found.separation_after:
+        return TellingApart(number, words, (), tuple(unsettled))
+    parts = _parts(robot, stage, kept, settings, before, progress)
+    by_words, pairs = {one.words: one for one in kept}, [after for _, after in pairs_of(parts)]
+    for pair in pairs:
         if pair.correlation > TOLD_APART:
             first, second = by_words[pair.first], by_words[pair.second]
             unsettled.append(_unsettled(first, second, _too_similar(pair)))
-    settles = any(pair.correlation <= TOLD_APART for pair in found.separation_after)
+    settles = any(pair.correlation <= TOLD_APART for pair in pairs)
     # A motion that settles none of the pairs is not offered: what is to be changed on the arm is asked for.
-    return TellingApart(number, words, found if settles else None, tuple(unsettled))
+    return TellingApart(number, words, parts if settles else (), tuple(unsettled))
+
+
+def _parts(
+    robot: Robot,
+    stage: Stage,
+    kept: Sequence[_Explanation],
+    settings: PlanSettings,
+    before: Motion | None,
+    progress: Callable[[float, float], None] | None,
+) -> tuple[Discrimination, ...]:
+    """The part to fit and the one to validate."""
+    parts = []
+    for number in range(_PARTS):
+        own = replace(settings, seed=settings.seed + number)
+
+        def told(share: float, score: float, number: int = number) -> None:
+            if progress is not None:
+                progress((number + share) / _PARTS, score)
+
+        parts.append(_discriminate(robot, stage, kept, own, settings.evaluations, before, told))
+    return tuple(parts)
 
 
 def _named(finding: Finding) -> _Explanation:

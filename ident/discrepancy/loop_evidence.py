@@ -216,7 +216,9 @@ class LoopEvidence:
         rows, decimation = self.loop.count(piece), self.loop.decimation
         middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
         first = sample_of(piece, middle)
-        most = self.motion[self.loop.prepared.index(piece)].position.shape[0] - 1
+        # By identity: two recordings may have one name, and samples are not compared.
+        (number,) = (k for k, one in enumerate(self.loop.prepared) if one is piece)
+        most = self.motion[number].position.shape[0] - 1
         return np.asarray(np.minimum((first - decimation // 2) // decimation, most))
 
     def _through_loop(self, columns: FloatArray) -> FloatArray:

@@ -45,7 +45,9 @@ class Searches:
     def __call__(self, request: DiagnoseRequest, steps: Any) -> Any:
         self.asked.append(request)
         apart = SimpleNamespace(
-            trajectory=self.motion, candidates=("payload (the arm)", "base tilt (the arm)")
+            parts=("to fit", "to validate"),
+            trajectories=(self.motion, self.motion),
+            candidates=("payload (the arm)", "base tilt (the arm)"),
         )
         still = len(self.asked) <= self.ambiguous
         verdict = SimpleNamespace(verdict="ambiguous" if still else "named")
@@ -82,13 +84,13 @@ def test_a_yes_records_the_motion_and_asks_the_search_again_with_it(
     hidden = Scenario.from_dict({"format": 1, "payload": {"mass": 0.5, "centre": [0.0, 0.0, 0.05]}})
     bench = OfflineBench(arm, draw_truth(arm, 1), hidden)
     found = run_live(request(arm, tmp_path), bench.stream, Silent())
-    assert (found.last.diagnosis.verdict, found.refused, bench.runs) == ("named", "", 1)
-    assert found.recorded == (tmp_path / "tell-apart-1.mcap",)
-    assert [asked.fit for asked in searches.asked] == [
-        (tmp_path / "a.mcap",),
-        (tmp_path / "a.mcap", tmp_path / "tell-apart-1.mcap"),
+    assert (found.last.diagnosis.verdict, found.refused, bench.runs) == ("named", "", 2)
+    fitted, judging = tmp_path / "tell-apart-1.mcap", tmp_path / "tell-apart-1-validate.mcap"
+    assert found.recorded == (fitted, judging)
+    assert [(asked.fit, asked.validation) for asked in searches.asked] == [
+        ((tmp_path / "a.mcap",), (tmp_path / "b.mcap",)),
+        ((tmp_path / "a.mcap", tmp_path / "b.mcap", fitted), (judging,)),
     ]
-    assert {asked.validation for asked in searches.asked} == {(tmp_path / "b.mcap",)}
     assert len({asked.out for asked in searches.asked}) == 2
     assert found.request.fit == searches.asked[-1].fit
     recorded = read_capture(found.recorded[0]).samples
@@ -102,8 +104,38 @@ def test_the_rounds_end_it(
     monkeypatch.setattr(live, "run_diagnose", Searches(motion, ambiguous=9))
     bench = OfflineBench(arm, draw_truth(arm, 1))
     found = run_live(request(arm, tmp_path, rounds=1), bench.stream, Silent())
-    assert bench.runs == 1
+    assert bench.runs == 2
     assert (len(found.results), found.last.diagnosis.verdict, found.refused) == (2, "ambiguous", "")
+
+
+def test_nothing_is_asked_again_where_the_part_that_judges_is_refused(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = Searches(motion, ambiguous=1)
+    monkeypatch.setattr(live, "run_diagnose", searches)
+    bench, questions = OfflineBench(arm, draw_truth(arm, 1)), []
+
+    def once(trajectory: Trajectory, path: Path, purpose: str) -> Path:
+        questions.append(purpose)
+        if len(questions) == 2:
+            raise NotMoved("not confirmed")
+        return bench.stream(trajectory, path, purpose)
+
+    found = run_live(request(arm, tmp_path), once, Silent())
+    assert (bench.runs, len(searches.asked)) == (1, 1)
+    assert found.refused == questions[0] and questions[1].endswith(questions[0])
+    assert found.recorded == (tmp_path / "tell-apart-1.mcap",) and found.request.fit == (tmp_path / "a.mcap",)
+
+
+def test_recordings_that_are_halved_judge_by_their_halves(
+    arm: Robot, motion: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = Searches(motion, ambiguous=1)
+    monkeypatch.setattr(live, "run_diagnose", searches)
+    halved = DiagnoseRequest((tmp_path / "a.mcap",), robot="tx40", split_half=True)
+    bench = OfflineBench(arm, draw_truth(arm, 1))
+    run_live(replace(request(arm, tmp_path), diagnose=halved), bench.stream, Silent())
+    assert len(searches.asked[-1].fit) == 3 and not searches.asked[-1].validation
 
 
 def refused(trajectory: Trajectory, path: Path, purpose: str) -> Path:

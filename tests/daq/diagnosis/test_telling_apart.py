@@ -5,19 +5,22 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import robots
-from daq.diagnosis import telling_apart
+from daq.diagnosis import diagnosis_json, diagnosis_terminal, telling_apart
+from daq.diagnosis.apart import PlanSettings, TellingApart
 from daq.diagnosis.diagnosis_words import recommendation
 from daq.diagnosis.ranking_table import ranking_rows
 from daq.diagnosis.scored_families import scored_family, settled_by
-from daq.diagnosis.telling_apart import PlanSettings, TellingApart, tell_apart
+from daq.diagnosis.telling_apart import tell_apart
 from ident import RegressorModel, base_parameters
 from ident.discrepancy import Candidate, described_prior
 from ident.discrepancy.before_after import Stage
@@ -70,11 +73,37 @@ def test_a_motion_is_planned_that_keeps_the_limits(stage: Stage, monkeypatch: py
     robot, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
     assert found.candidates == ("asymmetric_friction (joint 1)", "cable_spring (joint 1)")
     assert found.unsettled == ()
-    assert found.trajectory is not None and found.discrimination is not None
-    assert found.trajectory.duration == pytest.approx(8.0, abs=0.01)
-    assert (np.abs(found.trajectory.velocity) <= robot.velocity_limits + 1e-9).all()
-    np.testing.assert_allclose(found.trajectory.velocity[[0, -1]], 0.0, atol=1e-9)
-    assert found.discrimination.separation_after[0].correlation < 0.9
+    assert found.duration == pytest.approx(16.0, abs=0.02)
+    for trajectory in found.trajectories:
+        assert (np.abs(trajectory.velocity) <= robot.velocity_limits + 1e-9).all()
+        np.testing.assert_allclose(trajectory.velocity[[0, -1]], 0.0, atol=1e-9)
+    assert found.pairs[0][1].correlation < 0.9
+
+
+def test_the_part_that_judges_is_another_way_and_a_pair_is_told_apart_by_both(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
+    fit, judge = (np.asarray(one.position)[:500] for one in found.trajectories)
+    assert np.abs(fit - judge).max() > 0.05
+    each = [one.separation_after[0].correlation for one in found.parts]
+    assert each[0] != each[1] and found.pairs[0][1].correlation == max(each)
+    assert found.pairs[0][0] == found.parts[0].separation_before[0]
+
+
+def test_both_parts_are_told_with_what_each_is_for(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
+    content, console = diagnosis_json._apart(found), Console(width=300, file=StringIO(), record=True)
+    fit, judge = "tell-apart-1.trajectory.json", "tell-apart-1-validate.trajectory.json"
+    assert (content["trajectory"], content["validation_trajectory"]) == (fit, judge)
+    assert content["duration"] == pytest.approx(16.0, abs=0.02)
+    (pair,) = content["pairs"]
+    assert pair["correlation"]["after"] == pytest.approx(found.pairs[0][1].correlation)
+    diagnosis_terminal._write_apart(console, found)
+    assert f"{fit} to fit with all recordings so far, {judge} alone to --validate" in console.export_text()
+    none = diagnosis_json._apart(replace(found, parts=()))
+    assert none["trajectory"] is none["validation_trajectory"] is none["duration"] is None
+    assert none["pairs"] == []
 
 
 def test_a_form_and_its_limit_are_told_apart_by_what_the_form_has_more(
@@ -82,7 +111,7 @@ def test_a_form_and_its_limit_are_told_apart_by_what_the_form_has_more(
 ) -> None:
     """The straight part of a cable is that of a spring by definition."""
     _, found = apart(stage, monkeypatch, "gravity_spring", "cable_spring")
-    assert found.trajectory is not None and found.unsettled == ()
+    assert found.parts and found.unsettled == ()
 
 
 def test_a_form_that_was_fitted_as_its_limit_is_planned_for_with_a_shape_of_its_grid(
@@ -112,7 +141,7 @@ def test_two_rivals_that_no_motion_tells_apart_do_not_cost_the_motion(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, found = apart(stage, monkeypatch, "cable_spring", "time_delay", "current_loop_lag")
-    assert found.trajectory is not None
+    assert found.parts
     assert [(pair.first, pair.second) for pair in found.unsettled] == [
         ("time_delay (joint 1)", "current_loop_lag (joint 1)")
     ]
@@ -123,7 +152,7 @@ def test_a_form_without_a_name_is_a_candidate_like_any_other(
 ) -> None:
     _, found = apart(stage, monkeypatch, "stribeck_friction", "gain_drift")
     assert found.candidates == ("stribeck_friction (joint 1)", "gain_drift (joint 1)")
-    assert found.trajectory is not None
+    assert found.parts
     general = candidate(stage, "gain_drift")
     finding: Any = SimpleNamespace(
         effect="drive_gain_error",
@@ -139,7 +168,7 @@ def test_what_a_refit_swallows_is_settled_without_motion(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, found = apart(stage, monkeypatch, "drifting_friction", "viscous_friction")
-    assert found.trajectory is None
+    assert not found.parts
     assert [(pair.first, pair.second) for pair in found.unsettled] == [
         ("drifting_friction (joint 1)", "viscous_friction (joint 1)")
     ]
@@ -171,7 +200,7 @@ def test_nothing_is_driven_for_a_pair_that_motion_does_not_tell_apart(
     _, found = apart(replace(stage, prior=described_prior(stage.base)), monkeypatch, one, other)
     # Friction is free beside the description: a refit takes it up.
     assert not (planned and (hidden_from_motion(one, other) or {one, other} & FREE))
-    assert found.trajectory is None
+    assert not found.parts
     if not planned:
         (pair,) = found.unsettled
         assert pair.why and pair.settled_by == settled_by((one, other))
@@ -193,7 +222,7 @@ def test_a_motion_that_settles_nothing_is_not_offered(stage: Stage, monkeypatch:
     """The same pair and motion as above, where it is not told apart well enough: nothing is to be driven."""
     monkeypatch.setattr(telling_apart, "TOLD_APART", 1e-3)
     _, found = apart(stage, monkeypatch, "asymmetric_friction", "cable_spring")
-    assert found.trajectory is None
+    assert not found.parts
     (pair,) = found.unsettled
     assert "even on the motion that tells them apart best" in pair.why
     assert pair.settled_by
@@ -220,7 +249,7 @@ def test_a_missing_mesh_costs_the_motion_and_nothing_else(
     stl.unlink()
     without = Stage(base, base.regroup(base.model.prior()), None)
     _, found = apart(without, monkeypatch, "asymmetric_friction", "cable_spring")
-    assert found.trajectory is None
+    assert not found.parts
     assert "gone.stl" in found.not_planned
     assert found.candidates == ("asymmetric_friction (joint 1)", "cable_spring (joint 1)")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -55,6 +56,18 @@ def test_a_period_stands_for_all() -> None:
     whole = repeated(signal, piece)
     assert whole.shape[0] == piece.recording.time.shape[0]
     assert whole[start + period + 5, 0] == start + 5
+
+
+def test_two_recordings_may_have_one_name() -> None:
+    """As captures of one program do, each in a folder of its own."""
+    found = evidence()
+    (piece,) = found.loop.prepared
+    shorter = replace(piece, recording=piece.recording.piece(slice(0, 2000), piece.recording.name))
+    both = replace(
+        found, loop=replace(found.loop, prepared=(piece, shorter)), motion=(*found.motion, *found.motion)
+    )
+    rows = [one.shape[0] for one in map(both._rows_of, both.loop.prepared)]
+    assert rows == [both.loop.count(piece), both.loop.count(shorter)] and rows[0] > rows[1]
 
 
 def test_the_pre_sliding_way_is_that_of_the_arm() -> None:

@@ -20,7 +20,7 @@ something that has no name: of what the nearest name says of other motion some i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -31,8 +31,9 @@ from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
-from ident.discrepancy.confirmation import Shown
-from robots.arrays import FloatArray
+from ident.discrepancy.confirmation import Shown, shown_share
+from ident.discrepancy.deviations import BLOCK
+from robots.arrays import FloatArray, IntArray
 from robots.identity_cache import IdentityCache
 
 _EFFECTS = 24
@@ -80,13 +81,18 @@ class HeldOut:
 
     def confirmation(self, found: Found, other: Found) -> Confirmation:
         """Of what a set predicts otherwise than another one, which lacks an effect or has another for it."""
-        k, own, others = self.rows.precision.size, self._effects(found), self._effects(other)
+        k, others = self.rows.precision.size, self._effects(other)
+        return self._confirmation(found, lambda j, white: _prediction(white[:, :k], others, j, _mean(other)))
+
+    def _confirmation(self, found: Found, instead: Callable[[int, FloatArray], FloatArray]) -> Confirmation:
+        """Of what a set predicts otherwise than what is said instead, of a joint and its white rows."""
+        k, own = self.rows.precision.size, self._effects(found)
         observed = predicted = variance = 0.0
         shown = np.zeros(found.posterior.covariance.shape[0])
         for j, white in enumerate(self.rows.white):
             m = self.rows.misfit[j].shape[1]
-            with_it = _prediction(white[:, :k], own, j, found)
-            change = with_it - _prediction(white[:, :k], others, j, other)
+            with_it = _prediction(white[:, :k], own, j, _mean(found))
+            change = with_it - instead(j, white)
             size, of_misfit = float(change @ change), white[:, k : k + m].T @ change
             predicted += size
             observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
@@ -101,6 +107,18 @@ class HeldOut:
         """Of what a set predicts otherwise than another one, how much is there."""
         return self.confirmation(found, other).shown
 
+    def alone(self, found: Found, number: int) -> Shown:
+        """Of a member's own torque, all else as it is in the set, how much is there.
+
+        A set without the member is fitted with other parameters, and they may make up for it: a change of
+        viscous friction is in the model's own wherever the rows outweigh the prior. Then the two sets say
+        the same of all motion, and nothing of the effect is seen in their difference.
+        """
+        k, own = self.rows.precision.size, self._effects(found)
+        of_member = np.repeat(np.arange(len(own)), [one.count for one in own]) == number
+        without = found.posterior.known, np.where(of_member, 0.0, found.posterior.theta)
+        return self._confirmation(found, lambda j, white: _prediction(white[:, :k], own, j, without)).shown
+
     def score(self, found: Found, excess: FloatArray) -> float:
         """Log likelihood of the rows as a set predicts them, nats, up to a constant.
 
@@ -110,7 +128,7 @@ class HeldOut:
         """
         k, own, total = self.rows.precision.size, self._effects(found), 0.0
         for j, white in enumerate(self.rows.white):
-            left = white[:, -1] - _prediction(white[:, :k], own, j, found)
+            left = white[:, -1] - _prediction(white[:, :k], own, j, _mean(found))
             total += float(left @ left) / float(excess[j]) ** 2
         return -0.5 * total
 
@@ -121,6 +139,22 @@ class HeldOut:
         for number, member in enumerate(found.members):
             left = left - effect_rows(self.rows.prepared, member.entry.placed) @ found.theta(number)[0]
         return np.asarray(left)
+
+    def in_blocks(self, found: Found, other: Found, joint: int) -> Shown:
+        """Of what a set changes of a joint's torque, how much is there; deviation over blocks of time."""
+        used, blocks = self.rows.prepared.used[:, joint], np.concatenate(self._blocks())
+        left, with_it = (self.residual(one)[used, joint] for one in (other, found))
+        return shown_share(left, with_it, blocks[used])
+
+    def _blocks(self) -> list[IntArray]:
+        """Per recording the block of time of each row; a place that repeats is in one block."""
+        blocks: list[IntArray] = []
+        for part in self.rows.prepared.parts:
+            time, first = part.own.time, 1 + max((int(one.max()) for one in blocks), default=-1)
+            assert time is not None
+            since = np.asarray(time - time[0])[np.arange(part.rows) % (part.period or part.rows)]
+            blocks.append(first + (since / BLOCK).astype(np.int64))
+        return blocks
 
     def unexplained(self, found: Found) -> FloatArray:
         """(n,) share of the torque that a set leaves, beyond noise, where the joints move."""
@@ -143,12 +177,20 @@ def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:
     return np.zeros(effects.count) if columns is None else np.asarray(columns.T @ change)
 
 
-def _prediction(known: FloatArray, effects: Sequence[WhiteEffects], j: int, found: Found) -> FloatArray:
-    """White rows of a joint as a set predicts them."""
-    total, start = known @ found.posterior.known, 0
+def _mean(found: Found) -> tuple[FloatArray, FloatArray]:
+    """Known factors and θ of a set."""
+    return found.posterior.known, found.posterior.theta
+
+
+def _prediction(
+    known: FloatArray, effects: Sequence[WhiteEffects], j: int, at: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """White rows of a joint as effects predict them with known factors and θ."""
+    factors, theta = at
+    total, start = known @ factors, 0
     for one in effects:
         columns = one.joints[j]
         if columns is not None:
-            total = total + columns @ found.posterior.theta[start : start + one.count]
+            total = total + columns @ theta[start : start + one.count]
         start += one.count
     return np.asarray(total)

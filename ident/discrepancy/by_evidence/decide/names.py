@@ -12,7 +12,13 @@ from typing import Protocol
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, odds_of_no_name
+from ident.discrepancy.by_evidence.decide.no_name import (
+    NO_NAME,
+    left_beside,
+    log_possible,
+    odds_of_no_name,
+    price_of_parameters,
+)
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
@@ -42,6 +48,9 @@ class OtherMotion(Protocol):
 
     def shown(self, found: Found, other: Found) -> Shown:
         """Of what a set predicts otherwise than another one, how much is there."""
+
+    def alone(self, found: Found, number: int) -> Shown:
+        """Of a member's own torque, all else as it is in the set, how much is there."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +155,10 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(search.problem, found, number, seen)
+    price = price_of_parameters(search.problem.rows.known.precision, without.posterior, found.posterior)
+    possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
+    no_name = odds_of_no_name(held.alone(found, number), seen, price, possible, left)
+    odds[NO_NAME, own[1]] = odds[own] + no_name
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))
 

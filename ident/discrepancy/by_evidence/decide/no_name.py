@@ -24,6 +24,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
 from ident.discrepancy.by_evidence.evidence.known import Beta
+from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
 from ident.effects.usual import FRICTION
 from ident.parameters.base import BaseParameters
@@ -39,27 +40,46 @@ _IMITATED = 0.5
 """Probability that a name imitates something else so well that nothing more is left than usual."""
 
 
-def odds_of_no_name(problem: Problem, found: Found, number: int, seen: Shown) -> float:
-    """Log odds of something without a name against a member of a set, which comes nearest to it.
+def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float, left: float) -> float:
+    """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
 
-    What stays unexplained counts at the joint where it speaks most for that, of those at which the member
-    explains more than an accepted model leaves: a load that swings is a payload at the shoulder, and not at
-    the wrist.
+    On the rows that were fitted it makes the torque of the name, beside the parameters that the name has. Or
+    it makes what is left of that beside the parameters of the set without it, at the price of their prior:
+    after a refit there is none, so what parameters make up for is no evidence of a name. The likelier counts.
+
+    Args:
+        alone: of the name's torque on other motion, how much is there.
+        refitted: of what the set predicts otherwise than the set without the name.
+        price: nats (:func:`price_of_parameters`).
+        possible: log probability that the sizes of names are possible (:func:`log_possible`).
+        left: nats of what stays unexplained (:func:`left_beside`).
+    """
+    nats = max(alone.nats_of_no_name, refitted.nats_of_no_name - price)
+    return float(np.log(OUTSIDE)) + left + TEMPERATURE * (nats - possible)
+
+
+def price_of_parameters(precision: FloatArray, without: Posterior, found: Posterior) -> float:
+    """Nats of the prior by which parameters of a set without a member are less likely; 0 where they are not.
+
+    Args:
+        precision: (k,) of the known factors, 0 of those that have no prior.
+        without: the set without it.
+        found: the set.
+    """
+    return max(0.0, 0.5 * float(precision @ (without.known**2 - found.known**2)))
+
+
+def left_beside(problem: Problem, found: Found, number: int) -> float:
+    """Nats for something without a name, against a member of a set, of what stays unexplained beside it.
+
+    It counts at the joint where it speaks most for that, of those at which the member explains more than an
+    accepted model leaves: a load that swings is a payload at the shoulder, and not at the wrist. None of what
+    swings too fast for rows: a play or a soft gear leaves instants of impacts and ringing where it is there.
 
     Args:
         problem: the data.
         found: the set.
         number: of the member.
-        seen: of what the member predicts of other motion, how much is there.
-    """
-    possible = log_possible(problem, found, number)
-    return log_odds(seen, possible, _left_beside(problem, found, number))
-
-
-def _left_beside(problem: Problem, found: Found, number: int) -> float:
-    """Nats of what stays unexplained beside a member; none where it swings too fast for rows.
-
-    A play or a soft gear leaves instants of impacts and ringing, which no record holds, where it is there.
     """
     member = found.members[number]
     if member.entry.placed.stiff:
@@ -68,17 +88,6 @@ def _left_beside(problem: Problem, found: Found, number: int) -> float:
     accepted, own = problem.misfit.accepted, own_joint(found, number, torque)
     acts = [j for j in member.joints if j == own or torque[j] > accepted[j]]
     return max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
-
-
-def log_odds(seen: Shown, possible: float, left: float) -> float:
-    """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
-
-    Args:
-        seen: of what the name predicts of other motion, how much is there.
-        possible: log probability that the sizes of names are possible (:func:`log_possible`).
-        left: nats for something without a name of what stays unexplained (:func:`nats_of_left`).
-    """
-    return float(np.log(OUTSIDE)) + left + TEMPERATURE * (seen.nats_of_no_name - possible)
 
 
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:

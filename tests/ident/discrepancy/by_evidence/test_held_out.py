@@ -14,6 +14,7 @@ from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.noise import Noise
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from ident.discrepancy.confirmation import Shown
 from ident.effects import State
 from robots.arrays import FloatArray
 
@@ -102,3 +103,50 @@ def test_noise_is_no_part_of_what_stays_unexplained() -> None:
     power = float(np.mean(rows.rows.prepared.torque**2))
     found = HeldOut(None, still).unexplained(a_set(None))  # type: ignore[arg-type]
     assert found[0] == pytest.approx(np.sqrt((left - 0.25) / power))
+
+
+def test_of_a_members_own_torque_all_else_stays_as_it_is() -> None:
+    """A set that was fitted without it has made up for it with a parameter; that is another question."""
+    held, whole, without = held_out(drawn(np.random.default_rng(5))), a_set(SIZE), a_set(None)
+    assert held.alone(whole, 0) == held.shown(whole, without)
+    without.posterior.known = np.array([0.3 + SIZE / 2.0, -0.2])
+    assert held.alone(whole, 0).share == pytest.approx(1.0, abs=2.0 * held.alone(whole, 0).sigma)
+    assert held.shown(whole, without) != held.alone(whole, 0)
+
+
+def test_it_is_that_of_the_member_that_is_asked_for() -> None:
+    held, pair = held_out(drawn(np.random.default_rng(5))), a_set(SIZE)
+    pair.members = (*pair.members, *a_set(SIZE).members)
+    pair.posterior.theta = np.array([0.0, SIZE])
+    pair.posterior.covariance = SPREAD**2 * np.eye(KNOWN + 2)
+    assert held.alone(pair, 0) == Shown(0.0, 0.0)
+    assert held.alone(pair, 1).share == pytest.approx(held.alone(a_set(SIZE), 0).share)
+
+
+def test_a_change_that_a_recording_hardly_shows_is_not_told_from_any() -> None:
+    """Of a thousandth of the noise it has more or less by chance; what is not there at all is told."""
+    below = contradicted = 0
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(size=(ROWS, 1))
+        held = in_seconds(held_out(COLUMNS @ np.array([[0.3], [-0.2]]) + SIZE * COURSE + noise))
+        hardly = held.in_blocks(a_set(SIZE + 1e-3), a_set(SIZE), 0)
+        below += hardly.share < 0.5
+        contradicted += hardly.contradicted
+        assert held.in_blocks(a_set(-SIZE), a_set(None), 0).contradicted
+    assert 10 < below < 30 and contradicted <= 3
+
+
+def in_seconds(held: HeldOut) -> HeldOut:
+    """The same with ten rows a second."""
+    (part,) = held.rows.prepared.parts
+    own = replace(part.own, time=0.1 * np.arange(ROWS))
+    return replace(held, rows=replace(held.rows, prepared=Prepared(None, (replace(part, own=own),))))  # type: ignore[arg-type]
+
+
+def test_a_place_that_repeats_is_in_one_block_and_recordings_are_apart() -> None:
+    rows = held_out(drawn(np.random.default_rng(5))).rows
+    (part,) = rows.prepared.parts
+    again = replace(rows.prepared, parts=(replace(part, period=80), part))
+    first, second = HeldOut(None, replace(rows, prepared=again))._blocks()  # type: ignore[arg-type]
+    assert first[:160].tolist() == 2 * ([0] * 63 + [1] * 17)
+    assert np.unique(second).tolist() == [2, 3, 4, 5]

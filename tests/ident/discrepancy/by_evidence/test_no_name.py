@@ -10,10 +10,11 @@ import pytest
 from scipy.stats import cauchy, norm
 
 from ident.discrepancy.by_evidence.decide.no_name import (
-    log_odds,
+    left_beside,
     log_possible,
     nats_of_left,
     odds_of_no_name,
+    price_of_parameters,
 )
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.confirmation import Shown
@@ -26,12 +27,33 @@ MOVED = 0.8
 """N·m, by which the set has changed the model's dry friction."""
 
 
+SHARP, SILENT = Shown(1.0, 0.1), Shown(3.2, 8.0)
+"""All of it is there; nothing is said."""
+
+
 def test_names_of_impossible_sizes_are_something_without_a_name() -> None:
     """Coarsened as all evidence is: the sizes come of the same rows. What is left counts by its prior."""
-    nats = Shown(1.0, 0.1).nats_of_no_name
-    assert log_odds(Shown(1.0, 0.1), 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
-    assert log_odds(Shown(1.0, 0.1), -20.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
-    assert log_odds(Shown(1.0, 0.1), 0.0, 3.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 3.0)
+    nats = SHARP.nats_of_no_name
+    assert odds_of_no_name(SHARP, SHARP, 0.0, 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats)
+    assert odds_of_no_name(SHARP, SHARP, 0.0, -20.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 10.0)
+    assert odds_of_no_name(SHARP, SHARP, 0.0, 0.0, 3.0) == pytest.approx(np.log(0.1) + 0.5 * nats + 3.0)
+
+
+def test_what_parameters_make_up_for_at_a_price_is_no_refuge_of_what_has_no_name() -> None:
+    """Other motion shows all of the name's torque, and nothing of what differs from a set fitted without."""
+    nats = np.array([one.nats_of_no_name for one in (SHARP, SILENT)])
+    assert nats[0] < -1.5 < -0.5 < nats[1] < 0.5
+    for price, expected in ((0.0, nats[1]), (1.0, nats[1] - 1.0), (50.0, nats[0])):
+        odds = odds_of_no_name(SHARP, SILENT, price, 0.0, 0.0)
+        assert odds == pytest.approx(np.log(0.1) + 0.5 * expected)
+    assert odds_of_no_name(SILENT, SHARP, 0.0, 0.0, 0.0) == pytest.approx(np.log(0.1) + 0.5 * nats[1])
+
+
+def test_only_parameters_with_a_prior_have_a_price_and_it_is_none_where_they_are_likelier() -> None:
+    one, other = (SimpleNamespace(known=np.array(known)) for known in ([3.0, 50.0], [1.0, 2.0]))
+    precision = np.array([1.0, 0.0])
+    assert price_of_parameters(precision, one, other) == pytest.approx(4.0)  # type: ignore[arg-type]
+    assert price_of_parameters(precision, other, one) == 0.0  # type: ignore[arg-type]
 
 
 def test_a_name_beside_what_it_leaves_unexplained_is_less_sure() -> None:
@@ -81,7 +103,7 @@ def left_at(torque: tuple[float, ...], misfit: tuple[float, ...], stiff: bool = 
         theta=lambda number: (np.ones(1), np.eye(1)),
         level=SimpleNamespace(kappa=np.array(misfit), excess=np.ones(n)),
     )
-    return odds_of_no_name(problem, found, 0, Shown(0.0, 0.0)) - float(np.log(0.1))
+    return left_beside(problem, found, 0)
 
 
 def columns(placed: Any) -> Any:

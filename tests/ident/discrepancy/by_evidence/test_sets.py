@@ -39,6 +39,9 @@ class NotLookedAt:
     def shown(self, found: Found, other: Found) -> Shown:
         return Shown(0.0, 0.0)
 
+    def alone(self, found: Found, number: int) -> Shown:
+        return Shown(0.0, 0.0)
+
 
 def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:
     """Alone neither has anything of what both leave of each other."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide import names
-from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, log_odds
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.confirmation import Shown
 from ident.effects.vocabulary import family_named
 
@@ -110,6 +110,15 @@ def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_s
     assert said.probability(unknown) > 0.99 and said.named < 0.01
 
 
+def test_a_name_is_sure_by_its_own_torque_where_parameters_cannot_have_made_up_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Viscous friction that the model's own would be in the set without it, ten deviations off its prior."""
+    shares = {"nothing": Shown(3.2, 8.0), "alone": Shown(1.0, 0.02), "rival": UNSEEN}
+    free, priced = (asked(monkeypatch, 1.0, 200.0, shares, price=price) for price in (0.0, 50.0))
+    assert free.named < 0.93 and priced.named > 0.98
+
+
 def test_a_name_whose_size_is_impossible_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """However clearly both motions show what it says."""
     whole = {"nothing": Shown(1.0, 0.01), "rival": UNSEEN}
@@ -130,34 +139,44 @@ def asked(
     other: names.Key = RIVAL,
     same: bool = True,
     possible: float = 0.0,
+    price: float = 0.0,
 ) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
     Args:
         monkeypatch: of the test.
         rival, own: log odds of another name and of its own.
-        shares: that other motion shows of the set against nothing and against the rival.
+        shares: that other motion shows of the set against nothing and against the rival, and of its torque
+            alone; as against nothing where that is not said.
         other: the rival's name.
         same: whether both say the same of motion all over the travel.
         possible: log probability of the sizes.
+        price: nats that parameters of the set without it cost.
     """
-    monkeypatch.setattr(names, "odds_of_no_name", lambda *given: log_odds(given[-1], possible, 0.0))
+    monkeypatch.setattr(names, "log_possible", lambda *given: possible)
+    monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
     monkeypatch.setattr(names, "screen", lambda *given: listed)
-    without, with_rival = SimpleNamespace(log_posterior=0.0), SimpleNamespace(log_posterior=rival)
+    moved = SimpleNamespace(known=np.array([np.sqrt(2.0 * price)]))
+    without = SimpleNamespace(log_posterior=0.0, posterior=moved)
+    with_rival = SimpleNamespace(log_posterior=rival)
+    known = SimpleNamespace(precision=np.ones(1))
     search: Any = SimpleNamespace(
-        problem=None,
+        problem=SimpleNamespace(rows=SimpleNamespace(known=known)),
         elsewhere=elsewhere(same),
         replaced=lambda without, others: [
             with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
         ],
     )
     held: Any = SimpleNamespace(
-        shown=lambda found, against: shares["nothing" if against is without else "rival"]
+        shown=lambda found, against: shares["nothing" if against is without else "rival"],
+        alone=lambda found, number: shares.get("alone", shares["nothing"]),
     )
     member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
-    found: Any = SimpleNamespace(found=SimpleNamespace(members=[member], log_posterior=9.0), entries=())
+    unmoved = SimpleNamespace(known=np.zeros(1))
+    fitted = SimpleNamespace(members=[member], log_posterior=9.0, posterior=unmoved)
+    found: Any = SimpleNamespace(found=fitted, entries=())
     return names.slot(search, found, 0, without, held)  # type: ignore[arg-type]
 
 
