@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
@@ -16,8 +17,9 @@ from ident.effects.vocabulary import confused_with
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
+_HELD = 0.95
 _INTERVAL = 1.959964
-"""Standard deviations to either side of a 95 % interval."""
+"""Standard deviations to either side of such an interval."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Accepted:
         linear, linear_sigma, shape_sigma: its parameters and their deviations.
         seen: which of its parameters the data show.
         linear_of_forms, shape_of_forms: deviations more, of a form that the data hardly choose.
+        size_sigma: of a factor of all its parameters, its shapes as fitted; 0 where nothing shows it.
     """
 
     robot: Robot
@@ -44,6 +47,7 @@ class Accepted:
     seen: BoolArray
     linear_of_forms: FloatArray
     shape_of_forms: FloatArray
+    size_sigma: float
 
     @classmethod
     def of(cls, robot: Robot, component: Component, basis: Basis, refined: Refined, index: int) -> Accepted:
@@ -68,6 +72,7 @@ class Accepted:
             refined.seen[index],
             refined.linear_of_forms[index],
             refined.shape_of_forms[index],
+            refined.size_sigma[index],
         )
 
     @property
@@ -91,8 +96,8 @@ class Accepted:
     def unsure(self) -> str:
         """What makes it this effect and is not told from its absence at 95 %, in words; empty where all is.
 
-        That is each parameter without which it is something else (of an effect that has none such, the
-        surest) and each shape that at one of its limits makes it another.
+        That is each parameter without which it is something else (of an effect that has none such the surest,
+        or all of them together) and each shape that at one of its limits makes it another.
         """
         return self._unsure_size() or self._unsure_shape()
 
@@ -104,7 +109,7 @@ class Accepted:
             missing = [k for k in essential if not clear[k]]
         else:
             surest = int(np.argmax(np.abs(self.linear) / np.maximum(self.linear_sigma, 1e-300)))
-            missing = [] if clear.any() else [surest]
+            missing = [] if clear.any() or self._is_there else [surest]
         if not missing:
             return ""
         k = missing[0]
@@ -112,6 +117,12 @@ class Accepted:
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         value = f"{self.linear[k]:.2g} ± {self.linear_sigma[k]:.2g}{unit}"
         return f"{parameter.name} is {value}, which may as well be nothing"
+
+    @property
+    def _is_there(self) -> bool:
+        """Whether the whole is told from nothing, by more than its parameters and shapes make at 95 %."""
+        freedom = self.linear.size + self.shape_sigma.size
+        return bool(0.0 < self.size_sigma < 1.0 / np.sqrt(chi2.ppf(_HELD, freedom)))
 
     def _unsure_shape(self) -> str:
         shapes = self.component.family.shapes(self.robot, self.placed.place)

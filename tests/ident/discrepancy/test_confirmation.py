@@ -273,6 +273,7 @@ def accepted(
     sigma: list[float],
     shape: tuple[float, ...] = (),
     spread: tuple[float, ...] = (),
+    size: float = 0.0,
 ) -> Accepted:
     robot, family = robots.load("tx40"), family_named(name)
     place = Place("drive", (1,))
@@ -289,6 +290,7 @@ def accepted(
         np.ones(len(linear), dtype=np.bool_),
         np.zeros(len(linear)),
         np.zeros(len(chosen)),
+        size,
     )
 
 
@@ -298,6 +300,16 @@ def test_no_name_whose_deviation_exceeds_what_makes_it_that_effect() -> None:
     assert size.unsure == "Fn2 is 0.2 ± 0.7 N·m, which may as well be nothing"
     power = accepted("nonlinear_viscous_friction", [2.0, 0.0], [0.3, 0.4], (0.2,), (3.0,))
     assert "power is 0.2 ± 3, which may as well be" in power.unsure
+
+
+def test_an_effect_may_be_there_as_a_whole_though_none_of_its_parameters_is_sure() -> None:
+    """By 95 % of as many deviations as two parameters and two shapes make: 3.08."""
+    shared = "static_friction", [0.56, 2.1], [0.35, 1.6], (0.01, 4e-5), (0.005, 1e-5)
+    assert accepted(*shared).unsure.startswith("Fbreak2 is 0.56 ± 0.35")
+    assert accepted(*shared, size=0.33).unsure
+    assert not accepted(*shared, size=0.32).unsure
+    essential = accepted("nonlinear_viscous_friction", [0.2, 3.0], [0.7, 0.1], (2.0,), (0.2,), 0.01)
+    assert essential.unsure
 
 
 def test_of_an_effect_with_no_essential_parameter_the_surest_counts() -> None:
