@@ -113,10 +113,16 @@ RULES = (
         "pieces.append(left)",
     ),
     Broken(
-        "a parameter without a prior has columns of the other periods",
+        "what is fitted has columns of the other periods",
         f"{_BY}evidence/known.py",
-        "np.where(flat, others, regressor @ beta.spread)",
+        "others @ beta.spread",
         "regressor @ beta.spread",
+    ),
+    Broken(
+        "the speed of slow friction is that of the mean period",
+        f"{_BY}evidence/slow.py",
+        "mean_period(own.velocity, period)",
+        "own.velocity",
     ),
     Broken(
         "gains are open against the description",
@@ -625,8 +631,42 @@ RULES = (
     Broken(
         "leaders at reversals are simulated",
         f"{_BY}reversals.py",
-        "_with_leaders(exact, empty, screened, present, sets)",
-        "_with_leaders(problem, empty, screened, present, sets)",
+        "_with_leaders(exact, empty, screened, present, leaders)",
+        "_with_leaders(problem, empty, screened, present, leaders)",
+    ),
+    Broken(
+        "what shows at reversals alone is simulated in any case",
+        f"{_BY}reversals.py",
+        'if one.candidate.family.shows == "reversal"]',
+        "if False]",
+    ),
+    Broken(
+        "a drive that moves as the record begins has moved before",
+        "ident/effects/stribeck_friction.py",
+        "float(np.sign(speed[0]))",
+        "0.0",
+        ("tests/ident/effects/test_vocabulary.py",),
+    ),
+    Broken(
+        "an effect may be there as a whole",
+        "ident/discrepancy/accepted.py",
+        "clear.any() or self._is_there",
+        "clear.any()",
+        ("tests/ident/discrepancy/test_confirmation.py",),
+    ),
+    Broken(
+        "the effect as a whole has no shape beside it",
+        "ident/discrepancy/refined.py",
+        "beside = of != number",
+        "beside = np.arange(of.size) >= own.stop",
+        ("tests/ident/discrepancy/test_refine.py",),
+    ),
+    Broken(
+        "a parameter that no row shows has no size",
+        "ident/discrepancy/solved.py",
+        "* usual > _NOTHING, columns, 0.0)",
+        "* usual > 0.0, columns, 0.0)",
+        ("tests/ident/discrepancy/test_refine.py",),
     ),
     Broken(
         "a loop that does otherwise is told",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
@@ -16,8 +17,9 @@ from ident.effects.vocabulary import confused_with
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
+_HELD = 0.95
 _INTERVAL = 1.959964
-"""Standard deviations to either side of a 95 % interval."""
+"""Standard deviations to either side of such an interval."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Accepted:
         linear, linear_sigma, shape_sigma: its parameters and their deviations.
         seen: which of its parameters the data show.
         linear_of_forms, shape_of_forms: deviations more, of a form that the data hardly choose.
+        size_sigma: of a factor of all its parameters, its shapes as fitted; 0 where nothing shows it.
     """
 
     robot: Robot
@@ -44,6 +47,7 @@ class Accepted:
     seen: BoolArray
     linear_of_forms: FloatArray
     shape_of_forms: FloatArray
+    size_sigma: float
 
     @classmethod
     def of(cls, robot: Robot, component: Component, basis: Basis, refined: Refined, index: int) -> Accepted:
@@ -68,6 +72,7 @@ class Accepted:
             refined.seen[index],
             refined.linear_of_forms[index],
             refined.shape_of_forms[index],
+            refined.size_sigma[index],
         )
 
     @property
@@ -91,14 +96,21 @@ class Accepted:
     def unsure(self) -> str:
         """What makes it this effect and is not told from its absence at 95 %, in words; empty where all is.
 
-        That is each parameter without which it is something else (of an effect that has none such, the
-        surest) and each shape that at one of its limits makes it another. What the search itself says of
-        the sizes that it found comes first.
+        That is each parameter without which it is something else (of an effect that has none such the surest,
+        or all of them together) and each shape that at one of its limits makes it another. What the search
+        itself says of the sizes that it found comes first.
         """
         if self.basis.unsure is not None:
             return self.basis.unsure
-        sizes = unsure_size(self.placed, self.component.family.essential, self.linear, self.linear_sigma)
+        essential = self.component.family.essential
+        sizes = unsure_size(self.placed, essential, self.linear, self.linear_sigma, self._is_there)
         return sizes or self._unsure_shape()
+
+    @property
+    def _is_there(self) -> bool:
+        """Whether the whole is told from nothing, by more than its parameters and shapes make at 95 %."""
+        freedom = self.linear.size + self.shape_sigma.size
+        return bool(0.0 < self.size_sigma < 1.0 / np.sqrt(chi2.ppf(_HELD, freedom)))
 
     def _unsure_shape(self) -> str:
         shapes = self.component.family.shapes(self.robot, self.placed.place)
@@ -115,15 +127,16 @@ def unsure_size(effect: PlacedEffect, essential: Sequence[int], values: FloatArr
     Args:
         effect: with its shape.
         essential: numbers of its parameters without which it is something else; where none is, the surest
-            one has to be told.
+            one has to be told, or all of them together.
         values, sigma: (p,) with deviations.
+        there: whether all of them together are told from nothing.
     """
     clear = (np.abs(values) > _INTERVAL * sigma) & (values != 0.0)
     if essential:
         missing = [k for k in essential if not clear[k]]
     else:
         surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-300)))
-        missing = [] if clear.any() else [surest]
+        missing = [] if clear.any() or there else [surest]
     if not missing:
         return ""
     parameter, value, spread = effect.parameters[missing[0]], values[missing[0]], sigma[missing[0]]

@@ -35,6 +35,8 @@ class Refined:
         left: residual sum of squares over noise, per row, once they are added.
         seen: per effect, which of its parameters the data show.
         linear_of_forms, shape_of_forms: per effect, deviations more, of a form that the data hardly choose.
+        size_sigma: per effect, deviation of a factor of all its parameters, its shapes as fitted; 0 where the
+            data do not show it.
     """
 
     effects: tuple[PlacedEffect, ...]
@@ -46,6 +48,7 @@ class Refined:
     seen: tuple[BoolArray, ...]
     linear_of_forms: tuple[FloatArray, ...]
     shape_of_forms: tuple[FloatArray, ...]
+    size_sigma: tuple[float, ...]
 
 
 def with_deviations(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
@@ -85,6 +88,7 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
         tuple(factor > 0.0 for factor in fit.of_effects(np.linalg.norm(fit.columns, axis=0))),
         tuple(np.zeros_like(factor) for factor in factors),
         tuple(np.zeros_like(one) for one in per_shape),
+        _of_sizes(examination, effects, factors, (matrix, whole, residual)),
     )
 
 
@@ -117,6 +121,39 @@ def _of_noise(
             beside = deviations(examination, matrix * free, whole * free, residual)
             sigma = np.where(own, beside, sigma)
     return sigma
+
+
+def _of_sizes(
+    examination: Examination,
+    effects: Sequence[PlacedEffect],
+    factors: Sequence[FloatArray],
+    data: tuple[FloatArray, FloatArray, FloatArray],
+) -> tuple[float, ...]:
+    """Deviation of a factor of all parameters of each effect, its shapes as fitted; 0 where none shows it.
+
+    Parameters that make much the same share out one size, and none of them is sure: a drive's friction that
+    comes late by 2.1 ± 1.6 N·m and is higher at standstill by 0.6 ± 0.4 is there as a whole at 6 deviations.
+
+    Args:
+        examination: of the present model.
+        effects: whose parameters come first, then all their shapes.
+        factors: per effect, its parameters.
+        data: as of :func:`_of_noise`.
+    """
+    matrix, whole, residual = data
+    counts = [len(one) for one in factors]
+    of = np.repeat(np.arange(len(effects)), counts)
+    of = np.concatenate([of, np.repeat(np.arange(len(effects)), [len(one.shape) for one in effects])])
+    found = []
+    for number, values in enumerate(factors):
+        start = sum(counts[:number])
+        own = slice(start, start + values.size)
+        beside = of != number
+        one, measured = (
+            np.column_stack([columns[:, own] @ values, columns[:, beside]]) for columns in (matrix, whole)
+        )
+        found.append(float(deviations(examination, one, measured, residual)[0]))
+    return tuple(found)
 
 
 def left_beside(examination: Examination, fit: Fit) -> FloatArray:

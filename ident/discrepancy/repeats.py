@@ -63,6 +63,17 @@ def others_mean(values: FloatArray, period: int) -> FloatArray:
     return np.where(count > 1, rest / np.maximum(count - 1, 1), values)
 
 
+def mean_period(values: FloatArray, period: int) -> FloatArray:
+    """At each sample the mean of its phase in all periods, its own among them; samples × channels.
+
+    Its noise has nothing in common with what differs between the periods.
+    """
+    phase = np.arange(values.shape[0]) % period
+    total = np.zeros((period, values.shape[1]))
+    np.add.at(total, phase, values)
+    return np.asarray((total / np.maximum(np.bincount(phase, minlength=period), 1)[:, np.newaxis])[phase])
+
+
 def not_repeating(values: FloatArray, period: int) -> FloatArray:
     """What differs from the mean period, scaled to the variance of a single one; samples × channels."""
     samples = values.shape[0]

@@ -17,6 +17,9 @@ from robots.arrays import FloatArray
 _KEPT = 12
 """Effects whose columns are kept."""
 
+_NOTHING = 1e-9
+"""Norm of a whitened column of a parameter of its usual size that no row shows."""
+
 
 def solve(
     examination: Examination,
@@ -31,6 +34,9 @@ def solve(
     if any(block is None for block in blocks):
         return None
     columns = np.concatenate([block for block in blocks if block is not None], axis=1)
+    usual = np.array([size for effect in effects for size in effect.scale])
+    # A level at standstill is e⁻²⁷⁰ of itself where a drive moves, and would be as large as that is small.
+    columns = np.where(np.linalg.norm(columns, axis=0) * usual > _NOTHING, columns, 0.0)
     counts = [block.shape[1] for block in blocks if block is not None]
     residual = examination.residual
     if fixed is None:

@@ -54,6 +54,7 @@ COMMAND_DEAD_ZONE = Family(
     "drive",
     each_drive,
     _make,
+    contains=("coulomb_friction",),  # of a drive that pushes along its motion all the time
     confused_with=("coulomb_friction", "drive_gain_error", "stribeck_friction"),
     settled_by="lock the joint and raise the control signal slowly from zero: none flows in a dead zone",
     told_from={

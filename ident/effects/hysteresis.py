@@ -28,14 +28,19 @@ from robots.description import Robot
 _LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
 
 
-def deflection(position: FloatArray, length: float) -> FloatArray:
+def deflection(position: FloatArray, length: float, start: float = 0.0) -> FloatArray:
     """Deflection −1 to 1 of a bristle drawn along positions (samples,): dz/dx = (1 − z sign ẋ)/length.
 
     Exact for any way between samples, and no matter how fast (Dahl 1968).
+
+    Args:
+        position: rad (or m).
+        length: rad (or m) of the way.
+        start: deflection at the first sample.
     """
     way = np.diff(position, prepend=position[:1])
     state = np.empty_like(position)
-    _kernel()(np.exp(-np.abs(way) / length), np.sign(way), state)
+    _kernel()(np.exp(-np.abs(way) / length), np.sign(way), start, state)
     return state
 
 
@@ -48,9 +53,9 @@ def _kernel() -> Callable[..., None]:
     return compiled
 
 
-def _draw(keep: FloatArray, towards: FloatArray, state: FloatArray) -> None:
+def _draw(keep: FloatArray, towards: FloatArray, start: float, state: FloatArray) -> None:
     """Each step keeps a share of the deflection's distance from where the way leads; writes the state."""
-    z = 0.0
+    z = start
     for k in range(keep.shape[0]):
         z = towards[k] + (z - towards[k]) * keep[k]
         state[k] = z

@@ -77,7 +77,9 @@ def _breakaway(
         speed = state.velocity @ row
         late = np.zeros_like(speed)
         if state.time is not None:
-            late = deflection(state.position @ row, length) - sign(speed)
+            # A drive that moves as the record begins has moved before: its first sample is no reversal.
+            begun = float(np.sign(speed[0]))
+            late = deflection(state.position @ row, length, begun) - sign(speed)
         return along(row, sign(speed) * fall(speed), late)
 
     def parts(values: FloatArray) -> SimulatedParts:

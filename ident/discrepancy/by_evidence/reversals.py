@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from ident.discrepancy.by_evidence.decide.state import (
     without_effects,
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
-from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
@@ -81,12 +81,16 @@ def likeliest_in_loop(
         for one in candidates(problem.prepared.robot, families)
         if one.key not in found and set(one.place.joints) & set(joints)
     ]
-    screened = screen(problem, empty, library(rows, wanted, present))
+    entries = library(rows, wanted, present)
+    screened = screen(problem, empty, entries)
+    quickest = _quickest(screened, entries)
     odds: dict[Key, float] = {NOTHING: 0.0}
     forms: dict[Key, PlacedEffect] = {}
     sets: dict[Key, Found] = {}
     exact = replace(problem, rows=rows.exactly())
-    for one, fitted in _with_leaders(exact, empty, screened, present, sets):
+    leaders: set[Key] = set()
+    asked = zip(quickest, at_once(lambda one: _simulated(exact, empty, one, present), quickest), strict=True)
+    for one, fitted in chain(asked, _with_leaders(exact, empty, screened, present, leaders)):
         key = one.candidate.key
         value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
         if value > odds.get(key, -np.inf):
@@ -94,12 +98,27 @@ def likeliest_in_loop(
             forms[key] = (one.best if fitted is None else fitted.members[0]).entry.placed
             if fitted is not None:
                 sets[key] = fitted
+        if fitted is not None and one not in quickest:
+            leaders.add(key)
     names = Slot(as_limit(probabilities(odds, forms)))
     first = names.names[0].key
     if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
     return AtReversals(forms[first], names)
+
+
+def _quickest(screened: Sequence[Screened], entries: Sequence[Entry]) -> list[Screened]:
+    """What shows at reversals alone, with the shape that acts for the shortest way; nothing has screened it.
+
+    Dry friction that is 50 µrad late turns its sign within 2 ms. Columns of rows that are 8 ms apart say
+    nothing of that: a sticking of drive 6 had 23 nats once it was simulated, and was the twentieth of them.
+    """
+    first: dict[Candidate, Entry] = {}
+    for entry in entries:
+        first.setdefault(entry.candidate, entry)
+    alone = [one.candidate for one in screened if one.candidate.family.shows == "reversal"]
+    return [Screened(Member(first[one], -float(np.log(one.combinations))), -np.inf) for one in alone]
 
 
 def _with_leaders(

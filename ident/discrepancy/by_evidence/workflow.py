@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 from scipy.special import expit
+from scipy.stats import chi2
 
 from ident.discrepancy.accepted import unsure_size
 from ident.discrepancy.align import lag_is_known
@@ -25,6 +26,7 @@ from ident.discrepancy.by_evidence.decide.left_over import (
 )
 from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
+    HELD,
     NOTHING,
     Key,
     Named,
@@ -203,12 +205,19 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
         placed=placed,
         names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
-        unsure=unsure_size(placed, member.candidate.family.essential, theta, deviation),
+        unsure=unsure_size(
+            placed, member.candidate.family.essential, theta, deviation, _are_told(theta, covariance)
+        ),
         confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
         shrinks=_shrinks(searched, held, joint),
     )
+
+
+def _are_told(theta: FloatArray, covariance: FloatArray) -> bool:
+    """Whether parameters together are told from nothing at 95 %, as some are that share out one size."""
+    return bool(theta @ np.linalg.solve(covariance, theta) > chi2.ppf(HELD, theta.size))
 
 
 def _of_gains(problem: Problem, found: Found, number: int) -> FloatArray:

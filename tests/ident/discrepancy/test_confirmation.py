@@ -273,6 +273,7 @@ def accepted(
     sigma: list[float],
     shape: tuple[float, ...] = (),
     spread: tuple[float, ...] = (),
+    size: float = 0.0,
     said: str | None = None,
 ) -> Accepted:
     robot, family = robots.load("tx40"), family_named(name)
@@ -290,6 +291,7 @@ def accepted(
         np.ones(len(linear), dtype=np.bool_),
         np.zeros(len(linear)),
         np.zeros(len(chosen)),
+        size,
     )
 
 
@@ -308,6 +310,16 @@ def test_what_a_search_says_of_its_own_sizes_comes_first() -> None:
     clear = [[2.0, 0.0], [0.3, 0.4], (2.0,), (0.2,)]
     asked = accepted("nonlinear_viscous_friction", *clear, said="Fn2 is 1 ± 1 N·m")  # type: ignore[arg-type]
     assert asked.unsure == "Fn2 is 1 ± 1 N·m"
+
+
+def test_an_effect_may_be_there_as_a_whole_though_none_of_its_parameters_is_sure() -> None:
+    """By 95 % of as many deviations as two parameters and two shapes make: 3.08."""
+    shared = "static_friction", [0.56, 2.1], [0.35, 1.6], (0.01, 4e-5), (0.005, 1e-5)
+    assert accepted(*shared).unsure.startswith("Fbreak2 is 0.56 ± 0.35")
+    assert accepted(*shared, size=0.33).unsure
+    assert not accepted(*shared, size=0.32).unsure
+    essential = accepted("nonlinear_viscous_friction", [0.2, 3.0], [0.7, 0.1], (2.0,), (0.2,), 0.01)
+    assert essential.unsure
 
 
 def test_of_an_effect_with_no_essential_parameter_the_surest_counts() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 import robots
 from ident.discrepancy import refine as module
-from ident.discrepancy import refined, shape_search
+from ident.discrepancy import refined, shape_search, solved
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.loop_examination import LoopExamination
@@ -72,19 +72,20 @@ def test_what_was_named_stays_in_the_model_even_if_no_parameter_alone_is_sure(
     assert added_values(found)[0] == pytest.approx(expected)
 
 
+def _of_columns(examination: Any, matrix: FloatArray, own: FloatArray, residual: FloatArray) -> FloatArray:
+    """Deviations of least squares, of unit noise."""
+    seen = np.linalg.norm(matrix, axis=0) > 0.0
+    sigma = np.zeros(seen.size)
+    sigma[seen] = np.sqrt(np.diag(np.linalg.inv(matrix[:, seen].T @ matrix[:, seen])))
+    return sigma
+
+
 @pytest.mark.parametrize("whole", [True, False])
 def test_factor_and_shape_that_share_out_one_size_are_not_unknown_by_each_other(
     monkeypatch: pytest.MonkeyPatch, whole: bool
 ) -> None:
     """Friction of a load was 0.91 ± 1 of itself, ± 0.02 where its share of the load is what it is."""
-
-    def of_columns(examination: Any, matrix: FloatArray, own: FloatArray, residual: FloatArray) -> FloatArray:
-        seen = np.linalg.norm(matrix, axis=0) > 0.0
-        sigma = np.zeros(seen.size)
-        sigma[seen] = np.sqrt(np.diag(np.linalg.inv(matrix[:, seen].T @ matrix[:, seen])))
-        return sigma
-
-    monkeypatch.setattr(refined, "deviations", of_columns)
+    monkeypatch.setattr(refined, "deviations", _of_columns)
     column = np.random.default_rng(1).normal(size=100)
     slope = column + 1e-3 * np.random.default_rng(2).normal(size=100)
     matrix = np.stack([column, slope], axis=1)
@@ -93,3 +94,34 @@ def test_factor_and_shape_that_share_out_one_size_are_not_unknown_by_each_other(
     alone = 1.0 / np.linalg.norm(matrix, axis=0)
     assert np.allclose(sigma, alone) is whole
     assert bool((sigma > 50.0 * alone).all()) is not whole
+
+
+def test_an_effect_is_known_as_a_whole_though_its_parameters_share_out_one_size(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside what makes the same at another place it is not; its own shape is no matter."""
+    monkeypatch.setattr(refined, "deviations", _of_columns)
+    random = np.random.default_rng(1)
+    column, apart = random.normal(size=100), 1e-3 * random.normal(size=(100, 2))
+    alike = np.stack([column, column + apart[:, 0], column + apart[:, 1]], axis=1)
+    effect: Any = SimpleNamespace(shape=(0.15,))
+    (alone,) = refined._of_sizes(None, (effect,), [np.array([2.0, 1.0])], (alike, alike, column))  # type: ignore[arg-type]
+    assert alone == pytest.approx(1.0 / np.linalg.norm(3.0 * column), rel=0.01)
+    first, _ = refined._of_sizes(
+        None,  # type: ignore[arg-type]
+        (SimpleNamespace(shape=()), effect),
+        [np.array([1.0]), np.array([1.0])],
+        (alike, alike, column),
+    )
+    assert first > 100.0 * alone
+
+
+def test_a_parameter_that_no_row_shows_has_no_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A level at standstill, on rows of a drive that moves, was of 10¹¹⁹ N·m."""
+    column = np.random.default_rng(1).normal(size=100)
+    effect = SimpleNamespace(bounds=((0.0, np.inf), (0.0, np.inf)), scale=(2.0, 2.0))
+    block = np.stack([1e-119 * column, column], axis=1)
+    monkeypatch.setattr(solved, "_placed", lambda *_: (effect, block))
+    given: Any = SimpleNamespace(residual=3.0 * column)
+    found = solved.solve(given, [given], given)
+    assert found is not None and found[0] == pytest.approx([0.0, 3.0])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.discrepancy.repeats import mean_period, not_repeating, others_mean, repeat_length
 
 
 def wave(period: int, periods: int, joints: int = 2) -> np.ndarray:
@@ -41,6 +41,11 @@ def test_nearly_the_same_is_not_the_same() -> None:
 def test_the_mean_of_the_others_leaves_a_sample_out() -> None:
     values = np.repeat([[1.0], [2.0], [6.0]], 4, axis=0)
     assert others_mean(values, 4)[:, 0] == pytest.approx(np.repeat([4.0, 3.5, 1.5], 4))
+
+
+def test_the_mean_period_has_a_last_one_that_is_not_whole() -> None:
+    values = np.array([[1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 8.0]]).T
+    assert mean_period(values, 3)[:, 0] == pytest.approx([4.0, 3.0, 4.0, 4.0, 3.0, 4.0, 4.0])
 
 
 @given(periods=st.integers(2, 5), seed=st.integers(0, 20))

@@ -153,8 +153,9 @@ def test_a_coupled_drive_loads_both_its_joints(name: str) -> None:
 
 
 def bent(position: np.ndarray, length: float) -> np.ndarray:
-    """Dahl's bristle, integrated in small steps of the way."""
+    """Dahl's bristle, integrated in small steps of the way; it begins as its drive has drawn it."""
     state, steps = np.zeros(position.size), 200
+    state[0] = np.sign(position[1] - position[0])
     for k in range(1, position.size):
         way, z = (position[k] - position[k - 1]) / steps, state[k - 1]
         for _ in range(steps):
@@ -615,3 +616,20 @@ def test_friction_that_began_to_move_before_the_recording(family: Family) -> Non
     part = before.effect(TX40, place, (4.0, float(np.exp(-1.2 / 4.0))), present("tx40"))
     assert np.allclose(part.columns(rest), whole.columns(MOTION)[late], rtol=1e-12, atol=1e-14)
     assert not np.allclose(whole.columns(rest), part.columns(rest))
+
+
+def test_a_sticking_drive_that_moves_as_the_record_begins_has_not_just_turned() -> None:
+    """One row of the unknown way before was a friction of 500 N·m that comes late, with 22 nats."""
+    late = placed("static_friction", 2, 0.005, 1e-4).columns(MOTION)[:, 2, 1]
+    speed = MOTION.velocity[:, 2]
+    first = int(np.flatnonzero(np.diff(np.sign(speed)))[0])
+    assert np.abs(speed[: first - 5]).min() > 0.01 and np.abs(late[first + 1]) > 0.1
+    assert np.abs(late[: first - 5]).max() < 1e-6
+
+
+def test_every_time_in_which_a_brake_may_rub_again_is_near_one_that_is_tried() -> None:
+    """A drag every 2.03 s was Coulomb friction, hysteresis or a spot: no period below 2.5 s was tried."""
+    (shape,) = family_named("dragging_brake").shapes(TX40, family_named("dragging_brake").places(TX40)[0])
+    frequencies = 1.0 / np.array(shape.grid)
+    assert frequencies[0] == pytest.approx(1.0 / shape.lower) and shape.upper > shape.grid[-1]
+    assert -np.diff(frequencies) == pytest.approx(1.0 / 20.0)

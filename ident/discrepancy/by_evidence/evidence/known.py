@@ -71,11 +71,13 @@ def known_columns(
 ) -> tuple[Known, Beta]:
     """Columns of β, and of what shifts the channels, the latter at the motion of the other periods.
 
-    What a first fit or the prior expects is taken off at each sample's own motion. Columns of a parameter
-    that has a prior are made of that motion, too. One without a prior is fitted, and noise that moves the arm
-    biases a fit: an effect, whose columns are made of the other periods' motion, would make up for the bias,
-    and a delay as well, since two copies have less noise than one. So its columns are those of the other
-    periods (instruments): they hold its correction alone, and noise in them is small of second order.
+    What a first fit or the prior expects is taken off at each sample's own motion. What is fitted is the
+    correction to that, and noise that moves the arm stands in the rows: a column of the sample's own motion
+    would be taken for it, against an effect with the same column of the other periods' motion. (An inertia
+    that is less and a rotor's that is more leave the noise of an acceleration: 12 nats on clean arms with
+    process torque that remembers 20 ms, of parameters that were known within 0.3 %.) So columns are those of
+    the other periods (instruments): what is missing in them is the correction times noise, which is small of
+    second order.
 
     Args:
         prepared: the recordings.
@@ -87,9 +89,8 @@ def known_columns(
     beta, precision = beta_of(prior, start)
     regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
     others = np.concatenate([base.columns(part.at_rows) for part in prepared.parts])
-    flat = precision == 0.0
     columns = [
-        np.where(flat, others, regressor @ beta.spread),
+        others @ beta.spread,
         _lags(prepared, present),
         memory_columns(prepared, base, present),
     ]

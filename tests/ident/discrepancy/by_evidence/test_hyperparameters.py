@@ -244,22 +244,20 @@ def test_a_limit_that_is_shown_says_the_probability_of_the_forms_that_it_stands_
     assert basis_of(dry.key, Slot((replace(dry, probability=0.95),))).indistinguishable_from == ()
 
 
-def test_a_model_without_a_prior_is_fitted_at_the_motion_of_the_other_periods() -> None:
+@pytest.mark.parametrize("known", [False, True])
+def test_what_is_fitted_has_columns_of_the_other_periods(known: bool) -> None:
     """Beside the sample's own motion an effect, which is made of the others', makes up for a fit's bias."""
     recording = log()
     robot = arm(recording)
     base, data = base_parameters(RegressorModel.of(robot)), prepare(arm(recording), [recording])
     start = base.regroup(base.model.prior())
     present = Present(base.model, base.model.prior())
-    free, _ = known_columns(data, base, None, start, present)
+    prior = accepted_prior(base, start, np.diag(1e-4 * start**2)) if known else None
+    found, beta = known_columns(data, base, prior, start, present)
     own, others = base.columns(data.parts[0].own), base.columns(data.parts[0].at_rows)
     assert np.abs(own - others).max() > 0.0
-    assert np.array_equal(free.columns[:, :, : start.size], others)
-    assert free.target == pytest.approx(data.torque - own @ start)
-    held, beta = known_columns(
-        data, base, accepted_prior(base, start, np.diag(1e-4 * start**2)), start, present
-    )
-    assert held.columns[:, :, : start.size] == pytest.approx(own @ beta.spread)
+    assert found.columns[:, :, : start.size] == pytest.approx(others @ beta.spread)
+    assert found.target == pytest.approx(data.torque - own @ start)
 
 
 def finding(

@@ -72,6 +72,16 @@ def test_as_many_are_simulated_as_there_are_leaders(
     assert found == [(one, one if k < first else None) for k, one in enumerate(order)]
 
 
+def test_what_shows_at_reversals_alone_is_simulated_with_the_shape_that_acts_for_the_shortest_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No columns of rows say how likely it is: it takes no leader's place."""
+    monkeypatch.setattr(reversals, "LEADERS", 0)
+    late = in_loop(hidden({"static_friction": [{"drive": 1, "rise": 3.0, "speed": 0.001}]}))
+    found = likeliest_in_loop(posed_in_loop(late), FAMILIES, set(), {0})
+    assert found is not None and found.key == ("static_friction", (0,))
+
+
 @pytest.fixture(scope="module")
 def clean() -> LoopStep:
     return in_loop(Scenario())

@@ -63,6 +63,21 @@ def test_noise_loses_no_more_than_what_is_slow(monkeypatch: pytest.MonkeyPatch, 
     assert left == pytest.approx(not_slow(noise))
 
 
+def test_noise_that_moves_the_arm_is_not_taken_for_friction_that_changes() -> None:
+    """It stands in the speed and in what does not repeat, and two periods see the same of many half waves.
+
+    Those come to a constant where the motion rests at the ends of its period, and no row is there.
+    """
+    time = TIME[: 2 * PERIOD]
+    rests = np.clip(np.minimum(time % 10.0, 10.0 - time % 10.0) - 1.0, 0.0, 1.0)
+    speed = (rests * SPEED[: time.size])[:, np.newaxis]
+    noise = np.asarray(lfilter([1.0], [1.0, -0.67], white()[: time.size]))[:, np.newaxis]
+    moved = np.asarray(lfilter([0.02 / NOISE], [1.0, -0.8], noise, axis=0))
+    used, left = np.abs(speed) > 0.1, not_repeating(noise, PERIOD)
+    found = without_slow(State(speed, speed + moved, speed, time), used, left, PERIOD)
+    assert found[used].std() == pytest.approx(noise.std(), rel=0.05)
+
+
 def test_a_fit_has_ten_rows_of_each_column(monkeypatch: pytest.MonkeyPatch) -> None:
     """However likely more half waves are: so many columns would take noise."""
     asked: list[tuple[int, FloatArray]] = []
