@@ -121,7 +121,9 @@ class Accepted:
         return ""
 
 
-def unsure_size(effect: PlacedEffect, essential: Sequence[int], values: FloatArray, sigma: FloatArray) -> str:
+def unsure_size(
+    effect: PlacedEffect, essential: Sequence[int], values: FloatArray, sigma: FloatArray, there: bool
+) -> str:
     """Which parameter that makes it this effect is not told from nothing at 95 %, in words; empty where none.
 
     Args:

@@ -115,23 +115,19 @@ def _answered(
     searched, refuted = borne_out(search, searched, held)
     searched = simplified(search, likeliest(search, searched, held), held)
     found = searched.found
-    findings = tuple(
-        sorted(
-            (_finding(search, searched, held, k) for k in range(len(found.members))),
-            key=lambda one: -one.explains / one.left,
-        )
-    )
+    findings = [_finding(search, searched, held, k) for k in range(len(found.members))]
+    findings.sort(key=lambda one: -one.explains / one.left)
     ranking = of_nothing(search, searched)
     beside = screen(problem, found, searched.entries)
     joints = _joints(problem, searched, held, beside)
     nothing = next(one.probability for one in ranking if one.name == NOTHING[0])
-    verdict, rejected = verdict_of(findings, nothing, joints), None
+    verdict, rejected = verdict_of(tuple(findings), nothing, joints), None
     if verdict == "clean" and simulated:
         rejected = _gate_one_rejects(question, problem)
         verdict = "unnamed" if rejected else "clean"
     answer = EvidenceAnswer(
         verdict=verdict,
-        findings=findings,
+        findings=tuple(findings),
         refuted=refuted,
         ranking=ranking,
         beside=tuple(_against_nothing(one) for one in _likeliest_forms(beside)),

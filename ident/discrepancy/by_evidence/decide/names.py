@@ -157,8 +157,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         forms.setdefault(one.candidate.key, one.best.entry.placed)
     price = price_of_parameters(search.problem.rows.known.precision, without.posterior, found.posterior)
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
-    no_name = odds_of_no_name(held.alone(found, number), seen, price, possible, left)
-    odds[NO_NAME, own[1]] = odds[own] + no_name
+    odds[NO_NAME, own[1]] = odds[own]
+    odds[NO_NAME, own[1]] += odds_of_no_name(held.alone(found, number), seen, price, possible, left)
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))
 
