@@ -111,13 +111,8 @@ class Slot:
 
 def smallest(names: tuple[Named, ...]) -> tuple[Named, ...]:
     """The fewest of names in order that together hold 95 %."""
-    total, kept = 0.0, []
-    for one in names:
-        kept.append(one)
-        total += one.probability
-        if total >= HELD:
-            break
-    return tuple(kept)
+    totals = np.cumsum([one.probability for one in names])
+    return names[: int(np.searchsorted(totals, HELD)) + 1]
 
 
 def slot(search: Search, searched: Searched, number: int, without: Found, held: OtherMotion) -> Slot:
