@@ -71,7 +71,7 @@ FIGURES = (
     Figure(f"{_BY}decide/no_name", "OUTSIDE", "odds without a name | 0.1;"),
     Figure(f"{_BY}decide/no_name", "_IMITATED", "odds without a name | 0.1; imitated 0.5"),
     Figure(f"{_BY}decide/search", "OF_JOINT", "frictions of a joint | two"),
-    Figure("ident/discrepancy/existing_arm", "_LEAST", "a tenth of its own"),
+    Figure("discrepancy/existing_arm", "_LEAST", "a tenth of its own"),
     Figure(f"{_BY}decide/left_over", "ABOVE", "0.9; 95 %; 0.5"),
     Figure(f"{_BY}reversals", "_OF_BEST", "nats | 0.5"),
     Figure(f"{_BY}terms/chosen", "MOST", "two;"),

@@ -397,8 +397,20 @@ RULES = (
     Broken(
         "what swings too fast for rows leaves some of itself",
         f"{_BY}decide/no_name.py",
-        "if member.entry.placed.stiff:",
-        "if False:",
+        "member.entry.placed.stiff or ",
+        "",
+    ),
+    Broken(
+        "where no run says what is usual nothing is too much",
+        f"{_BY}decide/no_name.py",
+        " or not problem.misfit.of_run",
+        "",
+    ),
+    Broken(
+        "of the parameters that make up for a name the model's own have a price",
+        f"{_BY}decide/names.py",
+        "precision[: search.problem.beta.count]",
+        "precision",
     ),
     Broken(
         "no joint has three frictions",
@@ -650,8 +662,8 @@ RULES = (
     Broken(
         "an effect may be there as a whole",
         "ident/discrepancy/accepted.py",
-        "clear.any() or self._is_there",
-        "clear.any()",
+        "clear.any() or there else",
+        "clear.any() else",
         ("tests/ident/discrepancy/test_confirmation.py",),
     ),
     Broken(

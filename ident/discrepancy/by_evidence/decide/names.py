@@ -150,7 +150,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
             value -= TEMPERATURE * held.shown(found, other).nats
         odds[one.candidate.key] = max(odds.get(one.candidate.key, -np.inf), value)
         forms.setdefault(one.candidate.key, one.best.entry.placed)
-    price = price_of_parameters(search.problem.rows.known.precision, without.posterior, found.posterior)
+    precision = search.problem.rows.known.precision[: search.problem.beta.count]
+    price = price_of_parameters(precision, without.posterior, found.posterior)
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
     odds[NO_NAME, own[1]] = odds[own]
     odds[NO_NAME, own[1]] += odds_of_no_name(held.alone(found, number), seen, price, possible, left)

@@ -61,20 +61,24 @@ def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float
 def price_of_parameters(precision: FloatArray, without: Posterior, found: Posterior) -> float:
     """Nats of the prior by which parameters of a set without a member are less likely; 0 where they are not.
 
+    Of the model's own parameters: what a lag makes up for between channels is no evidence of a name.
+
     Args:
-        precision: (k,) of the known factors, 0 of those that have no prior.
+        precision: (b,) of their factors, the first of the known ones; 0 of those that have no prior.
         without: the set without it.
         found: the set.
     """
-    return max(0.0, 0.5 * float(precision @ (without.known**2 - found.known**2)))
+    own = slice(precision.size)
+    return max(0.0, 0.5 * float(precision @ (without.known[own] ** 2 - found.known[own] ** 2)))
 
 
 def left_beside(problem: Problem, found: Found, number: int) -> float:
     """Nats for something without a name, against a member of a set, of what stays unexplained beside it.
 
     It counts at the joint where it speaks most for that, of those at which the member explains more than an
-    accepted model leaves: a load that swings is a payload at the shoulder, and not at the wrist. None of what
-    swings too fast for rows: a play or a soft gear leaves instants of impacts and ringing where it is there.
+    accepted model leaves: a load that swings is a payload at the shoulder, and not at the wrist. None where
+    no accepted run says what is usual, and none of what swings too fast for rows: a play or a soft gear
+    leaves instants of impacts and ringing where it is there.
 
     Args:
         problem: the data.
@@ -82,7 +86,7 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
         number: of the member.
     """
     member = found.members[number]
-    if member.entry.placed.stiff:
+    if member.entry.placed.stiff or not problem.misfit.of_run:
         return 0.0
     torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
     accepted, own = problem.misfit.accepted, own_joint(found, number, torque)

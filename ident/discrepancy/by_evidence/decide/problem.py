@@ -98,7 +98,7 @@ def level_beside(
         level: to begin with.
     """
     kappa = usual_misfit(rows.noise) if accepted is None else accepted
-    misfit = Misfit(kappa, root_mean_square(rows.prepared))
+    misfit = Misfit(kappa, root_mean_square(rows.prepared), accepted is not None)
     level = level or Level(kappa, np.ones_like(kappa))
     return misfit, fitted(Gram(rows, ()), level, range(rows.n), misfit)
 

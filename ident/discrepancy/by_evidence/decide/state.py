@@ -12,6 +12,7 @@ from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import fitted
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.simulated import HasSimulatedParts
 from ident.effects.usual import SYMBOLS
 from robots.arrays import FloatArray
 
@@ -47,6 +48,8 @@ class Member:
     def is_friction(self) -> bool:
         """Whether it is torque against the speed of a drive, as it is simulated."""
         placed = self.entry.placed
+        if not isinstance(placed, HasSimulatedParts):
+            return False
         parts = placed.simulated(np.ones(len(placed.parameters)))
         return bool(parts.friction) or parts.damping is not None
 

@@ -42,10 +42,12 @@ class Misfit:
     Attributes:
         accepted: (n,) N·m (or N), of the run that the model was accepted on, or of its noise.
         largest: (n,) N·m (or N), root mean square of the torque.
+        of_run: whether a run that the model was accepted on says so.
     """
 
     accepted: FloatArray
     largest: FloatArray
+    of_run: bool = True
 
     def grid(self, joint: int) -> FloatArray:
         """Values of κ that are tried."""

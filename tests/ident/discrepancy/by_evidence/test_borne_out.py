@@ -48,6 +48,7 @@ def member(name: str) -> Any:
     return SimpleNamespace(
         name=name,
         entry=SimpleNamespace(placed=placed, white=SimpleNamespace(at=(0,))),
+        joints=(0,),
         candidate=SimpleNamespace(
             key=(name, (0,)), place=placed.place, family=SimpleNamespace(on_top_of=ON_TOP_OF.get(name, ()))
         ),

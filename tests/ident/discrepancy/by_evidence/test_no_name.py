@@ -50,7 +50,8 @@ def test_what_parameters_make_up_for_at_a_price_is_no_refuge_of_what_has_no_name
 
 
 def test_only_parameters_with_a_prior_have_a_price_and_it_is_none_where_they_are_likelier() -> None:
-    one, other = (SimpleNamespace(known=np.array(known)) for known in ([3.0, 50.0], [1.0, 2.0]))
+    # The last factor is no parameter of the model: a lag between the channels.
+    one, other = (SimpleNamespace(known=np.array(known)) for known in ([3.0, 50.0, 9.0], [1.0, 2.0, 0.0]))
     precision = np.array([1.0, 0.0])
     assert price_of_parameters(precision, one, other) == pytest.approx(4.0)  # type: ignore[arg-type]
     assert price_of_parameters(precision, other, one) == 0.0  # type: ignore[arg-type]
@@ -82,7 +83,13 @@ def test_what_swings_too_fast_for_rows_leaves_some_of_itself() -> None:
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01)) > 1.0
 
 
-def left_at(torque: tuple[float, ...], misfit: tuple[float, ...], stiff: bool = False) -> float:
+def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
+    assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), of_run=False) == 0.0
+
+
+def left_at(
+    torque: tuple[float, ...], misfit: tuple[float, ...], stiff: bool = False, of_run: bool = True
+) -> float:
     """Of one member that acts at all joints, each of which may leave 0.01 N·m."""
     n = len(torque)
     part = SimpleNamespace(columns=columns)
@@ -90,7 +97,7 @@ def left_at(torque: tuple[float, ...], misfit: tuple[float, ...], stiff: bool = 
     problem: Any = SimpleNamespace(
         prepared=prepared,
         rows=SimpleNamespace(noise=[SimpleNamespace(marginal=0.01)] * n),
-        misfit=SimpleNamespace(accepted=np.full(n, 0.01)),
+        misfit=SimpleNamespace(accepted=np.full(n, 0.01), of_run=of_run),
     )
     found: Any = SimpleNamespace(
         members=[

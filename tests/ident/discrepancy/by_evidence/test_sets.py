@@ -180,8 +180,7 @@ def test_every_candidate_is_asked_in_a_names_place_each_with_its_own_misfit() ->
     assert said.log_odds(("contact", (0,))) == pytest.approx(fitted, abs=0.1)
     one, other = said.log_odds(("payload", (0,))), said.log_odds(("backlash", (0,)))
     assert one > fitted + 2.0 and other < 0.0
-    unknown = OUTSIDE * 0.5  # no more is left than an accepted run leaves
-    share = 1.0 / (1.0 + np.exp(fitted - one) + unknown)
+    share = 1.0 / (1.0 + np.exp(fitted - one) + OUTSIDE)
     assert said.probability(("payload", (0,))) == pytest.approx(share, abs=0.01)
 
 

@@ -163,7 +163,7 @@ def asked(
     with_rival = SimpleNamespace(log_posterior=rival)
     known = SimpleNamespace(precision=np.ones(1))
     search: Any = SimpleNamespace(
-        problem=SimpleNamespace(rows=SimpleNamespace(known=known)),
+        problem=SimpleNamespace(rows=SimpleNamespace(known=known), beta=SimpleNamespace(count=1)),
         elsewhere=elsewhere(same),
         replaced=lambda without, others: [
             with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others

@@ -35,7 +35,7 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
 def named(words: str) -> SimpleNamespace:
     """A finding that is sure."""
     return SimpleNamespace(
-        something=1.0, placed=words, words=lambda: words, key=(words, ()), names=(), doubt=""
+        something=1.0, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
     )
 
 
