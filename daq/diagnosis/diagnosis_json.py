@@ -187,11 +187,13 @@ def _gate(gate: Gate) -> dict[str, Any]:
 
 def _apart(item: TellingApart) -> dict[str, Any]:
     fit, validate = trajectory_names(item.number) if item.parts else (None, None)
+    durations = [one.duration for one in item.trajectories] or [None, None]
     return {
         "candidates": list(item.candidates),
         "trajectory": fit,
         "validation_trajectory": validate,
-        "duration": item.duration if item.parts else None,
+        "duration": durations[0],
+        "validation_duration": durations[1],
         "pairs": [_pair(before, after) for before, after in item.pairs],
         "not_by_motion": [_unsettled(pair) for pair in item.unsettled],
         "not_planned": item.not_planned or None,

@@ -96,13 +96,13 @@ def test_both_parts_are_told_with_what_each_is_for(stage: Stage, monkeypatch: py
     content, console = diagnosis_json._apart(found), Console(width=300, file=StringIO(), record=True)
     fit, judge = "tell-apart-1.trajectory.json", "tell-apart-1-validate.trajectory.json"
     assert (content["trajectory"], content["validation_trajectory"]) == (fit, judge)
-    assert content["duration"] == pytest.approx(16.0, abs=0.02)
+    assert content["duration"] == content["validation_duration"] == pytest.approx(8.0, abs=0.01)
     (pair,) = content["pairs"]
     assert pair["correlation"]["after"] == pytest.approx(found.pairs[0][1].correlation)
     diagnosis_terminal._write_apart(console, found)
     assert f"{fit} to fit with all recordings so far, {judge} alone to --validate" in console.export_text()
     none = diagnosis_json._apart(replace(found, parts=()))
-    assert none["trajectory"] is none["validation_trajectory"] is none["duration"] is None
+    assert none["trajectory"] is none["validation_trajectory"] is none["duration"] is none["validation_duration"] is None
     assert none["pairs"] == []
 
 
