@@ -102,7 +102,8 @@ def test_both_parts_are_told_with_what_each_is_for(stage: Stage, monkeypatch: py
     diagnosis_terminal._write_apart(console, found)
     assert f"{fit} to fit with all recordings so far, {judge} alone to --validate" in console.export_text()
     none = diagnosis_json._apart(replace(found, parts=()))
-    assert none["trajectory"] is none["validation_trajectory"] is none["duration"] is none["validation_duration"] is None
+    assert none["trajectory"] is none["validation_trajectory"] is None
+    assert none["duration"] is none["validation_duration"] is None
     assert none["pairs"] == []
 
 
