@@ -395,9 +395,9 @@ RULES = (
         "if j == own",
     ),
     Broken(
-        "what swings too fast for rows leaves some of itself",
+        "what rows hold the most of leaves some of itself",
         f"{_BY}decide/no_name.py",
-        "member.entry.placed.stiff or ",
+        "member.candidate.family.rough or ",
         "",
     ),
     Broken(

@@ -111,6 +111,7 @@ BASE_COMPLIANCE = Family(
     history=True,
     timeless=True,
     stiff=True,
+    rough=True,
     settled_by="put a dial gauge on the foot and push the arm: a foot that gives way moves with it",
     told_from={
         "joint_elasticity": "put a dial gauge on the foot and push the arm: with an elastic gear it rests",

@@ -113,6 +113,7 @@ DRAGGING_BRAKE = Family(
     contains=("coulomb_friction",),
     confused_with=("coulomb_friction", "drifting_friction"),
     further=(BRAKE_THAT_FALLS_IN,),
+    rough=True,
     history=True,
     settled_by=(
         "measure the voltage at the brake's coil while the arm moves, or lift the brake by hand and record"

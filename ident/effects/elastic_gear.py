@@ -181,6 +181,7 @@ JOINT_ELASTICITY = Family(
     confused_with=("backlash", "current_loop_lag"),
     shows="both",
     stiff=True,
+    rough=True,
     history=True,
     settled_by=(
         "lock the motor and hang known weights on the link, a dial gauge on it: a gear that gives way"
@@ -210,6 +211,7 @@ BACKLASH = Family(
     confused_with=("joint_elasticity", "hysteresis"),
     shows="both",
     stiff=True,
+    rough=True,
     history=True,
     settled_by=("lock the motor and push the link both ways, a dial gauge on it: play moves without force"),
     told_from={

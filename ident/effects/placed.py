@@ -105,6 +105,7 @@ class Family:
     is an offset. ``contains`` are the effects that are limits of this one: it is not reported where such a
     limit explains as much. ``on_top_of`` are the usual terms that it is a rise of. ``not_by_motion`` are
     those of ``told_from`` that no motion tells from it: on a moving arm their torque is the same.
+    Of a ``rough`` one rows hold the most, and it leaves the rest where it is there.
     ``several`` of an effect that comes in waves can sit at one place. ``timeless``, which what is dear to
     calculate says of itself: its torque is that of the motion and of what was shortly before, whenever it
     happens. ``forms`` are others of the same name with shapes of their own, ``further`` those that the
@@ -129,6 +130,7 @@ class Family:
     forms: tuple[Family, ...] = ()
     further: tuple[Family, ...] = ()
     stiff: bool = False
+    rough: bool = False
     history: bool = False
     timeless: bool = False
     taken_by_alignment: bool = False

@@ -61,6 +61,7 @@ STIFFENING_ELASTICITY = Family(
     confused_with=("joint_elasticity", "backlash"),
     shows="both",
     stiff=True,
+    rough=True,
     history=True,
     settled_by=(
         "lock the motor and hang growing weights on the link, a dial gauge on it: the way grows ever less"

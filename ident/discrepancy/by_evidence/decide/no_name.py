@@ -77,8 +77,8 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
 
     It counts at the joint where it speaks most for that, of those at which the member explains more than an
     accepted model leaves: a load that swings is a payload at the shoulder, and not at the wrist. None where
-    no accepted run says what is usual, and none of what swings too fast for rows: a play or a soft gear
-    leaves instants of impacts and ringing where it is there.
+    no accepted run says what is usual, and none of what rows hold the most of: a play leaves instants of
+    impacts, a drag that comes and goes at once its further waves.
 
     Args:
         problem: the data.
@@ -86,7 +86,7 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
         number: of the member.
     """
     member = found.members[number]
-    if member.entry.placed.stiff or not problem.misfit.of_run:
+    if member.candidate.family.rough or not problem.misfit.of_run:
         return 0.0
     torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
     accepted, own = problem.misfit.accepted, own_joint(found, number, torque)

@@ -77,9 +77,9 @@ def test_what_an_effect_of_the_arm_leaves_is_asked_at_every_joint_where_it_acts(
     assert wrist == pytest.approx(nats_of_left(0.5, 0.01, 2.0))
 
 
-def test_what_swings_too_fast_for_rows_leaves_some_of_itself() -> None:
+def test_what_rows_hold_the_most_of_leaves_some_of_itself() -> None:
     """A play of 0.45 N·m with 0.2 left: instants of impacts, which no record holds."""
-    assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), stiff=True) == pytest.approx(0.0)
+    assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), rough=True) == pytest.approx(0.0)
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01)) > 1.0
 
 
@@ -88,7 +88,7 @@ def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
 
 
 def left_at(
-    torque: tuple[float, ...], misfit: tuple[float, ...], stiff: bool = False, of_run: bool = True
+    torque: tuple[float, ...], misfit: tuple[float, ...], rough: bool = False, of_run: bool = True
 ) -> float:
     """Of one member that acts at all joints, each of which may leave 0.01 N·m."""
     n = len(torque)
@@ -103,8 +103,8 @@ def left_at(
         members=[
             SimpleNamespace(
                 joints=range(n),
-                candidate=SimpleNamespace(key=("payload", ())),
-                entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque), stiff=stiff)),
+                candidate=SimpleNamespace(key=("payload", ()), family=SimpleNamespace(rough=rough)),
+                entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque))),
             )
         ],
         theta=lambda number: (np.ones(1), np.eye(1)),
