@@ -187,13 +187,14 @@ def _gate(gate: Gate) -> dict[str, Any]:
 
 def _apart(item: TellingApart) -> dict[str, Any]:
     fit, validate = trajectory_names(item.number) if item.parts else (None, None)
-    durations = [one.duration for one in item.trajectories] or [None, None]
+    durations: list[float | None] = [one.duration for one in item.trajectories]
+    first, second = durations or [None, None]
     return {
         "candidates": list(item.candidates),
         "trajectory": fit,
         "validation_trajectory": validate,
-        "duration": durations[0],
-        "validation_duration": durations[1],
+        "duration": first,
+        "validation_duration": second,
         "pairs": [_pair(before, after) for before, after in item.pairs],
         "not_by_motion": [_unsettled(pair) for pair in item.unsettled],
         "not_planned": item.not_planned or None,

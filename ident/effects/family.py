@@ -288,18 +288,14 @@ class EffectFamily(Protocol):
     @property
     def nested(self) -> tuple[EffectFamily, ...]:
         """Every form of this name; the last are those that the search by evidence alone asks for."""
-        ...
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
-        ...
 
     def shapes(self, robot: Robot, place: Place) -> tuple[Shape, ...]:
         """Its shape parameters at a place, coarse grids; empty where it is linear throughout."""
-        ...
 
     def effect(
         self, robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
     ) -> PlacedEffect:
         """The effect there, with these shape values in the order of :meth:`shapes`."""
-        ...
