@@ -236,11 +236,10 @@ class EffectFamily(Protocol):
     ``forms`` are others of the same name with shapes of their own, ``nested`` is this one with all of those.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
-    integration; ``rough``, whether rows leave some of it where it is there (instants of impacts, ringing,
-    further waves); ``history``, whether its torque depends on what was before; ``taken_by_alignment``,
-    whether an estimate of the lag between the channels takes it up. ``settled_by`` is what on the arm shows
-    it where no motion does. Names that pass for each other are declared on either
-    (``vocabulary.confused_with``).
+    integration; ``rough``, whether rows leave some of it where it is there (impacts, ringing, further waves);
+    ``history``, whether its torque depends on what was before; ``taken_by_alignment``, whether an estimate
+    of the lag between the channels takes it up. ``settled_by`` is what on the arm shows it where no motion
+    does. Names that pass for each other are declared on either (``vocabulary.confused_with``).
     """
 
     @property
