@@ -103,15 +103,15 @@ def test_an_effect_is_known_as_a_whole_though_its_parameters_share_out_one_size(
     monkeypatch.setattr(refined, "deviations", _of_columns)
     random = np.random.default_rng(1)
     column, apart = random.normal(size=100), 1e-3 * random.normal(size=(100, 2))
-    alike = np.stack([column, column + apart[:, 0], column + apart[:, 1]], axis=1)
+    same = np.stack([column, column + apart[:, 0], column + apart[:, 1]], axis=1)
     effect: Any = SimpleNamespace(shape=(0.15,))
-    (alone,) = refined._of_sizes(None, (effect,), [np.array([2.0, 1.0])], (alike, alike, column))  # type: ignore[arg-type]
+    (alone,) = refined._of_sizes(None, (effect,), [np.array([2.0, 1.0])], (same, same, column))  # type: ignore[arg-type]
     assert alone == pytest.approx(1.0 / np.linalg.norm(3.0 * column), rel=0.01)
     first, _ = refined._of_sizes(
         None,  # type: ignore[arg-type]
         (SimpleNamespace(shape=()), effect),
         [np.array([1.0]), np.array([1.0])],
-        (alike, alike, column),
+        (same, same, column),
     )
     assert first > 100.0 * alone
 
