@@ -158,10 +158,10 @@ def asked(
     candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
     monkeypatch.setattr(names, "screen", lambda *given: listed)
-    moved = SimpleNamespace(known=np.array([np.sqrt(2.0 * price)]))
+    moved = SimpleNamespace(known=np.array([np.sqrt(2.0 * price), 9.0]))  # a parameter and a lag
     without = SimpleNamespace(log_posterior=0.0, posterior=moved)
     with_rival = SimpleNamespace(log_posterior=rival)
-    known = SimpleNamespace(precision=np.ones(1))
+    known = SimpleNamespace(precision=np.ones(2))
     search: Any = SimpleNamespace(
         problem=SimpleNamespace(rows=SimpleNamespace(known=known), beta=SimpleNamespace(count=1)),
         elsewhere=elsewhere(same),
@@ -174,7 +174,7 @@ def asked(
         alone=lambda found, number: shares.get("alone", shares["nothing"]),
     )
     member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
-    unmoved = SimpleNamespace(known=np.zeros(1))
+    unmoved = SimpleNamespace(known=np.zeros(2))
     fitted = SimpleNamespace(members=[member], log_posterior=9.0, posterior=unmoved)
     found: Any = SimpleNamespace(found=fitted, entries=())
     return names.slot(search, found, 0, without, held)  # type: ignore[arg-type]
