@@ -15,7 +15,7 @@ from ident.parameters.regressor import RegressorModel
 from robots.arrays import BoolArray, FloatArray
 from robots.pseudo_inertia import LINK_SIZE
 
-_SHARES = (0.0, 0.125, 0.25, 0.5, 1.0)
+_SHARES = (0.125, 0.25, 0.5, 1.0)
 """Of the way to the description's inertias."""
 
 _LEAST = 0.1
@@ -42,7 +42,7 @@ def existing(model: RegressorModel, standard: FloatArray, position: FloatArray) 
         return standard
     described, inertial = model.prior(), _inertial(model)
     enough = _LEAST * _least_inertias(model, described, postures)
-    for share in _SHARES[1:]:
+    for share in _SHARES:
         mixed = np.where(inertial, standard + share * (described - standard), standard)
         if (_least_inertias(model, mixed, postures) >= enough).all():
             return mixed
