@@ -169,7 +169,8 @@ def _shaft(hidden: Hidden) -> dict[str, float]:
 
 def _ripple(name: str, key: str, usual: float) -> Callable[[Hidden], dict[str, float]]:
     def true(hidden: Hidden) -> dict[str, float]:
-        same = hidden.shape("periods_per_turn") == hidden.entry.get("order", usual)
+        # One of a period that no gear explains says it otherwise, and its phase is not compared.
+        same = hidden.found.get("periods_per_turn", (0.0,))[0] == hidden.entry.get("order", usual)
         return {name: hidden.entry[key]} if same and hidden.entry.get(key) else {}
 
     return true

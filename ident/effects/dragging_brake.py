@@ -7,17 +7,19 @@ meanwhile: dry friction that comes and goes with time, from one instant on, up t
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape, State
 from ident.effects.placed import (
-    ANY,
     POSITIVE,
     Family,
     Law,
     Parameters,
     Parts,
     along,
+    as_positions_show,
     drive_row,
     each_drive,
     over_time,
@@ -26,7 +28,7 @@ from ident.effects.placed import (
 from ident.effects.scales import dry_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.usual import friction_sign
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
 _SHARE = 0.3
@@ -36,50 +38,44 @@ _SHARE = 0.3
 def _again(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    """A mean drag and the first wave of its coming and going."""
-    row, sign, (period,) = drive_row(robot, place), friction_sign(robot), shape
-    rate = 2.0 * np.pi / period
-
-    def law(state: State) -> FloatArray:
-        direction = sign(state.velocity @ row)
-        if state.time is None:
-            return along(row, direction, 0.0 * direction, 0.0 * direction)
-        phase = rate * state.time
-        return along(row, direction, direction * np.cos(phase), direction * np.sin(phase))
-
-    def parts(values: FloatArray) -> SimulatedParts:
-        def course(time: FloatArray) -> FloatArray:
-            return np.asarray(values[0] + values[1] * np.cos(rate * time) + values[2] * np.sin(rate * time))
-
-        table = over_time(course)
-        return SimulatedParts(friction=(FrictionTorque(row, row, sign, course=table),))
-
-    unit, scale = torque_unit(robot, place), _SHARE * dry_friction(robot, place)
-    symbols = ("drag", "drag_cos", "drag_sin")
-    return Parameters(symbols, (unit,) * 3, (POSITIVE, ANY, ANY), (scale,) * 3), law, parts
+    """A drag in a part of each period, and none in the rest of it."""
+    period, share, beginning = shape
+    return _drag(robot, place, lambda time: np.mod(time / period - beginning, 1.0) < share)
 
 
 def _periods(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    """Frequencies that a recording of 20 s tells apart, as far as the quickest."""
-    grid = tuple(1.0 / (0.05 * k) for k in range(20, 2, -1))
-    return (Shape("period", "s", grid, 1.0, 10.0, True),)
+    """Frequencies that differ by a tenth of a period after 20 s, as far as the quickest."""
+    grid = tuple(1.0 / (0.005 * k) for k in range(200, 19, -1))
+    return (
+        Shape("period", "s", grid, 1.0, 10.0, True, scanned="time"),
+        Shape("share", "1", (0.2, 0.35, 0.5, 0.65, 0.8), 0.05, 0.95, scanned="time"),
+        Shape("beginning", "1", tuple(0.1 * k for k in range(10)), -0.5, 1.5, scanned="time"),
+    )
 
 
 def _once(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
     """A drag from an instant on (1), or up to it (−1)."""
-    row, sign, (instant, side) = drive_row(robot, place), friction_sign(robot), shape
+    instant, side = shape
+    return _drag(robot, place, lambda time: side * (time - instant) > 0.0)
 
-    def rubs(time: FloatArray) -> FloatArray:
-        return np.asarray(side * (time - instant) > 0.0, dtype=np.float64)
+
+def _drag(
+    robot: Robot, place: Place, rubs: Callable[[FloatArray], BoolArray]
+) -> tuple[Parameters, Law, Parts]:
+    """Dry friction at the times (s) at which a brake rubs; it comes and goes within a row."""
+    row, sign = drive_row(robot, place), friction_sign(robot)
 
     def law(state: State) -> FloatArray:
         direction = sign(state.velocity @ row)
-        return along(row, direction if state.time is None else direction * rubs(state.time))
+        if state.time is None:
+            return along(row, direction)
+        course = as_positions_show(robot, state, rubs(state.time)[:, np.newaxis].astype(np.float64))
+        return along(row, direction * course[:, 0])
 
     def parts(values: FloatArray) -> SimulatedParts:
-        table = over_time(rubs)
+        table = over_time(lambda time: rubs(time).astype(np.float64))
         return SimulatedParts(friction=(FrictionTorque(row, values[0] * row, sign, course=table),))
 
     unit, scale = torque_unit(robot, place), _SHARE * dry_friction(robot, place)
@@ -113,7 +109,6 @@ DRAGGING_BRAKE = Family(
     contains=("coulomb_friction",),
     confused_with=("coulomb_friction", "drifting_friction"),
     further=(BRAKE_THAT_FALLS_IN,),
-    rough=True,
     history=True,
     settled_by=(
         "measure the voltage at the brake's coil while the arm moves, or lift the brake by hand and record"
@@ -128,8 +123,8 @@ DRAGGING_BRAKE = Family(
     },
     not_by_motion=("coulomb_friction",),
     equation=(
-        "sign(q̇)·(drag + drag_cos·cos(2πt/period) + drag_sin·sin(2πt/period)) or, where it rubs once,"
-        " sign(q̇)·drag after the instant (`side` 1) or before it (−1)"
+        "sign(q̇)·drag while t/period − beginning, less its whole turns, is below share, or, where it rubs once,"
+        " after the instant (`side` 1) or before it (−1)"
     ),
     row=95,
 )

@@ -126,8 +126,8 @@ class Effect(Protocol):
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid alone; of one that is ``scanned`` the data say which. At
-    its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
+    What is ``fixed`` takes the values of its grid alone; of one that is ``scanned``, over what it comes again, the
+    data say which. At its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
     """
 
     name: str
@@ -138,7 +138,7 @@ class Shape:
     logarithmic: bool = False
     fixed: bool = False
     limits: tuple[float, ...] = ()
-    scanned: bool = False
+    scanned: Literal["", "position", "time"] = ""
 
 
 class PresentModel(Protocol):

@@ -116,7 +116,7 @@ def _shapes_of_any(robot: Robot, place: Place) -> tuple[Shape, ...]:
     grid = tuple(float(waves) / unit for waves in lowest + step * np.arange(count))
     turns = robot.joint[place.joints[0]].unit == "rad"
     name, of = ("periods_per_joint_turn", "1") if turns else ("periods_per_metre", "1/m")
-    shape = Shape(name, of, grid, grid[0], grid[-1], scanned=True)
+    shape = Shape(name, of, grid, grid[0], grid[-1], scanned="position")
     return shape, Shape("with_torque", "1", (0.0, 1.0), 0.0, 1.0, fixed=True)
 
 

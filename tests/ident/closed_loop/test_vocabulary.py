@@ -98,7 +98,7 @@ CASES: dict[str, list[tuple[int, tuple[float, ...] | None, tuple[float, ...], fl
     "load_dependent_friction": [(1, None, (0.1,), 0.03), (4, None, (0.5,), 0.03)],
     "load_quadratic_friction": [(1, None, (0.003,), 0.03), (2, None, (0.01,), 0.03)],
     "directional_efficiency": [(1, None, (0.1, 0.05), 0.03), (4, None, (0.5, -0.2), 0.03)],
-    "dragging_brake": [(2, (5.5,), (0.5, 0.3, 0.2), 0.01)],
+    "dragging_brake": [(2, (4.0, 0.4, 0.3), (0.5,), 0.35)],
     "drifting_friction": [
         (2, (8.0,), (0.5, 0.3, 0.0, 0.0), 0.005),
         (2, (2.0,), (0.0, 0.0, 0.05, 0.03), 0.005),

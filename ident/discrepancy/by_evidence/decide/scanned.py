@@ -1,6 +1,6 @@
-"""Waves of any period over a drive's position: which ones the residual shows, of more than can be tried.
+"""What comes again with any period: which the residual shows, of more than can be tried.
 
-With u the white residual of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and
+Of what comes again in time see :mod:`.boxes`. Of waves over a drive's position, with u the white residual of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and
 h·sin(kx) over the drive's position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with the residual: one
 Fourier transform over x for all k at once (the periodogram of Lomb and Scargle, for noise with a memory).
 What the filter of the positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go by their speed,
@@ -10,7 +10,7 @@ evidence says as of all others, and the prior of a period is divided among all t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.fft import ifft, next_fast_len
 from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
+from ident.discrepancy.by_evidence.decide.boxes import best_boxes, highest
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.residual import white_residual
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
@@ -57,27 +58,36 @@ def scanned(
     # What a joint's rows say of a column: Wᵀu, by how noisy they are.
     whiteners, count = rows.whiteners, rows.prepared.used.shape[0]
     said = np.stack([w.back(u, count) for w, u in zip(whiteners, left, strict=True)], axis=1) / squares
-    made = at_once(lambda one: _likeliest(rows, one, present, said, squares), some)
+    likeliest = {"position": _waves, "time": best_boxes}
+    made = at_once(
+        lambda one: _entries(rows, one, present, likeliest[one.over](rows, found, one, present, said)), some
+    )
     entries = tuple(entry for of_one in made for entry in of_one)
     rows.keep_products_with([entry.white for entry in entries])
     return entries
 
 
-def _likeliest(
-    rows: Rows, candidate: Candidate, present: PresentModel, said: FloatArray, squares: FloatArray
+def _entries(
+    rows: Rows, candidate: Candidate, present: PresentModel, likeliest: Iterable[tuple[float, ...]]
 ) -> list[Entry]:
-    """Peaks of the gain over the period, with every combination of the other shapes."""
-    entries = []
-    periods = np.array(candidate.shapes[0].grid)
+    """A candidate with the shapes that the residual shows, those that the data show anything of."""
+    made = []
+    for shape in likeliest:
+        placed = candidate.at(rows.prepared.robot, shape, present)
+        white = rows.effect(placed, single=True)
+        if white.there:
+            made.append(Entry(candidate, placed, white))
+    return made
+
+
+def _waves(
+    rows: Rows, found: Found, candidate: Candidate, present: PresentModel, said: FloatArray
+) -> Iterator[tuple[float, ...]]:
+    """Shapes at peaks of the gain over the period, with every combination of the other shapes."""
+    periods, squares = candidate.shapes[0].grid, found.level.excess**2
     for rest in product(*(shape.grid for shape in candidate.shapes[1:])):
-        gain = _gains(rows, candidate, rest, present, said, squares)
-        inside = np.flatnonzero((gain[1:-1] >= gain[:-2]) & (gain[1:-1] >= gain[2:])) + 1
-        for peak in inside[np.argsort(-gain[inside], kind="stable")][:_PEAKS]:
-            placed = candidate.at(rows.prepared.robot, (float(periods[peak]), *rest), present)
-            white = rows.effect(placed, single=True)
-            if white.there:
-                entries.append(Entry(candidate, placed, white))
-    return entries
+        for peak in highest(_gains(rows, candidate, rest, present, said, squares))[:_PEAKS]:
+            yield (periods[peak], *rest)
 
 
 def _gains(
@@ -117,9 +127,8 @@ def _gains(
         for j in np.flatnonzero(height.any(axis=0)):
             noise = rows.noise[j]
             angle = np.minimum(waves * mean / rate, np.pi)
-            taps = np.concatenate([[1.0], -noise.coefficients]) / noise.deviation
             power = float(np.sum(height[inside & prepared.used[:, j], j] ** 2)) / squares[j]
-            information += 0.5 * power * passed**2 * np.abs(freqz(taps, worN=angle)[1]) ** 2
+            information += 0.5 * power * passed**2 * np.abs(freqz(noise.taps, worN=angle)[1]) ** 2
     return np.asarray(0.5 * np.abs(score) ** 2 / (information + 1.0 / flat.scale[0] ** 2))
 
 

@@ -37,6 +37,11 @@ class Noise:
     deviation: float
 
     @property
+    def taps(self) -> FloatArray:
+        """(order + 1,) the filter that makes e_t white, of unit variance."""
+        return np.asarray(np.concatenate([[1.0], -self.coefficients]) / self.deviation)
+
+    @property
     def marginal(self) -> float:
         """Deviation of e_t, N·m (or N)."""
         impulse = np.zeros(_MEMORY)
@@ -68,26 +73,22 @@ class Whitener:
             chosen.append(rows[order:][whole])
         return cls(noise, np.concatenate(chosen))
 
-    @property
-    def _taps(self) -> FloatArray:
-        return np.asarray(np.concatenate([[1.0], -self.noise.coefficients]) / self.noise.deviation)
-
     def __call__(self, values: FloatArray) -> FloatArray:
         """Rows × k of all recordings as white rows of unit variance (N, k)."""
-        white = filtered(values[:, np.newaxis], 0, self.chosen, self._taps)
+        white = filtered(values[:, np.newaxis], 0, self.chosen, self.noise.taps)
         return np.zeros((self.chosen.size, values.shape[1])) if white is None else np.asarray(white)
 
     def effect(
         self, columns: FloatArray, joint: int, scale: FloatArray, single: bool
     ) -> FloatArray | NDArray[np.float32] | None:
         """White columns (N, p) of an effect, rows × joints × p, at a joint; see :func:`filtered`."""
-        return filtered(columns, joint, self.chosen, self._taps, scale, single)
+        return filtered(columns, joint, self.chosen, self.noise.taps, scale, single)
 
     def back(self, white: FloatArray, rows: int) -> FloatArray:
         """(rows,) what white rows (N,) come to at the rows before whitening: the adjoint, Wᵀ."""
         spread = np.zeros(rows)
         spread[self.chosen] = white
-        return np.asarray(lfilter(self._taps, [1.0], spread[::-1])[::-1])
+        return np.asarray(lfilter(self.noise.taps, [1.0], spread[::-1])[::-1])
 
 
 def autoregressive(series: FloatArray, segment: IntArray, used: BoolArray, lost: float = 0.0) -> Noise:

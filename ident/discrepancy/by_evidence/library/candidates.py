@@ -44,7 +44,12 @@ class Candidate:
     @property
     def is_scanned(self) -> bool:
         """Whether the data say which of its shapes are tried (:mod:`..decide.scanned`)."""
-        return any(shape.scanned for shape in self.shapes)
+        return bool(self.over)
+
+    @property
+    def over(self) -> str:
+        """What the shapes that are scanned come again over: ``position``, ``time``, or nothing."""
+        return next((shape.scanned for shape in self.shapes if shape.scanned), "")
 
     @property
     def combinations(self) -> int:

@@ -68,10 +68,10 @@ def test_an_encoder_that_runs_out_of_true() -> None:
 def test_a_brake_that_rubs_now_and_then() -> None:
     found = values(only("dragging_brake", {"rise": 0.6, "period": 3.1, "share": 0.5}))
     coulomb = draw_truth(EMPS, TRUTH).parameters["Fc1"]
-    assert found["period"][0] == pytest.approx(3.1, rel=0.05)
-    # The first wave of a drag of half the time.
-    wave = 2.0 * 0.6 * coulomb / np.pi
-    assert np.hypot(found["drag_cos1"][0], found["drag_sin1"][0]) == pytest.approx(wave, rel=0.15)
+    assert found["period"][0] == pytest.approx(3.1, rel=0.01)
+    assert found["share"][0] == pytest.approx(0.5, abs=0.02)
+    value, sigma = found["drag1"]
+    assert value == pytest.approx(0.6 * coulomb, abs=3.0 * sigma) and sigma < 0.1 * value
 
 
 def test_oil_that_gets_thinner_beside_dry_friction_that_stays() -> None:
