@@ -112,7 +112,7 @@ DRAGGING_BRAKE = Family(
     _periods,
     contains=("coulomb_friction",),
     confused_with=("coulomb_friction", "drifting_friction"),
-    further=(BRAKE_THAT_FALLS_IN,),
+    forms=(BRAKE_THAT_FALLS_IN,),
     rough=True,
     history=True,
     settled_by=(

@@ -233,7 +233,7 @@ class EffectFamily(Protocol):
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it, ``on_top_of`` the usual terms without which it is not
     there. Of an effect that comes in waves ``several`` can sit at one place, each of its own length.
-    ``forms`` are others of the same name with shapes of their own, ``nested`` is this one with all of those.
+    ``nested`` is this one with the other forms of its name, which have shapes of their own.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
     integration; ``rough``, whether rows leave some of it where it is there (impacts, ringing, further waves);
@@ -282,11 +282,8 @@ class EffectFamily(Protocol):
     def several(self) -> bool: ...
 
     @property
-    def forms(self) -> tuple[EffectFamily, ...]: ...
-
-    @property
     def nested(self) -> tuple[EffectFamily, ...]:
-        """Every form of this name; the last are those that the search by evidence alone asks for."""
+        """Every form of this name, this one first."""
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""
