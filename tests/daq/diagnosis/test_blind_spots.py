@@ -17,10 +17,16 @@ from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording
 from ident.discrepancy import Diagnosis, Prior, Question, described_prior
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence, prior_by_evidence
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.vocabulary import family_named
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import plan
+
+FEW = tuple(
+    map(
+        family_named, ("drive_gain_error", "viscous_friction", "coulomb_friction", "rotor_inertia", "payload")
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +61,7 @@ def asked(
     rig: Robot, recordings: tuple[Recording, Recording], prior: Any
 ) -> tuple[Diagnosis, EvidenceAnswer]:
     return diagnose_with_evidence(
-        Question(rig, recordings[:1], recordings[1:], VOCABULARY, prior, at_reversals=False)
+        Question(rig, recordings[:1], recordings[1:], FEW, prior, at_reversals=False)
     )
 
 

@@ -27,7 +27,7 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     Beside it stands a ripple of 1 N that comes once per turn of the screw, of 2.5 mm, which both halves show.
     Whatever else the fitted half proposes is left out, since the other half speaks against it.
     """
-    code, out, text = armhil("diagnose", *emps(shared_data), "--parameters", "--json")
+    code, out, text = armhil("diagnose", *emps(shared_data), "--parameters", "--power", "--json")
     assert code == 1
     content = json.loads(out)
     assert content["verdict"] == content["evidence"]["verdict"] == "named"
@@ -50,19 +50,11 @@ def test_friction_that_differs_with_the_direction_is_named_on_a_real_rig(
     assert "(probability 0.9" in words and "would be named from" in words
     assert "Nothing repeats in these recordings" in words and "nearest candidate" in words
     assert words.count("(probability 0.9") == words.count("of the gap)") == len(content["findings"])
-    for once in ("epeat", "would be named from"):
+    for once in ("epeat", "would be named from", "Smallest size that would be named rightly"):
         assert words.count(once) == 1, once
-
-
-def test_sizes_that_would_still_be_named_are_told_where_they_are_asked_for(
-    armhil: Call, shared_data: Path
-) -> None:
-    """Of the whole model; after a refit there is no other mass to tell a payload from."""
-    _, out, text = armhil("diagnose", *emps(shared_data), "--power", "--json")
-    assert "Smallest size that would be named rightly" in text
-    said = {one["effect"]: one for one in json.loads(out)["power"]["smallest"]}
-    assert 0.0 < said["asymmetric_friction"]["size"] < 20.0, "N, of which the axis has as much dry friction"
-    assert said["payload"]["size"] is None
+    said = {one["effect"]: one["size"] for one in content["power"]["smallest"]}
+    assert 0.0 < said["hysteresis"] < 20.0, "N, of which the axis has as much dry friction"
+    assert said["payload"] is None, "after a refit there is no other mass to tell it from"
 
 
 def test_the_search_by_rules_is_asked_for_in_vain(armhil: Call, shared_data: Path) -> None:

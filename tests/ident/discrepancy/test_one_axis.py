@@ -14,6 +14,7 @@ def search(scenario: dict[str, object]) -> Diagnosis:
     return blind_search.search("emps", TRUTH, scenario, duration=5.0)
 
 
+@pytest.mark.slow
 def test_nothing_hidden_is_clean() -> None:
     found = search({})
     assert found.verdict == "clean", found.description

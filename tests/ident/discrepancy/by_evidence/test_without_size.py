@@ -31,10 +31,10 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
     assert "offset (joint 1): the effects have no columns" in caplog.text
 
 
-def named(words: str) -> SimpleNamespace:
-    """A finding that is sure."""
+def named(words: str, something: float = 1.0) -> SimpleNamespace:
+    """A finding, of which something is there for sure."""
     return SimpleNamespace(
-        something=1.0, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
+        something=something, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
     )
 
 
@@ -50,7 +50,7 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
     take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
-    answer: Any = SimpleNamespace(findings=[named("saturation"), named("lag")])
+    answer: Any = SimpleNamespace(findings=[named("saturation"), named("lag"), named("play", 0.85)])
     course: Any = SimpleNamespace(take=take, first=first, step=model, findings=[])
     nobody: Any = None
     with caplog.at_level(logging.WARNING):
