@@ -126,7 +126,7 @@ def keep_logs(folder: Path, kind: str, count: int, searched: int, seconds: float
         truth = json.dumps(found.truth)
         np.savez(path, windows=windows.astype(np.float32), context=context, truth=truth, arm=found.robot.name)
         if asks:
-            _write(folder / "searched.jsonl", kind, name, truth, "evidence", asked(found, "evidence"))
+            _write(folder / "searched.jsonl", kind, name, truth, "evidence", asked(found))
 
 
 def cases(folder: Path, kind: str, count: int) -> Iterator[tuple[str, Callable[[], Case | None]]]:

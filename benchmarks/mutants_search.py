@@ -74,6 +74,8 @@ FIGURES = (
     Figure("discrepancy/existing_arm", "_LEAST", "a tenth of its own"),
     Figure(f"{_BY}decide/left_over", "ABOVE", "0.9; 95 %; 0.5"),
     Figure(f"{_BY}reversals", "_OF_BEST", "nats | 0.5"),
+    Figure(f"{_BY}in_loop", "_LEFT_BY_MOTION", "8 % of the noise's energy"),
+    Figure(f"{_BY}in_loop", "_MOST", "8 % of the noise's energy; three"),
     Figure(f"{_BY}terms/chosen", "MOST", "two;"),
     Figure(f"{_BY}terms/stability", "_HALVES", "two; ten,"),
     Figure(f"{_BY}terms/stability", "STABLE", "of blocks of 1 s; eight"),

@@ -682,20 +682,20 @@ RULES = (
     ),
     Broken(
         "a loop that does otherwise is told",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_loop.py",
         'if above.max() > ABOVE else ""',
         'if False else ""',
     ),
     Broken(
         "any law of standstill leaves no more than gate 1's margin",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_loop.py",
         "if other is not None and not beyond_margin(other):",
         "if other is not None:",
     ),
     Broken(
         "another law of standstill is asked for where the loop does otherwise",
-        f"{_BY}diagnosis.py",
-        "        other = by_any_law(self.step, problem)\n",
+        f"{_BY}in_loop.py",
+        "        other = by_any_law(self.course.step, problem)\n",
         "        other = None\n",
     ),
     Broken(
@@ -712,19 +712,19 @@ RULES = (
     ),
     Broken(
         "a loop that does otherwise is told only where nothing is found",
-        f"{_BY}diagnosis.py",
-        "elif not self.findings and not self._more_in_motion():",
+        f"{_BY}in_loop.py",
+        "elif not found and not self.more_in_motion():",
         "else:",
     ),
     Broken(
         "only what is there with a probability of 0.9 gets a size",
-        f"{_BY}diagnosis.py",
-        "if one.something >= SURE and self._has_size(one)",
-        "if self._has_size(one)",
+        f"{_BY}in_motion.py",
+        "if one.something >= SURE and _has_size(course, one)",
+        "if _has_size(course, one)",
     ),
     Broken(
         "a rival takes a finding's place where loop and rows together say so",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_motion.py",
         "shown.there and place.log_odds(rival.key) > place.log_odds(stands)",
         "shown.there",
     ),
@@ -742,15 +742,15 @@ RULES = (
     ),
     Broken(
         "what the loop shows between two names is in their odds",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_motion.py",
         "nats.get(stands, 0.0) + shown.nats_in_loop",
         "0.0",
     ),
     Broken(
         "a name that took a place is as likely as rows and loop say",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_motion.py",
         "basis = basis_of(stands, place, unsure, finding.doubt)",
-        "basis = self.findings[number].basis",
+        "basis = course.findings[number].basis",
     ),
     Broken(
         "rivals are names that show at reversals",
@@ -832,7 +832,7 @@ RULES = (
     ),
     Broken(
         "what shows at reversals alone is asked of the loop where there is one",
-        f"{_BY}diagnosis.py",
+        f"{_BY}in_loop.py",
         "        return answer.probability_clean < SURE * moving\n",
         "        return True\n",
     ),

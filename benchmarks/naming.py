@@ -21,7 +21,6 @@ import numpy as np
 from joblib import Parallel, delayed
 
 import robots
-from benchmarks.evidence.asked import SEARCHES
 from benchmarks.evidence.case import Case
 from benchmarks.naming_parameters import compared
 from benchmarks.naming_report import NAMES, lines_of, picture, report
@@ -31,7 +30,7 @@ from drivers.simulated.drawing import draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
 from ident import Recording
-from ident.discrepancy import Diagnosis, diagnose
+from ident.discrepancy import Diagnosis
 from ident.discrepancy.by_evidence import diagnose_with_evidence
 from robots import Robot
 from robots.arrays import FloatArray
@@ -54,7 +53,6 @@ def main() -> None:
     parser.add_argument("--effects", nargs="*", default=list(NAMES), help="effects of the single scenarios")
     parser.add_argument("--size", type=float, default=3.0, help="gap of the hidden effect in noise floors")
     parser.add_argument("--seed", type=int, default=5000, help="of the first scenario")
-    parser.add_argument("--search", choices=SEARCHES, default="evidence", help="which search is asked")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("naming.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
@@ -90,7 +88,7 @@ def campaign(tasks: Sequence[Task], given: argparse.Namespace) -> None:
     wanted = [task for task in tasks if task not in done]
     motions = (motion(0), motion(1))
     runs = Parallel(n_jobs=given.jobs, return_as="generator_unordered")(
-        delayed(one_run)(task, given.size, motions, given.search) for task in wanted
+        delayed(one_run)(task, given.size, motions) for task in wanted
     )
     with given.out.open("a", encoding="utf-8") as file:
         for result in runs:
@@ -112,9 +110,7 @@ def motion(seed: int) -> FloatArray:
     return np.asarray(planned.position[: round(PERIOD / robot.bus.cycle_time)])
 
 
-def one_run(
-    task: Task, size: float, motions: tuple[FloatArray, FloatArray], which: str = "evidence"
-) -> dict[str, Any]:
+def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> dict[str, Any]:
     """Draw, simulate, search, and only then compare."""
     kind, effect, seed = task
     robot = robots.load(ARM)
@@ -128,9 +124,8 @@ def one_run(
     accepted = record(robot, truth, quiet, motions[0], seed + 1)
     fit = record(robot, truth, scenario, motions[0], seed + 2)
     validation = record(robot, truth, scenario, motions[1], seed + 3)
-    found = search(robot, accepted, fit, validation, which)
+    found = search(robot, accepted, fit, validation)
     return {
-        "search": which,
         "kind": kind,
         "effect": effect,
         "seed": seed,
@@ -177,12 +172,10 @@ def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray
     return Recording("blind", run.time, run.reference, run.position, run.control_signal)
 
 
-def search(
-    robot: Robot, accepted: Recording, fit: Recording, validation: Recording, which: str = "evidence"
-) -> Diagnosis:
+def search(robot: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
     """The search as a user runs it: an accepted model as prior, one capture to fit, another to validate."""
-    question = Case("blind", "own", robot, fit, validation, None, accepted).question(which)
-    return diagnose_with_evidence(question)[0] if which == "evidence" else diagnose(question)
+    question = Case("blind", "own", robot, fit, validation, None, accepted).question()
+    return diagnose_with_evidence(question)[0]
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:
@@ -197,14 +190,11 @@ def summary(found: Diagnosis) -> dict[str, Any]:
                 "score": finding.score,
                 "named": finding.confirmation.passed and not finding.indistinguishable_from,
                 "probability": finding.probability,
-                "set": [
-                    [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
-                ],
+                "set": [[[c.effect], [list(c.joints)]] for c in finding.indistinguishable_from],
                 "parameters": {p.name: [p.value, p.sigma] for p in finding.parameters},
             }
             for finding in found.findings
         ],
-        "excess": [examination.excess for examination in found.examinations],
         "explainable": [gap.explainable(gap.before).tolist(), gap.explainable(gap.after).tolist()],
         "floor": gap.floor.tolist(),
         "level": [gap.before.tolist(), gap.after.tolist()],

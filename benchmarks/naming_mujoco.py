@@ -28,8 +28,9 @@ from benchmarks.mujoco_arm import NOTHING, Hidden, on, record
 from daq.diagnosis.diagnose import model_without
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import exercise
-from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, diagnose
+from ident import Recording
+from ident.discrepancy import Diagnosis, Question
+from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 from robots.arrays import FloatArray
@@ -99,11 +100,9 @@ def one_run(kind: str, seed: int) -> dict[str, Any]:
     validation = record(robot, truth, motion(1), hidden, seed=seed + 3)
     started = time.monotonic()
     if kind == "tendon coupling":
-        found = diagnose(
-            Question(
-                robot, (fit,), (validation,), VOCABULARY, None, model_without(robot, ("wrist_coupling",))
-            )
-        )
+        model = model_without(robot, ("wrist_coupling",))
+        question = Question(robot, (fit,), (validation,), VOCABULARY, None, model)
+        found, _ = diagnose_with_evidence(question)
     else:
         accepted = record(robot, truth, motion(0), NOTHING, seed=seed + 1)
         found = search(robot, accepted, fit, validation)
@@ -113,12 +112,10 @@ def one_run(kind: str, seed: int) -> dict[str, Any]:
 
 def search(robot: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
     """As a user does: the model of an accepted run is the prior."""
-    estimate = identify(robot, (accepted,)).result.recommended
-
-    def prior(base: BaseParameters) -> Prior:
-        return accepted_prior(base, estimate.values, estimate.covariance)
-
-    return diagnose(Question(robot, (fit,), (validation,), VOCABULARY, prior))
+    question = Question(
+        robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
+    )
+    return diagnose_with_evidence(question)[0]
 
 
 @cache
@@ -168,9 +165,7 @@ def summary(found: Diagnosis) -> dict[str, Any]:
             {
                 "effect": finding.effect,
                 "joints": list(finding.joints),
-                "indistinguishable": [
-                    [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
-                ],
+                "indistinguishable": [[[c.effect], [list(c.joints)]] for c in finding.indistinguishable_from],
                 "parameters": {p.name: [p.value, p.sigma] for p in finding.parameters},
             }
             for finding in found.findings

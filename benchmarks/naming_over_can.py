@@ -116,9 +116,7 @@ def blind(
             {
                 "effect": finding.effect,
                 "joints": list(finding.joints),
-                "indistinguishable": [
-                    [list(c.effects), [list(j) for j in c.joints]] for c in finding.indistinguishable_from
-                ],
+                "indistinguishable": [[[c.effect], [list(c.joints)]] for c in finding.indistinguishable_from],
             }
             for finding in found.diagnosis.findings
         ],

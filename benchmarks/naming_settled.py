@@ -34,8 +34,9 @@ from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
+from ident import BaseParameters, Recording
+from ident.discrepancy import Diagnosis, Prior, Question
+from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 from robots.arrays import FloatArray
@@ -155,15 +156,13 @@ def settle(
     seed: int,
 ) -> list[dict[str, Any]]:
     """Search, and while that is ambiguous move as the program says and search again; one entry a search."""
-    estimate = identify(arm.robot, (accepted,)).result.recommended
 
     def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+        return prior_by_evidence(base, (accepted,))
 
     rounds: list[dict[str, Any]] = []
     while True:
-        found = diagnose(Question(arm.robot, fit, validation, VOCABULARY, prior))
+        found, _ = diagnose_with_evidence(Question(arm.robot, fit, validation, VOCABULARY, prior))
         rounds.append(naming.summary(found))
         if found.verdict != "ambiguous" or len(rounds) > ROUNDS:
             return rounds

@@ -56,7 +56,6 @@ def main() -> None:
     parser.add_argument("--factor", type=float, default=1.0, help="of the predicted size")
     parser.add_argument("--seed", type=int, default=31000, help="of the first scenario")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no scenario after so long")
-    parser.add_argument("--rules", action="store_true", help="ask the search by rules, too")
     parser.add_argument("--out", type=Path, default=Path("power.jsonl"))
     parser.add_argument("--report", type=Path, help="only report these results")
     given = parser.parse_args()
@@ -77,14 +76,12 @@ def campaign(given: argparse.Namespace) -> None:
             continue
         if time.monotonic() > until:
             break
-        line = one_run(effect, seed, given.factor, motions, rules=given.rules)
+        line = one_run(effect, seed, given.factor, motions)
         with given.out.open("a", encoding="utf-8") as file:
             file.write(json.dumps({"arm": given.arm, **line}) + "\n")
 
 
-def one_run(
-    effect: str, seed: int, factor: float, motions: tuple[FloatArray, FloatArray], *, rules: bool
-) -> dict[str, Any]:
+def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, FloatArray]) -> dict[str, Any]:
     """Predict, draw, simulate, search, and only then compare."""
     robot = robots.load(naming.ARM)
     truth = draw_truth(robot, seed)
@@ -106,15 +103,11 @@ def one_run(
         robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
     answer = diagnose_by_evidence(question)
-    line |= {
+    return line | {
         "ratio": drawn.ratio,
         "verdict": answer.verdict,
         "names": [[one.name, list(one.joints), one.probability, one.named] for one in answer.findings],
     }
-    if rules:
-        found = naming.search(robot, accepted, fit, validation)
-        line["rules"] = [found.verdict, [[one.effect, list(one.joints)] for one in found.findings]]
-    return line
 
 
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:
@@ -194,21 +187,18 @@ def wrong(line: dict[str, Any]) -> bool:
 def report(lines: Sequence[dict[str, Any]]) -> str:
     """Per arm and factor, then per effect."""
     text = [
-        "| arm, share of the predicted size | scenarios | right name first | given alone | wrong name given"
+        "| arm, share of the predicted size | scenarios | right name first | alone | wrong name given |",
+        "|---|---|---|---|---|",
     ]
-    text[0] += " | rules: right name first |"
-    text.append("|---|---|---|---|---|---|")
     ran = [line for line in lines if "skipped" not in line]
     groups: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
     for line in ran:
         groups[line["arm"], line["factor"]].append(line)
     for (arm, factor), those in sorted(groups.items()):
-        asked = [line for line in those if "rules" in line]
         cells = [
             share(map(sure, those)),
             share(line["verdict"] == "named" and sure(line) and line["names"][0][3] for line in those),
             share(map(wrong, those)),
-            share(right(line, line["rules"][1]) for line in asked) if asked else "–",
         ]
         text.append(f"| {arm}, {factor:g} | {len(those)} | {' | '.join(cells)} |")
     text += ["", "| effect | right first, of |", "|---|---|"]

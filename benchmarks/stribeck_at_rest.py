@@ -1,8 +1,8 @@
 """Stribeck friction at rest: does the printed deviation hold the size, where both forms of its fall fit?
 
 The rig with Stribeck friction of either form, a rise of 0.2 to 0.6 of the dry friction and a speed of 1 to 8
-% of the limit, another arm for each seed; two periods of 5 s against an accepted model, the search by rules
-with that effect alone. Beside the printed deviation stands the one of a form that is taken for certain.
+% of the limit, another arm for each seed; two periods of 5 s against an accepted model, the search with
+that effect alone. Beside the printed deviation stands the one of a form that is taken for certain.
 
     python -m benchmarks.stribeck_at_rest --seed 86400 --scenarios 60 --out stribeck.jsonl
 """

@@ -64,11 +64,13 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
     missed = line([["payload", []]], verdict="clean")
     accused = line([], ("payload", [], 0.7, False), verdict="unnamed")
     text = report([clean, missed, accused])
-    assert "| clean arm called clean | 1 of 2 | 0 of 0 |" in text
-    assert "| changed arm called clean | 1 of 1 | 0 of 0 |" in text
-    assert "| clean arm with a finding | 1 of 2 | 0 of 0 |" in text
+    assert "| clean arm called clean | 1 of 2 |\n" in text
+    assert "| changed arm called clean | 1 of 1 |\n" in text
+    assert "| clean arm with a finding | 1 of 2 |\n" in text
     real = {**line([["payload", []]], ("torque_ripple", [1], 0.99, True)), "kind": "real"}
-    assert "| a name that is not hidden | 0 of 1 | 0 of 0 |" in report([clean, real])
+    assert "| a name that is not hidden | 0 of 1 |\n" in report([clean, real])
+    both = {**missed, "answers": {**missed["answers"], "rules": {**missed["answers"]["evidence"]}}}
+    assert "| changed arm called clean | 1 of 1 | 1 of 1 |" in report([both]), "of a search that there was"
     right = line([["payload", []]], ("payload", [], 0.8, False))
     assert "2 names, expected calibration error 0.450" in calibration([right, accused])
     assert "hold the truth in 50%" in calibration([right, accused])

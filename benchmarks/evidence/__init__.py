@@ -1,1 +1,1 @@
-"""The search by evidence and the search by rules on the same logs, none of them of the simulated bench."""
+"""The search by evidence on logs that are not of the simulated bench."""

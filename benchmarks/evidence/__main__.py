@@ -1,8 +1,9 @@
-"""Both searches on logs that are not of the simulated bench, scored side by side.
+"""The search on logs that are not of the simulated bench, scored.
 
 Recorded logs are those of the shared data (``ARMHIL_DATA``): a foreign plant, EMPS, TX40, KR300. Drawn ones
 come of :mod:`benchmarks.foreign_plant`, or of the own simulated arm (``--plant own``), by seed. Each answer
-is one line of JSON, so that a campaign can be stopped and gone on with.
+is one line of JSON, so that a campaign can be stopped and gone on with. A line says which search answered;
+a report has a column for each (files of before acd2f99c hold the search by rules, too).
 
     python -m benchmarks.evidence --recorded --out recorded.jsonl
     python -m benchmarks.evidence --first 40000 --seeds 20 --out drawn.jsonl
@@ -21,13 +22,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.evidence.asked import SEARCHES, asked
+from benchmarks.evidence.asked import asked
 from benchmarks.evidence.case import Case
 from benchmarks.evidence.drawn import drawn
 from benchmarks.evidence.own import own
 from benchmarks.evidence.recorded import recorded
 from benchmarks.evidence.reliability import picture
-from benchmarks.evidence.scores import report
+from benchmarks.evidence.scores import SEARCH, report
 
 
 def main() -> None:
@@ -37,9 +38,8 @@ def main() -> None:
         given.keep.mkdir(parents=True, exist_ok=True)
         ended = time.monotonic() + given.seconds
         for name, case in _cases(given).items():
-            for search in given.searches:
-                if time.monotonic() < ended and (name, search) not in _done(given.out):
-                    _ask(given.out, name, case(), search)
+            if time.monotonic() < ended and name not in _done(given.out):
+                _ask(given.out, name, case())
     lines = _lines(given.report or given.out)
     print(report(lines))
     if given.picture:
@@ -53,7 +53,6 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--first", type=int, default=40000, help="first seed that is drawn")
     parser.add_argument("--seeds", type=int, default=0)
     parser.add_argument("--plant", choices=("foreign", "own"), default="foreign", help="which draws them")
-    parser.add_argument("--searches", nargs="*", default=list(SEARCHES), choices=SEARCHES)
     parser.add_argument("--keep", type=Path, default=Path("evidence-data"), help="folder for drawn logs")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="nothing is begun after so many")
     parser.add_argument("--out", type=Path, default=Path("evidence.jsonl"))
@@ -74,20 +73,20 @@ def _cases(given: argparse.Namespace) -> dict[str, Callable[[], Case]]:
     return {**cases, **{f"seed {seed}": partial(drawn, seed, given.keep) for seed in seeds}}
 
 
-def _ask(out: Path, name: str, case: Case, search: str) -> None:
+def _ask(out: Path, name: str, case: Case) -> None:
     line = {
         "name": name,
         "kind": case.kind,
         "truth": case.truth,
-        "search": search,
-        "answer": asked(case, search),
+        "search": SEARCH,
+        "answer": asked(case),
     }
     with out.open("a", encoding="utf-8") as file:
         file.write(json.dumps(line) + "\n")
 
 
-def _done(path: Path) -> set[tuple[str, str]]:
-    return {(line["name"], search) for line in _lines(path) for search in line["answers"]}
+def _done(path: Path) -> set[str]:
+    return {line["name"] for line in _lines(path) if SEARCH in line["answers"]}
 
 
 def _lines(path: Path) -> Sequence[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""What a search answers to a case, as plain values."""
+"""What the search answers to a case, as plain values."""
 
 from __future__ import annotations
 
@@ -8,25 +8,23 @@ from typing import Any
 
 from benchmarks.evidence.case import Case
 from ident import IdentificationError
-from ident.discrepancy import Diagnosis, diagnose
+from ident.discrepancy import Diagnosis
 from ident.discrepancy.by_evidence import diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 
-SEARCHES = ("evidence", "rules")
 
-
-def asked(case: Case, search: str) -> dict[str, Any]:
+def asked(case: Case) -> dict[str, Any]:
     """Verdict; names with joints from 1, probability, whether named, and the set that holds 95 %."""
     started = time.process_time()
     try:
-        answer = _by_evidence(case) if search == "evidence" else _by_rules(case)
+        answer = _by_evidence(case)
     except IdentificationError as error:
         answer = {"verdict": "refused", "names": [], "reason": str(error)}
     return {**answer, "processor_seconds": round(time.process_time() - started, 1)}
 
 
 def _by_evidence(case: Case) -> dict[str, Any]:
-    found, answer = diagnose_with_evidence(case.question("evidence"))
+    found, answer = diagnose_with_evidence(case.question())
     content = answer_json(answer)
     sets = {
         (one["effect"], tuple(one["joints"])): [
@@ -38,17 +36,13 @@ def _by_evidence(case: Case) -> dict[str, Any]:
     return {**{key: content[key] for key in kept}, **_answer(found, sets)}
 
 
-def _by_rules(case: Case) -> dict[str, Any]:
-    return _answer(diagnose(case.question("rules")), {})
-
-
 def _answer(found: Diagnosis, sets: Mapping[tuple[str, tuple[int, ...]], list[Any]]) -> dict[str, Any]:
-    """What both say: a name counts as named where it is confirmed and nothing else could be it."""
+    """A name counts as named where it is confirmed and nothing else could be it."""
     names = [
         {
             "name": one.effect,
             "joints": list(one.joints),
-            "probability": 1.0 if one.probability is None else one.probability,
+            "probability": one.probability,
             "named": one.confirmation.passed and not one.indistinguishable_from,
             "set": sets.get((one.effect, one.joints), [[one.effect, list(one.joints), 1.0]]),
         }

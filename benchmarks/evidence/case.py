@@ -1,11 +1,11 @@
-"""One log with what is known to be missing in its model: what both searches are asked."""
+"""One log with what is known to be missing in its model: what the search is asked."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ident import BaseParameters, Recording, RegressorModel, identify
-from ident.discrepancy import Prior, Question, accepted_noise, accepted_prior
+from ident import BaseParameters, Recording, RegressorModel
+from ident.discrepancy import Prior, Question
 from ident.discrepancy.by_evidence import prior_by_evidence
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
@@ -40,22 +40,14 @@ class Case:
     accepted: Recording | None = None
     without: tuple[str, ...] = ()
 
-    def question(self, search: str) -> Question:
-        """What a search is asked; the prior as that search makes it."""
+    def question(self) -> Question:
+        """What the search is asked."""
         usual = RegressorModel.of(self.robot)
         left = tuple(effect for effect in usual.effects if effect.name not in self.without)
         model = RegressorModel(self.robot, left)
-        prior = None
-        if self.accepted is not None:
-            prior = self._by_evidence if search == "evidence" else self._by_rules
+        prior = None if self.accepted is None else self._prior
         return Question(self.robot, (self.fit,), (self.validation,), VOCABULARY, prior, model)
 
-    def _by_evidence(self, base: BaseParameters) -> Prior:
+    def _prior(self, base: BaseParameters) -> Prior:
         assert self.accepted is not None
         return prior_by_evidence(base, (self.accepted,))
-
-    def _by_rules(self, base: BaseParameters) -> Prior:
-        assert self.accepted is not None
-        estimate = identify(self.robot, (self.accepted,)).result.recommended
-        noise = accepted_noise(base, (self.accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.evidence.asked import SEARCHES
 from benchmarks.evidence.case import UNKNOWN
 from ident.discrepancy.by_evidence.decide.names import NOTHING
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
@@ -16,6 +15,9 @@ from robots.arrays import FloatArray
 
 Line = dict[str, Any]
 Answer = dict[str, Any]
+
+SEARCH = "evidence"
+"""In lines of answers; those of before have another search, too."""
 
 
 def report(lines: Sequence[Line]) -> str:
@@ -36,16 +38,17 @@ def report(lines: Sequence[Line]) -> str:
         ("clean arm called clean", clean, lambda line, answer: answer["verdict"] == "clean"),
         ("changed arm called clean", hidden, lambda line, answer: answer["verdict"] == "clean"),
     ]
-    head = ["| figure | " + " | ".join(SEARCHES) + " |", "|---|" + "---|" * len(SEARCHES)]
-    rows = [f"| {title} | {_cells(part, test)} |" for title, part, test in figures]
+    searches = list(dict.fromkeys(search for line in lines for search in line["answers"]))
+    head = ["| figure | " + " | ".join(searches) + " |", "|---|" + "---|" * len(searches)]
+    rows = [f"| {title} | {_cells(part, test, searches)} |" for title, part, test in figures]
     own = [line for line in known if line["kind"] == "own"]
     kinds = [f"{title}: {calibration(part)}" for title, part in (("foreign", foreign), ("own", own)) if part]
     return "\n".join([*head, *rows, "", *kinds, "", *(f"{_short(line)}" for line in lines)])
 
 
-def _cells(lines: Sequence[Line], test: Callable[[Line, Answer], bool]) -> str:
+def _cells(lines: Sequence[Line], test: Callable[[Line, Answer], bool], searches: Sequence[str]) -> str:
     cells = []
-    for search in SEARCHES:
+    for search in searches:
         asked = [line for line in lines if search in line["answers"]]
         hits = sum(test(line, line["answers"][search]) for line in asked)
         cells.append(f"{hits} of {len(asked)}")
@@ -100,7 +103,7 @@ class Shown:
 
 def findings_of(line: Line) -> list[Shown]:
     """Names that the evidence showed of one log."""
-    names, found = line["answers"].get("evidence", {"names": []})["names"], []
+    names, found = line["answers"].get(SEARCH, {"names": []})["names"], []
     for number, name in enumerate(names):
         right = any(same(one, name["name"], name["joints"]) for one in line["truth"])
         others = [other for k, other in enumerate(names) if k != number]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -47,8 +47,6 @@ from daq.cli.log_options import (
     UrdfOfLog,
     guess_request_of,
 )
-
-Searches = Literal["evidence", "rules"]
 
 _EXIT_CODES = {"clean": OK, "not_confirmed": UNKNOWN}
 """By verdict; a warning where there is something else to say."""
@@ -109,9 +107,6 @@ def diagnose(
     evaluations: Annotated[
         int, typer.Option(min=0, help="Trials of the search for a motion; 0 plans none.")
     ] = 1500,
-    search: Annotated[
-        Searches, typer.Option(help="Which search names what the moving arm shows: by evidence, or by rules.")
-    ] = "evidence",
     power: Annotated[
         bool, typer.Option("--power", help="How small each effect would still have been named.")
     ] = False,
@@ -175,7 +170,6 @@ def diagnose(
         cell,
         evaluations,
         power=power,
-        search=search,
         guess=guess,
         carried=carried_of(payload or ()),
     )
@@ -216,7 +210,7 @@ def diagnose(
     for sentence in result.carried:
         write(console, f"- {sentence}.", indent="  ")
     print_more(console, result.more)
-    if parameters and result.evidence is not None:
+    if parameters:
         print_evidence(console, result.evidence)
     if not parameters:
         write(console, "- Parameters of the findings, rankings and gaps: --parameters.", style="dim")

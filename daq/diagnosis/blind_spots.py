@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.diagnosis.scored_families import settled_by
+from daq.diagnosis.settled_by import settled_by
 from ident.discrepancy import Diagnosis
-from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import partialled, prior_share
-from ident.discrepancy.settings import DEFAULTS
-from ident.effects.vocabulary import VOCABULARY, family_named
-from ident.parameters.present import Present
+from ident.discrepancy.by_evidence import EvidenceAnswer
+from ident.effects.vocabulary import VOCABULARY
 
 GAIN = "drive_gain_error"
 
@@ -27,7 +24,7 @@ class BlindSpot:
     Attributes:
         effect: name of the vocabulary.
         joints: its place, from 1; empty where it is of every place.
-        smallest: relative error that would have been found; infinite where none would.
+        smallest: relative error that would have been named; infinite where none would.
         settled_by: what would show it.
     """
 
@@ -47,39 +44,24 @@ class BlindSpot:
         return f"{place}: shows from {100 * self.smallest:.0f} % on, not below; {self.settled_by}"
 
 
-def blind_spots(diagnosis: Diagnosis) -> tuple[BlindSpot, ...]:
+def blind_spots(diagnosis: Diagnosis, answer: EvidenceAnswer) -> tuple[BlindSpot, ...]:
     """What these recordings could not have shown, whatever the verdict.
 
     After a refit that is every effect that needs a prior. Against a prior it is the gain of drives whose
     torque is nearly all friction or inertia of their own: a few per cent more of those look the same.
+
+    Args:
+        diagnosis: of the recordings.
+        answer: of the evidence, which says from which size on it would have given a name.
     """
-    first = diagnosis.examinations[0]
-    if first.prior is None:
+    if diagnosis.examinations[0].prior is None:
         return tuple(
             BlindSpot(family.name, (), np.inf, settled_by((family.name,)))
             for family in VOCABULARY
             if family.needs_prior
         )
-    found = {(finding.effect, finding.joints) for finding in diagnosis.findings}
-    spots = []
-    for drive in range(first.base.model.robot.n):
-        smallest = smallest_gain_error(first, drive)
-        if smallest > WORTH_KNOWING and (GAIN, (drive + 1,)) not in found:
-            spots.append(BlindSpot(GAIN, (drive + 1,), smallest, settled_by((GAIN,))))
-    return tuple(spots)
-
-
-def smallest_gain_error(examination: Examination, drive: int) -> float:
-    """Relative error of a drive's gain (drive from 0) whose score would be enough for a finding."""
-    base, family = examination.base, family_named(GAIN)
-    place = next(place for place in family.places(base.model.robot) if place.joints == (drive,))
-    standard = base.standard_from(examination.beta, base.model.prior())
-    effect = family.effect(base.model.robot, place, (), Present(base.model, standard))
-    beyond = partialled(examination, effect, exact=False)
-    if beyond is None:
-        return float("inf")
-    rows, energy = examination.torque.shape[0], float(np.sum(beyond**2))
-    least, share = DEFAULTS.least_score, examination.smallest_share(DEFAULTS)
-    of_data = 1.0 - prior_share(beyond / np.sqrt(energy), examination.data_rows)
-    needed = least + of_data * max(share * rows - least, 0.0) + float(np.log(rows))
-    return float(np.sqrt(needed / energy))
+    return tuple(
+        BlindSpot(GAIN, one.joints, one.size, settled_by((GAIN,)))
+        for one in answer.nameable
+        if one.name == GAIN and one.size > WORTH_KNOWING
+    )

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from daq.diagnosis.apart import PlanSettings, TellingApart
 from daq.diagnosis.blind_spots import blind_spots
-from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult, SearchName
+from daq.diagnosis.diagnose_result import DiagnoseRequest, DiagnoseResult
 from daq.diagnosis.diagnosed_model import write_diagnosed_model
 from daq.diagnosis.diagnosis_json import diagnosis_json, trajectory_names
 from daq.diagnosis.diagnosis_page import DiagnosisContent, write_diagnosis_page
@@ -30,11 +30,10 @@ from daq.recording.described_arm import described
 from daq.recording.trajectory_file import write_trajectory
 from daq.text.progress import Steps
 from ident import BaseParameters, IdentificationError, Recording, RegressorModel, base_parameters
-from ident.discrepancy import Diagnosis, Prior, Question, described_prior, diagnose
+from ident.discrepancy import Diagnosis, Prior, Question, described_prior
 from ident.discrepancy.before_after import Series, before_and_after
 from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.as_json import answer_json
-from ident.discrepancy.question import Progress
 from ident.discrepancy.settings import searching
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
 from ident.discrepancy.verdict import beside_gate
@@ -63,7 +62,7 @@ def run_diagnose(request: DiagnoseRequest, steps: Steps) -> DiagnoseResult:
         question, uncut, unknown = _asked(robot, request, steps)
         robot = question.robot
         with steps.step("Search for the missing effect") as update:
-            diagnosis, answer = _search(question, request.search, lambda step, share: update(share, step))
+            diagnosis, answer = diagnose_with_evidence(question, lambda step, share: update(share, step))
         with steps.step("Check the model without and with it"):
             recordings, _ = with_feed_forward(robot, (*uncut, *question.validation))
             whole, held = recordings[: len(uncut)], recordings[len(uncut) :]
@@ -92,14 +91,6 @@ def _arm_of(request: DiagnoseRequest) -> Iterator[tuple[Robot, tuple[str, ...]]]
         yield guessed.robot, tuple(guessed.words)
 
 
-def _search(
-    question: Question, name: SearchName, progress: Progress
-) -> tuple[Diagnosis, EvidenceAnswer | None]:
-    if name == "rules":
-        return diagnose(question, progress), None
-    return diagnose_with_evidence(question, progress)
-
-
 def _asked(
     robot: Robot, request: DiagnoseRequest, steps: Steps
 ) -> tuple[Question, tuple[Recording, ...], Unknown]:
@@ -121,19 +112,17 @@ def _result(
     robot: Robot,
     request: DiagnoseRequest,
     diagnosis: Diagnosis,
-    answer: EvidenceAnswer | None,
+    answer: EvidenceAnswer,
     series: Series,
     apart: tuple[TellingApart, ...],
     folder: Path | None,
     more: More,
 ) -> DiagnoseResult:
     names = [[str(path) for path in paths] for paths in (request.fit, request.validation or request.fit)]
-    blind = blind_spots(diagnosis)
+    blind = blind_spots(diagnosis, answer)
     content = diagnosis_json(diagnosis, series.checks, apart, blind, robot.name, *names)
-    content |= more.as_json()
-    if answer is not None:
-        content["evidence"] = answer_json(answer)
-    return DiagnoseResult(robot, diagnosis, series, apart, blind, content, folder, more, answer)
+    content |= more.as_json() | {"evidence": answer_json(answer)}
+    return DiagnoseResult(robot, diagnosis, answer, series, apart, blind, content, folder, more)
 
 
 def _apart(

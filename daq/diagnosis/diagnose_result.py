@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from daq.diagnosis.apart import TellingApart
 from daq.diagnosis.blind_spots import BlindSpot
@@ -16,8 +16,6 @@ from ident.discrepancy.before_after import Series
 from ident.discrepancy.by_evidence import EvidenceAnswer
 from ident.identification.found_effects import FoundModel
 from robots import Robot
-
-SearchName = Literal["evidence", "rules"]
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,6 @@ class DiagnoseRequest:
         evaluations: trials of the search for that motion; none is planned where 0.
         found: a model with found effects to examine where ``prior`` is no file.
         power: whether to say how small each effect would still have been named.
-        search: which search names what the moving arm shows.
         guess: what a log is to be taken for by its URDF; None where its arm is described.
         carried: which recordings, of those to fit or to validate, were made with a known body on the arm.
     """
@@ -55,7 +52,6 @@ class DiagnoseRequest:
     evaluations: int = 1500
     found: FoundModel | None = None
     power: bool = False
-    search: SearchName = "evidence"
     guess: GuessRequest | None = None
     carried: tuple[Carried, ...] = ()
 
@@ -67,25 +63,25 @@ class DiagnoseResult:
     Attributes:
         robot: the arm, with the settings of the recordings.
         diagnosis: of the search.
+        evidence: its names with probabilities, and what would still have been named.
         series: relative errors, gate 1 and pictures, before anything was found and after each finding.
         apart: what to do about each ambiguous finding; planned where results are written.
         blind: what these recordings could not have shown.
         content: what ``--json`` prints.
         folder: of the results; None where nothing was written.
         more: smallest sizes and terms.
-        evidence: what the search by evidence says; None where the rules searched.
         guessed: what a log was taken for, one sentence each.
         carried: what was found of bodies of which not all is known, one sentence each.
     """
 
     robot: Robot
     diagnosis: Diagnosis
+    evidence: EvidenceAnswer
     series: Series
     apart: tuple[TellingApart, ...]
     blind: tuple[BlindSpot, ...]
     content: dict[str, Any]
     folder: Path | None
     more: More = field(default_factory=More)
-    evidence: EvidenceAnswer | None = None
     guessed: tuple[str, ...] = ()
     carried: tuple[str, ...] = ()

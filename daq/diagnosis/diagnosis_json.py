@@ -8,7 +8,7 @@ from typing import Any
 
 from daq.diagnosis.apart import TellingApart, Unsettled
 from daq.diagnosis.blind_spots import BlindSpot
-from daq.diagnosis.scored_families import settled_by
+from daq.diagnosis.settled_by import settled_by
 from daq.text.numbers import json_number
 from ident.discrepancy import Candidate, Diagnosis, Finding, Gap
 from ident.discrepancy.before_after import ModelCheck
@@ -120,7 +120,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
             for parameter in finding.parameters
         ],
         "p_value": json_number(finding.p_value),
-        "probability": None if finding.probability is None else json_number(finding.probability),
+        "probability": json_number(finding.probability),
         "set": [
             {"effect": one.name, "joints": list(one.joints), "probability": json_number(one.probability)}
             for one in finding.held
@@ -132,7 +132,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "confirmation": _confirmation(finding.confirmation),
         "indistinguishable_from": _names(finding.indistinguishable_from),
         "alternatives": [
-            _candidate(candidate) | {"settled_by": settled_by((finding.effect, *candidate.effects))}
+            _candidate(candidate) | {"settled_by": settled_by((finding.effect, candidate.effect))}
             for candidate in finding.indistinguishable_from
         ],
         "ranking": [_candidate(candidate) for candidate in finding.ranking],
@@ -223,16 +223,15 @@ def _list(values: FloatArray) -> list[float | None]:
 
 def _names(candidates: Iterable[Candidate]) -> list[str]:
     """Each effect once, best first."""
-    return list(dict.fromkeys(effect for candidate in candidates for effect in candidate.effects))
+    return list(dict.fromkeys(candidate.effect for candidate in candidates))
 
 
 def _candidate(candidate: Candidate) -> dict[str, Any]:
     return {
-        "effects": list(candidate.effects),
-        "joints": [list(joints) for joints in candidate.joints],
+        "effects": [candidate.effect],
+        "joints": [list(candidate.joints)],
         "score": json_number(candidate.score),
-        "explained": json_number(candidate.explained),
-        "probability": None if candidate.probability is None else json_number(candidate.probability),
+        "probability": json_number(candidate.probability),
     }
 
 

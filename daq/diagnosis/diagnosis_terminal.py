@@ -19,7 +19,7 @@ from daq.diagnosis.diagnosis_words import (
     spaced,
     sure_words,
 )
-from daq.diagnosis.ranking_table import candidate_rows, explained_words
+from daq.diagnosis.ranking_table import candidate_rows, probability_words
 from daq.diagnosis.unexplained_table import unexplained_remarks, unexplained_rows
 from daq.text.numbers import percent, significant, with_sigma
 from daq.text.wrapped import Column, write, write_table
@@ -133,7 +133,7 @@ def _write_details(console: Console, diagnosis: Diagnosis, checks: Sequence[Mode
             write(console, f"Gate 1: {gate_words(checks[number - 1], checks[number])}")
     if not diagnosis.findings:
         _write_errors(console, checks[0], checks[0])
-        columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("explains")]
+        columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("probability")]
         write_table(console, "Ranking: none passes", columns, candidate_rows(diagnosis)[:_RANKED])
     _write_gap(console, "Torque gap on the validation recordings, rms", diagnosis.torque)
     if diagnosis.position is not None:
@@ -186,16 +186,16 @@ def _write_finding(console: Console, number: int, finding: Finding) -> None:
 
 
 def _write_ranking(console: Console, finding: Finding) -> None:
-    columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("explains")]
+    columns = [Column("candidate", right=False, wraps=True), Column("score"), Column("probability")]
     columns += [Column("", right=False)]
     indistinguishable = {candidate.words() for candidate in finding.indistinguishable_from}
     rows = []
     for candidate in finding.ranking[:_RANKED]:
         mark = "cannot be told apart" if candidate.words() in indistinguishable else ""
-        if (candidate.effects, candidate.joints) == ((finding.effect,), (finding.joints,)):
+        if (candidate.effect, candidate.joints) == (finding.effect, finding.joints):
             mark = "named"
-        words, share = spaced(candidate.words()), explained_words(candidate)
-        rows.append([words, significant(candidate.score), share, mark])
+        words, sure = spaced(candidate.words()), probability_words(candidate)
+        rows.append([words, significant(candidate.score), sure, mark])
     write_table(console, "Ranking", columns, rows)
 
 

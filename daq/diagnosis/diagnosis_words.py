@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from daq.diagnosis.scored_families import settled_by
-from daq.text.numbers import NOTHING, percent, probability
+from daq.diagnosis.settled_by import settled_by
+from daq.text.numbers import percent
 from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import ModelCheck
 from ident.effects.entry import joint_words
@@ -86,9 +86,7 @@ def confirmed_words(finding: Finding) -> str:
 
 
 def sure_words(finding: Finding) -> str:
-    """How sure a name is, and what else is possible at 95 %; a p-value where the search gives no more."""
-    if finding.probability is None:
-        return probability(finding.p_value)
+    """How sure a name is, and what else is possible at 95 %."""
     own = (finding.effect, finding.joints)
     others = [spaced(one.words()) for one in finding.held if (one.name, one.joints) != own]
     return f"probability {finding.probability:.2f}" + (f", else {', '.join(others)}" if others else "")
@@ -102,15 +100,8 @@ def _cannot_tell(finding: Finding) -> str:
     return (
         f"This data cannot tell {spaced(finding.effect)} from {others}{rest}."
         " Drive the discriminating trajectory, if there is one, or settle it without:"
-        f" {settled_by((finding.effect, *first.effects))}."
+        f" {settled_by((finding.effect, first.effect))}."
     )
-
-
-def share_words(share: float) -> str:
-    """A share of the residual beyond noise; where noise is only guessed it may seem more than there is."""
-    if share <= 0.0:
-        return NOTHING
-    return "all" if share >= 1.0 else percent(100 * share)
 
 
 def gate_words(before: ModelCheck, after: ModelCheck) -> str:

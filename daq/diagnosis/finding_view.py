@@ -70,7 +70,7 @@ def finding_view(
         words=sentence_of(finding.words()),
         sentence=finding.sentence,
         mode=_MODES[finding.mode],
-        sure=_sure(finding),
+        sure=sure_words(finding),
         closed=percent(100.0 * finding.held_out_gain),
         confirmed=confirmed_words(finding),
         parameters=tuple(_parameter_row(p) for p in finding.parameters),
@@ -86,11 +86,6 @@ def finding_view(
         pairs=_pairs(apart),
         files=trajectory_names(number),
     )
-
-
-def _sure(finding: Finding) -> str:
-    words = sure_words(finding)
-    return words if finding.probability is not None else f"{words} for a clean arm to look like this"
 
 
 def _parameter_row(parameter: FoundParameter) -> tuple[str, ...]:

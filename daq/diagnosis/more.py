@@ -1,4 +1,4 @@
-"""What the evidence adds to a diagnosis by rules: smallest sizes, and terms for what has no name."""
+"""What is added to a diagnosis: smallest sizes, terms for what has no name, and when findings began."""
 
 from __future__ import annotations
 

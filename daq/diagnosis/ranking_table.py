@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from daq.diagnosis.diagnosis_words import share_words, spaced
-from daq.diagnosis.scored_families import scored_family
+from daq.diagnosis.diagnosis_words import spaced
 from daq.text.numbers import significant
 from ident.discrepancy import Candidate, Diagnosis, Finding
+from ident.effects.vocabulary import family_named
 
 _ALWAYS = 5
 """Candidates that are listed though none of them passes."""
@@ -17,11 +17,11 @@ _ALWAYS = 5
 
 @dataclass(frozen=True)
 class RankRow:
-    """One candidate: what, how much it explains, its bar, and whether it is in the set."""
+    """One candidate: what, how likely it is, its bar, and whether it is in the set."""
 
     words: str
     score: str
-    explained: str
+    probability: str
     picture: Markup
     state: str
 
@@ -45,33 +45,30 @@ def ranking_rows(finding: Finding) -> tuple[RankRow, ...]:
             f'<line x1="{bound:.1f}%" x2="{bound:.1f}%" y1="0" y2="18"/></svg>'
         )
         rows.append(
-            RankRow(spaced(words), significant(candidate.score), explained_words(candidate), picture, state)
+            RankRow(spaced(words), significant(candidate.score), probability_words(candidate), picture, state)
         )
     return tuple(rows)
 
 
 def candidate_rows(diagnosis: Diagnosis) -> tuple[tuple[str, str, str], ...]:
-    """What was tried beside the final model, best first: words, score, share that it explains."""
+    """What was tried beside the final model, best first: words, score, probability."""
     shown = [one for one in diagnosis.ranking if one.score > 0.0] or list(diagnosis.ranking[:_ALWAYS])
-    return tuple((spaced(one.words()), significant(one.score), explained_words(one)) for one in shown)
+    return tuple((spaced(one.words()), significant(one.score), probability_words(one)) for one in shown)
 
 
-def explained_words(candidate: Candidate) -> str:
-    """What it explains, or its probability where that is what the search gives."""
-    if candidate.probability is not None:
-        return f"probability {candidate.probability:.3f}"
-    return share_words(candidate.explained)
+def probability_words(candidate: Candidate) -> str:
+    """In three decimals."""
+    return f"{candidate.probability:.3f}"
 
 
 def _contains(candidate: Candidate, finding: Finding) -> bool:
     """Whether the named effect is a limit of the candidate: friction that drifts may also not drift."""
-    if len(candidate.effects) > 1 or candidate.joints[0][-1:] != finding.joints[-1:]:
-        return False
-    return finding.effect in scored_family(candidate.effects[0]).contains
+    here = candidate.joints[-1:] == finding.joints[-1:]
+    return here and finding.effect in family_named(candidate.effect).contains
 
 
 def _named(finding: Finding, shown: list[Candidate]) -> str:
     for candidate in shown:
-        if candidate.effects == (finding.effect,) and candidate.joints == (finding.joints,):
+        if (candidate.effect, candidate.joints) == (finding.effect, finding.joints):
             return candidate.words()
     return ""

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from daq.diagnosis.apart import PlanSettings, TellingApart, Unsettled, pairs_of
-from daq.diagnosis.scored_families import scored_family, settled_by
-from ident.discrepancy import Candidate, Diagnosis, Finding
+from daq.diagnosis.settled_by import settled_by
+from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.before_after import Stage, stages
 from ident.discrepancy.component import inner
+from ident.effects.entry import joint_words
 from ident.effects.family import EffectFamily, PlacedEffect, Shape
-from ident.effects.vocabulary import hidden_from_motion
+from ident.effects.vocabulary import family_named, hidden_from_motion
 from ident.parameters.present import Present
 from robots import Robot
 from robots.arrays import FloatArray
@@ -34,11 +35,10 @@ TOLD_APART = 0.95
 
 @dataclass(frozen=True)
 class _Explanation:
-    """One way to explain the misfit: its words, the names of its effects, and the effects."""
+    """One way to explain the misfit: its words, and the effect."""
 
     words: str
-    names: tuple[str, ...]
-    effects: tuple[PlacedEffect, ...]
+    effect: PlacedEffect
 
 
 def tell_apart(
@@ -84,7 +84,9 @@ def _for_finding(
     before: Motion | None,
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
-    everything = (_named(finding), *map(_explanation, finding.indistinguishable_from[: _MOST - 1]))
+    rivals = finding.indistinguishable_from[: _MOST - 1]
+    named = _Explanation(f"{finding.effect} ({joint_words(finding.joints)})", finding.placed)
+    everything = (named, *(_Explanation(one.words(), one.placed) for one in rivals))
     try:
         return _planned(robot, stage, number, everything, settings, before, progress)
     except TrajectoryError as error:
@@ -100,7 +102,7 @@ def _planned(
     before: Motion | None,
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
-    words, names = tuple(one.words for one in everything), {name for one in everything for name in one.names}
+    words, names = tuple(one.words for one in everything), {one.effect.name for one in everything}
     everything = [_away_from_limits(stage, one, names) for one in everything]
     kept, unsettled = [everything[0]], []
     for other in everything[1:]:
@@ -145,40 +147,28 @@ def _parts(
     return tuple(parts)
 
 
-def _named(finding: Finding) -> _Explanation:
-    place = Candidate((finding.effect,), (finding.joints,), finding.score, 0.0, (finding.placed,))
-    return _explanation(place)
-
-
-def _explanation(candidate: Candidate) -> _Explanation:
-    return _Explanation(candidate.words(), candidate.effects, candidate.placed)
-
-
 def _away_from_limits(stage: Stage, one: _Explanation, names: Collection[str]) -> _Explanation:
-    """Forms that have another candidate in their limit, with the nearest shapes of their grids.
+    """A form that has another candidate in its limit, with the nearest shapes of its grids.
 
     On a motion that does not tell them apart a form may well be fitted with a shape at which it is that
     limit, and no motion tells those apart. Grids stay away from limits.
     """
     robot = stage.base.model.robot
     present = Present(stage.base.model, stage.base.standard_from(stage.beta, stage.base.model.prior()))
-    effects = []
-    for effect in one.effects:
-        family = _form_of(robot, effect)
-        if set(family.contains) & set(names):
-            shapes = family.shapes(robot, effect.place)
-            values = tuple(map(_nearest_of_grid, shapes, effect.shape))
-            effect = family.effect(robot, effect.place, values, present)
-        effects.append(effect)
-    return replace(one, effects=tuple(effects))
+    effect, family = one.effect, _form_of(robot, one.effect)
+    if set(family.contains) & set(names):
+        shapes = family.shapes(robot, effect.place)
+        values = tuple(map(_nearest_of_grid, shapes, effect.shape))
+        effect = family.effect(robot, effect.place, values, present)
+    return replace(one, effect=effect)
 
 
 def _form_of(robot: Robot, effect: PlacedEffect) -> EffectFamily:
     """The form of a candidate's name that has its shapes."""
-    for form in scored_family(effect.name).nested:
+    for form in family_named(effect.name).nested:
         if {shape.name for shape in form.shapes(robot, effect.place)} == set(effect.shape_names):
             return form
-    return scored_family(effect.name)
+    return family_named(effect.name)
 
 
 def _nearest_of_grid(shape: Shape, value: float) -> float:
@@ -186,7 +176,7 @@ def _nearest_of_grid(shape: Shape, value: float) -> float:
 
 
 def _unsettled(first: _Explanation, second: _Explanation, why: str) -> Unsettled:
-    return Unsettled(first.words, second.words, why, settled_by((*first.names, *second.names)))
+    return Unsettled(first.words, second.words, why, settled_by((first.effect.name, second.effect.name)))
 
 
 def _too_similar(pair: Separation) -> str:
@@ -210,10 +200,8 @@ def _hidden_from_motion(
 
 
 def _declared_hidden(first: _Explanation, second: _Explanation) -> bool:
-    """Whether the two are one effect each, at one place, of names that no motion tells apart."""
-    if len(first.effects) != 1 or len(second.effects) != 1:
-        return False
-    (one,), (other,) = first.effects, second.effects
+    """Whether the two are at one place, of names that no motion tells apart."""
+    one, other = first.effect, second.effect
     same = set(one.place.joints) <= set(other.place.joints) or set(other.place.joints) <= set(
         one.place.joints
     )
@@ -229,18 +217,17 @@ def _discriminate(
     before: Motion | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Discrimination:
-    effects = [effect for one in explanations for effect in one.effects]
     return discriminate(
         robot,
         stage.base,
-        [one.effects for one in explanations],
+        [(one.effect,) for one in explanations],
         cycle_time=robot.bus.cycle_time,
         duration=settings.duration,
         seed=settings.seed,
         names=[one.words for one in explanations],
         before=before,
         known=_known(stage),
-        every_row=any(scored_family(effect.name).shows == "reversal" for effect in effects),
+        every_row=any(family_named(one.effect.name).shows == "reversal" for one in explanations),
         conditions=settings.conditions,
         evaluations=evaluations,
         periods=settings.periods,

@@ -36,7 +36,7 @@ def unexplained_rows(diagnosis: Diagnosis, joints: list[str]) -> tuple[Unexplain
                 percent(100.0 * one.error),
                 percent(100.0 * one.noise),
                 percent(100.0 * one.share),
-                "none scores" if nearest is None else spaced(nearest.effects[0]),
+                "none" if nearest is None else spaced(nearest.effect),
             )
         )
     return tuple(rows)

@@ -26,6 +26,9 @@ from ident.discrepancy import Finding
 DIAGNOSE = "diagnose"
 """``command`` among the settings of a model that a diagnosis ended with."""
 
+BY_EVIDENCE = "evidence"
+"""``search`` among these settings; ``rules``, or nothing, is that of a search that there is no more."""
+
 
 @dataclass(frozen=True)
 class DiagnosedAgain:
@@ -108,7 +111,6 @@ def _request_of(settings: Mapping[str, Any], paths: tuple[Path, ...], out: Path)
         out,
         evaluations=0,
         found=found_of_json(settings.get("found")),
-        search=settings.get("search", "rules"),
         carried=tuple(map(Carried.of_json, settings.get("carried", []))),
     )
 
@@ -119,6 +121,8 @@ def _remarks(earlier: Model, found: tuple[CatalogueFinding, ...], result: Diagno
         remarks.append(f"armhil was {earlier.armhil} then and is {version('armhil')} now")
     if description_of(result.robot).sha256 != earlier.description_sha256:
         remarks.append("the arm's description was changed since")
+    if earlier.settings.get("search") != BY_EVIDENCE:
+        remarks.append("names were given by rules then, and are given by evidence now")
     then = [(entry.effect, tuple(entry.joints)) for entry in found]
     now = [(entry.effect, tuple(entry.joints)) for entry in result.diagnosis.findings]
     if then != now:

@@ -21,6 +21,7 @@ from daq.files.model_file import SUFFIX, ModelFile, read_model
 from daq.identification.identification_json import identification_json
 from daq.identification.identify import IdentifyRequest, IdentifyResult
 from daq.keeping.again import IDENTIFY, Rerun, absolute, identify_settings
+from daq.keeping.diagnosed_again import BY_EVIDENCE, DIAGNOSE
 from daq.recording.capture import CAPTURE_SUFFIX
 from daq.recording.reader import read_capture
 from ident import Fitted
@@ -183,11 +184,11 @@ def keep_diagnose_request(
         return None
     file = result.folder / f"{result.robot.name}{SUFFIX}"
     settings = {
-        "command": "diagnose",
+        "command": DIAGNOSE,
         "robot": absolute(request.robot),
         "columns": None if request.columns is None else str(request.columns.absolute()),
         "validation": [str(path.absolute()) for path in request.validation],
-        "search": request.search,
+        "search": BY_EVIDENCE,
         "split_half": request.split_half,
         "without": list(request.without),
         "prior": absolute(request.prior),

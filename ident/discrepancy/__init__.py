@@ -7,8 +7,6 @@ from ident.discrepancy.gap import Gap
 from ident.discrepancy.prior import Prior, accepted_prior, described_prior
 from ident.discrepancy.question import Question
 from ident.discrepancy.results import Candidate, Diagnosis, Finding, FoundParameter
-from ident.discrepancy.settings import SearchSettings
-from ident.discrepancy.workflow import diagnose
 
 __all__ = [
     "Candidate",
@@ -18,9 +16,7 @@ __all__ = [
     "Gap",
     "Prior",
     "Question",
-    "SearchSettings",
     "accepted_noise",
     "accepted_prior",
     "described_prior",
-    "diagnose",
 ]

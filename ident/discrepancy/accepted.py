@@ -85,10 +85,6 @@ class Accepted:
         return tuple(joint + 1 for joint in self.placed.place.joints)
 
     @property
-    def score(self) -> float:
-        return self.basis.score
-
-    @property
     def indistinguishable_from(self) -> tuple[Candidate, ...]:
         return self.basis.indistinguishable_from
 
@@ -163,7 +159,6 @@ def joints_not_told(findings: Sequence[Accepted]) -> set[int]:
         joint
         for finding in findings
         for rival in finding.indistinguishable_from
-        for places in (finding.joints, *rival.joints)
-        for joint in places
+        for joint in (*finding.joints, *rival.joints)
     }
     return {joint - 1 for joint in joints}

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import Trial
 from ident.effects.family import EffectFamily, Place, PlacedEffect, Shape
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -26,10 +25,6 @@ class Component:
     def key(self) -> tuple[str, tuple[int, ...]]:
         """Name and joints, from 0."""
         return self.family.name, self.place.joints
-
-    @classmethod
-    def of(cls, trial: Trial) -> Component:
-        return cls(trial.family, trial.place, trial.effect.shape)
 
     def shapes(self, examination: Examination) -> tuple[Shape, ...]:
         return self.family.shapes(examination.base.model.robot, self.place)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,17 +10,13 @@ import numpy as np
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
-from ident.discrepancy.decision import Choice
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import extended, extended_prior
-from ident.discrepancy.refine import added_values, refine, refit
+from ident.discrepancy.refine import added_values, refit
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
-from ident.discrepancy.scoring import Score
 from ident.discrepancy.step import LoopStep, Step
 from ident.discrepancy.validation import LoopRun, Validation
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -48,22 +43,8 @@ class Course:
     def begun(cls, prepared: tuple[PreparedRecording, ...], first: Step) -> Course:
         return cls(prepared, first, first, first)
 
-    def add(self, chosen: Score, choice: Choice) -> None:
-        """Fit what was chosen, with all that was found before it, and go on with a model that has it."""
-        start, robot = len(self.findings), self.first.base.model.robot
-        components = [Component.of(trial) for trial in chosen.trials]
-        refined = refine(self.step.examination, components, self.step.present)
-        new = [Accepted.of(robot, one, Basis.of(choice, k), refined, k) for k, one in enumerate(components)]
-        if self.reversing is not None:
-            self.findings += new
-            self.step = self._extended(self.step, refined)
-        else:
-            self._fit_together([*self.findings, *new], refined if start == 0 else None)
-        for one in self.findings[start:]:
-            _log.info("found %s at %s", one.effect, one.placed.place)
-
     def take(self, components: Sequence[Component], bases: Sequence[Basis]) -> None:
-        """Fit what another search has found, all of it together, and go on with a model that has it."""
+        """Fit what was found, all of it together, and go on with a model that has it."""
         refined = refit(self.first.examination, components, self.first.present)
         robot = self.first.base.model.robot
         pairs = enumerate(zip(components, bases, strict=True))

@@ -19,7 +19,6 @@ from ident.closed_loop.at_once import at_once
 from ident.discrepancy.gap import torque_residual
 from ident.discrepancy.prepared_recording import PreparedRecording, regressors
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.settings import SearchSettings
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
@@ -72,12 +71,8 @@ class Examination:
     )
     """Effects that were asked for last, with their columns (N, p) beyond the model: those of ``solve``."""
 
-    rounds: ClassVar[int] = 2
-    """Of fitting what was found once more, each effect beside the torque of the others at their sizes."""
-    draws: ClassVar[int] = 8
-    """Present models, drawn from what is known of them, that say what their errors make of a finding."""
-    simulations: ClassVar[int] = 0
-    """Evaluations per shape by simulation at the end of a search: none where columns are not approximate."""
+    simulated: ClassVar[bool] = False
+    """Whether columns are those of a simulated loop."""
 
     @cached_property
     def residual(self) -> FloatArray:
@@ -87,21 +82,10 @@ class Examination:
         return np.asarray(left if of_itself is None else left - of_itself)
 
     @property
-    def rough(self) -> Examination:
-        """What effects are screened beside: the present model with columns as inexact as theirs."""
-        return self
-
-    @property
     def data_rows(self) -> int:
         """How many of the rows are data; those of the prior follow."""
         held = 0 if self.prior is None else int(np.isfinite(np.diag(self.prior.covariance)).sum())
         return int(self.torque.shape[0]) - held
-
-    @property
-    def excess(self) -> float:
-        """Residual sum of squares beyond what noise of unit variance leaves."""
-        freedom = self.torque.shape[0] - self.base.independent.size
-        return float(self.residual @ self.residual - freedom)
 
     @cached_property
     def excess_of_joints(self) -> FloatArray:
@@ -125,20 +109,8 @@ class Examination:
         white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)
         return np.concatenate([white, np.zeros((self.torque.shape[0] - white.shape[0], white.shape[1]))])
 
-    def screened(self, effects: Sequence[PlacedEffect]) -> FloatArray:
-        """Whitened columns (N, all p) of effects at one place, side by side; approximate beside ``rough``."""
-        given = [
-            np.concatenate([piece.columns_of(one) for one in effects], axis=2) for piece in self.prepared
-        ]
-        return self.whiten(given)
-
-    def columns_of(self, effect: PlacedEffect, exact: bool = True) -> FloatArray | None:
-        """Whitened columns (N, p) of an effect; None where it cannot be simulated.
-
-        Args:
-            effect: of the vocabulary.
-            exact: else as it is screened.
-        """
+    def columns_of(self, effect: PlacedEffect) -> FloatArray | None:
+        """Whitened columns (N, p) of an effect; None where it cannot be simulated."""
         return self.whiten([piece.columns_of(effect) for piece in self.prepared])
 
     def measured_columns_of(self, effects: Sequence[PlacedEffect]) -> FloatArray | None:
@@ -147,23 +119,6 @@ class Examination:
             return None
         columns = [[piece.columns_of(one, measured=True) for piece in self.prepared] for one in effects]
         return np.concatenate([self.whiten(thin) for thin in columns], axis=1)
-
-    def gain_of(self, effects: Sequence[PlacedEffect], values: Sequence[FloatArray], gain: float) -> float:
-        """What effects with parameters (p,) each take off the residual sum of squares.
-
-        Args:
-            effects, values: of all.
-            gain: by their columns, which here is all of it.
-        """
-        return gain
-
-    def smallest_share(self, settings: SearchSettings) -> float:
-        """What a finding takes away at least, as a multiple of the noise's energy."""
-        return settings.smallest_share if self.repeats else 0.0
-
-    def misfit(self, settings: SearchSettings) -> float:
-        """What is left without a missing effect, as a multiple of the noise's energy."""
-        return self.smallest_share(settings)
 
     @property
     def shown(self) -> FloatArray:

@@ -21,7 +21,6 @@ class Fit:
 
     Attributes:
         parameters: (p,) linear ones of all effects.
-        gain: what the effects take off the residual sum of squares.
         columns: (N, p) at the instruments' motion, partialled out of the present model.
         own: (N, p) whitened, at the measured motion, whose parameters these are; None where they are those
             of the columns themselves.
@@ -29,7 +28,6 @@ class Fit:
     """
 
     parameters: FloatArray
-    gain: float
     columns: FloatArray
     own: FloatArray | None
     counts: tuple[int, ...]
@@ -48,13 +46,13 @@ def fitted(examination: Examination, components: Sequence[Component], present: P
     solved = solve(examination, components, present)
     if solved is None:
         raise ArithmeticError("the effects have no columns beyond the present model")
-    parameters, gain, columns, counts = solved
+    parameters, _, columns, counts = solved
     own = at_measured(examination, components, present)
     if own is not None:
         bounds = np.array([b for c in components for b in c.effect(examination, present).bounds])
         better = instrumented(columns, own, examination.residual, bounds)
         own, parameters = (None, parameters) if better is None else (own, better)
-    return Fit(parameters, gain, columns, own, tuple(counts))
+    return Fit(parameters, columns, own, tuple(counts))
 
 
 def at_measured(

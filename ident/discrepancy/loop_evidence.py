@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
@@ -70,8 +70,6 @@ class LoopEvidence:
     motion: tuple[State, ...]
     noise: FloatArray
     answer: FloatArray | None = None
-    screened: dict[tuple[object, ...], FloatArray] = field(default_factory=dict, repr=False)
-    """Whitened columns (N, p) of effects, which more effects in the model hardly change."""
 
     @property
     def robot(self) -> Robot:
@@ -173,7 +171,7 @@ class LoopEvidence:
 
     def after(self, other: LoopEvidence) -> LoopEvidence:
         """The evidence with what another one knows of the same loop."""
-        return replace(self, answer=other.answer, screened=other.screened)
+        return replace(self, answer=other.answer)
 
     def _columns(self, effect: Effect | BaseParameters) -> FloatArray:
         """Columns at the simulated motion, as drive torque, tiled over the recordings."""
@@ -243,7 +241,7 @@ class LoopEvidence:
             x, y = x[:, used] / size[used], y[:, used] / size[used]
             lagged = np.stack([_late(x, k)[_TAPS:].ravel() for k in range(_TAPS)], axis=1)
             answers[drive] = np.linalg.lstsq(lagged.T @ lagged, lagged.T @ y[_TAPS:].ravel(), rcond=1e-8)[0]
-        return replace(self, answer=answers, screened={})
+        return replace(self, answer=answers)
 
 
 def _late(values: FloatArray, rows: int) -> FloatArray:

@@ -8,8 +8,7 @@ arm biases nothing, and all rows count, reversals included.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -19,12 +18,11 @@ from ident.discrepancy.confirmation import Shown, shown_share
 from ident.discrepancy.deviations import block_labels
 from ident.discrepancy.examination import DEPENDENT, Examination, with_prior
 from ident.discrepancy.gap import Gap
-from ident.discrepancy.loop import FINE, Loop, Standstill, with_standstill_of
+from ident.discrepancy.loop import Loop, Standstill
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.presliding import standstill_of
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.settings import SearchSettings
 from ident.discrepancy.simulated_loop import loop_evidence
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
@@ -49,62 +47,21 @@ class LoopExamination(Examination):
 
     Attributes:
         loop: the recordings' loop, and what effects change in it.
-        about: the regressor (N, b) as effects are screened, not simulated; None where it is that already.
         any_law: whether friction at standstill may follow any law, with a size of each drive's own.
     """
 
     loop: LoopEvidence = field(kw_only=True)
-    about: FloatArray | None = field(kw_only=True)
     any_law: bool = field(kw_only=True, default=False)
 
-    rounds: ClassVar[int] = 0
-    """Columns hold at the sizes that they were simulated with."""
-    draws: ClassVar[int] = 0
-    """Each would be a simulation of every effect."""
-    simulations: ClassVar[int] = 10
+    simulated: ClassVar[bool] = True
 
-    @cached_property
-    def rough(self) -> LoopExamination:
-        """With the present model's columns as inexact as those of effects that are screened."""
-        if self.about is None:
-            return self
-        torque = self.residual + self.about @ self.beta
-        return replace(
-            self, torque=torque, regressor=self.about, instruments=self.about, about=None, placed={}
-        )
-
-    def screened(self, effects: Sequence[PlacedEffect]) -> FloatArray:
-        """Whitened columns (N, all p) through the loop's answer; kept, since models hardly change them."""
-        kept, key = self.loop.screened, (effects[0].name, effects[0].place)
-        if key not in kept:
-            kept[key] = self.whiten([self.loop.screen(effects)]).astype(np.float32)
-        return kept[key].astype(np.float64)
-
-    def columns_of(self, effect: PlacedEffect, exact: bool = True) -> FloatArray | None:
-        """By simulation of the loop with the effect, or through the loop's answer."""
-        answer = self.loop.respond(effect) if exact else self.loop.screen([effect])
+    def columns_of(self, effect: PlacedEffect) -> FloatArray | None:
+        """By simulation of the loop with the effect."""
+        answer = self.loop.respond(effect)
         return None if answer is None else self.whiten([answer])
 
     def measured_columns_of(self, effects: Sequence[PlacedEffect]) -> None:
         """None: the motion is simulated, without noise."""
-
-    def gain_of(self, effects: Sequence[PlacedEffect], values: Sequence[FloatArray], gain: float) -> float:
-        """By simulation at their size: columns answer to small effects, and late friction is not small."""
-        left = self.residual
-        for effect, size in zip(effects, values, strict=True):
-            parts = self.loop.variant(effect).simulated(size)
-            change = self.loop.change(with_standstill_of(parts, self.loop.standstill, self.loop.robot), FINE)
-            if change is None:
-                return 0.0
-            white = self.whiten([change[:, :, np.newaxis]])
-            left = left - self.partial_out(white)[:, 0]
-        return float(self.residual @ self.residual - left @ left)
-
-    def smallest_share(self, settings: SearchSettings) -> float:
-        return settings.smallest_share_in_loop
-
-    def misfit(self, settings: SearchSettings) -> float:
-        return settings.misfit_in_loop
 
     @property
     def shown(self) -> FloatArray:
@@ -168,8 +125,6 @@ def examine_in_loop(
         torque = whitening.apply(rest[:, :, np.newaxis], segment, used)[:, 0] + white @ beta
         y, x, _ = with_prior(torque, white, white, prior)
         beta = _solved(x, y) if before is None else beside_found(x, y, beta, before.beta.size)
-    about = whitening.apply(evidence.screened_base(), segment, used)
-    about = with_prior(torque, about, about, prior)[1]
     return LoopExamination(
         base,
         tuple(prepared),
@@ -184,7 +139,6 @@ def examine_in_loop(
         True,
         prior,
         loop=evidence,
-        about=about,
         any_law=any_law,
     )
 

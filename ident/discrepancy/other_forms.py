@@ -48,7 +48,7 @@ def with_other_forms(
         present: the model that columns are made of.
         refined: what came of these.
     """
-    if examination.simulations:
+    if examination.simulated:
         return refined
     best = left_beside(examination, fitted(examination, components, present))
     likely: dict[int, list[tuple[float, Refined]]] = {}

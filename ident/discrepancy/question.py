@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.prior import Prior
-from ident.discrepancy.settings import DEFAULTS, SearchSettings
 from ident.effects.family import EffectFamily
 from ident.parameters.base import BaseParameters
 from ident.parameters.regressor import RegressorModel
@@ -16,6 +15,10 @@ from robots.description import Robot
 
 Progress = Callable[[str, float], None]
 """Called with a step in words and the share of the whole that is done, 0 to 1."""
+
+
+def silent(step: str, share: float) -> None:
+    """Nobody watches."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,6 @@ class Question:
         families: the vocabulary to choose from.
         prior: a function that gives the prior of a base set; None to search after a refit.
         model: the model that is examined; the arm's usual one where None.
-        settings: thresholds.
         at_reversals: look at reversals and standstills, too, where the loop can be simulated.
         standstill: how each drive's dry friction turns its sign there; None where nobody knows.
     """
@@ -40,6 +42,5 @@ class Question:
     families: tuple[EffectFamily, ...]
     prior: Callable[[BaseParameters], Prior] | None = None
     model: RegressorModel | None = None
-    settings: SearchSettings = DEFAULTS
     at_reversals: bool = True
     standstill: Standstill | None = None

@@ -1,4 +1,4 @@
-"""From the grid to the best shape, and from there to parameters with their standard deviations."""
+"""Effects that were found, fitted together: shapes, parameters, and their standard deviations."""
 
 from __future__ import annotations
 
@@ -16,30 +16,21 @@ from ident.parameters.present import Present
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 
-_EVALUATIONS, _AGAIN = 40, 8
-"""Evaluations per shape: of the search, and of each round of a refit."""
+_ROUNDS = 2
+"""Of fitting what was found once more, each effect beside the torque of the others at their sizes."""
+
+_EVALUATIONS = 8
+"""Per shape, of each round."""
 
 _SURE = 5.0
 """Standard deviations by which a parameter differs from zero to be simulated."""
-
-
-def refine(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
-    """Fit shapes and linear parameters of some effects together.
-
-    Args:
-        examination: the present model on the recordings.
-        components: effects with the shapes that the grid gave.
-        present: the present model, for effects that ask it for torques.
-    """
-    best = best_shapes(examination, components, present, 0.5, _EVALUATIONS)
-    return refit(examination, best, present)
 
 
 def refit(examination: Examination, components: Sequence[Component], present: Present) -> Refined:
     """Fit some effects together once more, each beside all the others.
 
     Columns that ask the model for its torques are made of the model with everything that is found: friction
-    of a load is that of the payload, too.
+    of a load is that of the payload, too. Those of a closed loop hold at the sizes they were simulated with.
 
     Args:
         examination: of the model without any of them.
@@ -47,9 +38,9 @@ def refit(examination: Examination, components: Sequence[Component], present: Pr
         present: that model.
     """
     best = list(components)
-    for _ in range(examination.rounds):
+    for _ in range(0 if examination.simulated else _ROUNDS):
         present = _beside(examination, best, present)
-        best = best_shapes(examination, best, present, 0.1, _AGAIN)
+        best = best_shapes(examination, best, present, 0.1, _EVALUATIONS)
     return with_other_forms(examination, best, present, with_deviations(examination, best, present))
 
 

@@ -22,6 +22,9 @@ from robots.arrays import BoolArray, FloatArray
 _DERIVATIVE = 0.01
 """Step of a numerical derivative over a shape, as a share of its value (or of its range where linear)."""
 
+_DRAWS = 8
+"""Present models, drawn from what is known of them, that say what their errors make of a finding."""
+
 
 @dataclass(frozen=True)
 class Refined:
@@ -31,8 +34,6 @@ class Refined:
         effects: with their shapes.
         linear: per effect, its linear parameters (p,).
         linear_sigma, shape_sigma: per effect, standard deviations.
-        gain: what they take off the residual sum of squares together.
-        left: residual sum of squares over noise, per row, once they are added.
         seen: per effect, which of its parameters the data show.
         linear_of_forms, shape_of_forms: per effect, deviations more, of a form that the data hardly choose.
         size_sigma: per effect, deviation of a factor of all its parameters, its shapes as fitted; 0 where the
@@ -43,8 +44,6 @@ class Refined:
     linear: tuple[FloatArray, ...]
     linear_sigma: tuple[FloatArray, ...]
     shape_sigma: tuple[FloatArray, ...]
-    gain: float
-    left: float
     seen: tuple[BoolArray, ...]
     linear_of_forms: tuple[FloatArray, ...]
     shape_of_forms: tuple[FloatArray, ...]
@@ -59,7 +58,6 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
     matrix = np.concatenate([fit.columns, slopes], axis=1)
     whole = matrix if own is None else np.concatenate([own, own_slopes], axis=1)
     residual = left_beside(examination, fit)
-    left = float(residual @ residual / max(1, residual.size - examination.base.independent.size))
     effects = tuple(component.effect(examination, present) for component in components)
     sigma = _of_noise(examination, effects, (matrix, whole, residual))
     sigma = np.hypot(sigma, _of_present(examination, components, present, fit, matrix))
@@ -83,8 +81,6 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
         factors,
         fit.of_effects(sigma),
         tuple(per_shape),
-        fit.gain,
-        left,
         tuple(factor > 0.0 for factor in fit.of_effects(np.linalg.norm(fit.columns, axis=0))),
         tuple(np.zeros_like(factor) for factor in factors),
         tuple(np.zeros_like(one) for one in per_shape),
@@ -171,21 +167,22 @@ def _of_present(
 ) -> FloatArray:
     """Deviations (k,) that come of what is not known of the present model: the columns are made of it.
 
-    Links that are known to a tenth make the error of a gear that moves them known to a tenth.
+    Links that are known to a tenth make the error of a gear that moves them known to a tenth. In closed loop
+    each draw would be a simulation of every effect, and none is made.
 
     Args:
-        examination, components, present: as in :func:`ident.discrepancy.refine.refine`.
+        examination, components, present: as in :func:`ident.discrepancy.refine.refit`.
         fit: at the present model.
         matrix: (N, k) columns and slopes, whose factors deviate.
     """
-    if not examination.draws:
+    if examination.simulated:
         return np.zeros(matrix.shape[1])
     base, beta = examination.base, examination.beta
     values, vectors = eigen_of(examination.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     known = base.standard_from(beta, base.model.prior())
-    changes = np.zeros((examination.draws, fit.columns.shape[0]))
-    draws = np.random.default_rng(0).standard_normal((examination.draws, beta.size))
+    changes = np.zeros((_DRAWS, fit.columns.shape[0]))
+    draws = np.random.default_rng(0).standard_normal((_DRAWS, beta.size))
     for change, draw in zip(changes, draws, strict=True):
         moved = base.standard_from(beta + root @ draw, base.model.prior()) - known
         standard = present.standard.copy()
@@ -216,7 +213,7 @@ def _of_gains(
         matrix: (N, k) columns and slopes, whose factors deviate.
     """
     variance = np.zeros(matrix.shape[1])
-    if examination.prior is None or examination.simulations:
+    if examination.prior is None or examination.simulated:
         return variance
     size = np.linalg.norm(matrix, axis=0)
     seen = size > 0.0

@@ -37,21 +37,23 @@ class FoundParameter:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One entry of the ranking: an effect (or a pair of them) with its score."""
+    """One entry of a ranking: a name at its joints, from 1.
 
-    effects: tuple[str, ...]
-    joints: tuple[tuple[int, ...], ...]
+    Attributes:
+        effect, joints: what and where.
+        score: log odds of it against nothing.
+        probability: of the name at its place.
+        placed: the effect with its shapes, as it was scored.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
     score: float
-    explained: float
-    """Share of the residual beyond noise that it explains on the fitted rows."""
-    placed: tuple[PlacedEffect, ...] = field(default=(), repr=False, compare=False)
-    """The effects with their shapes, as they were scored."""
-    probability: float | None = None
-    """Of the name at its place; None where the search gives none."""
+    probability: float
+    placed: PlacedEffect = field(repr=False, compare=False)
 
     def words(self) -> str:
-        places = map(joint_words, self.joints)
-        return " and ".join(f"{effect} ({place})" for effect, place in zip(self.effects, places, strict=True))
+        return f"{self.effect} ({joint_words(self.joints)})"
 
 
 @dataclass(frozen=True)
@@ -97,10 +99,10 @@ class Finding:
     confirmation: Confirmation
     placed: PlacedEffect
     binned_residual: BinnedResidual
-    ranking: tuple[Candidate, ...] = ()
-    probability: float | None = None
-    """Of the name at its place; None where the search gives none."""
-    held: tuple[Possible, ...] = ()
+    ranking: tuple[Candidate, ...]
+    probability: float
+    """Of the name at its place."""
+    held: tuple[Possible, ...]
     """What is possible there, the likeliest first, as far as it takes for 95 %."""
 
     def words(self) -> str:
@@ -156,15 +158,8 @@ class Diagnosis:
     standstill: Standstill | None = field(repr=False, default=None)
 
     def nearest(self, joint: int) -> Candidate | None:
-        """The best candidate of the ranking that acts on a joint (from 0), alone; None where none scores."""
-        return next(
-            (
-                one
-                for one in self.ranking
-                if (one.score > 0.0 or one.probability is not None) and one.joints == ((joint + 1,),)
-            ),
-            None,
-        )
+        """The best candidate of the ranking that acts on a joint (from 0), alone; None where none is."""
+        return next((one for one in self.ranking if one.joints == (joint + 1,)), None)
 
 
 def _parameter_words(parameter: FoundParameter) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from scipy.optimize import minimize
@@ -23,7 +22,6 @@ def best_shapes(
     present: Present,
     width: float,
     evaluations: int,
-    exact: bool = True,
 ) -> list[Component]:
     """The components at the shapes that take most off the residual.
 
@@ -33,22 +31,13 @@ def best_shapes(
         present: the present model, for effects that ask it for torques.
         width: of its first steps, in steps of the grid.
         evaluations: of the search, per shape.
-        exact: in closed loop, by simulation of the effects; else about.
     """
     shapes = shapes_of(examination, components)
     if all(shape.fixed for shape in shapes):
         return list(components)
     search = ShapeSearch(examination, components, shapes, present)
     start = np.array([inner(s, v) for s, v in zip(shapes, values_of(components), strict=True)])
-    simulations = examination.simulations if exact else 0
-    point = search.best(start, width, evaluations, exact=exact and not simulations)
-    if simulations:
-        # What a loop answers about finds the region; of that the simulation takes the best point.
-        starts = [*search.other_forms(point), *search.other_forms(start)]
-        losses = [search.loss(one, True) for one in starts]
-        nearest = starts[int(np.argmin(losses))]
-        point = search.best(nearest, 0.25, simulations, exact=True)
-    return at_point(components, shapes, point)
+    return at_point(components, shapes, search.best(start, width, evaluations))
 
 
 @dataclass(frozen=True)
@@ -60,19 +49,12 @@ class ShapeSearch:
     shapes: Sequence[Shape]
     present: Present
 
-    def loss(self, point: FloatArray, exact: bool) -> float:
-        """Minus the gain; in closed loop, where exact, that of a simulation with all that was found."""
-        placed = at_point(self.components, self.shapes, point)
-        solved = solve(self.examination, placed, self.present, exact=exact)
-        if solved is None:
-            return 0.0
-        values, gain, _, counts = solved
-        if not exact:
-            return -gain
-        effects = [component.effect(self.examination, self.present) for component in placed]
-        return -self.examination.gain_of(effects, np.split(values, np.cumsum(counts)[:-1]), gain)
+    def loss(self, point: FloatArray) -> float:
+        """Minus the gain."""
+        solved = solve(self.examination, at_point(self.components, self.shapes, point), self.present)
+        return 0.0 if solved is None else -solved[1]
 
-    def best(self, start: FloatArray, width: float, evaluations: int, exact: bool) -> FloatArray:
+    def best(self, start: FloatArray, width: float, evaluations: int) -> FloatArray:
         """The point that a simplex of so many steps of the grid finds (Nelder and Mead 1965)."""
         free = np.array([not shape.fixed for shape in self.shapes], dtype=np.bool_)
         limits = np.array([(inner(s, s.lower), inner(s, s.upper)) for s in self.shapes])[free]
@@ -84,7 +66,7 @@ class ShapeSearch:
             return moved
 
         def loss(point: FloatArray) -> float:
-            return self.loss(whole(point), exact)
+            return self.loss(whole(point))
 
         found = minimize(
             loss,
@@ -97,12 +79,4 @@ class ShapeSearch:
                 "xatol": 1e-3,
             },
         )
-        return whole(np.asarray(found.x)) if found.fun <= self.loss(start, exact) else start
-
-    def other_forms(self, point: FloatArray) -> list[FloatArray]:
-        """The point with every combination of the values that fixed shapes can take."""
-        choices = [
-            [inner(shape, value) for value in shape.grid] if shape.fixed else [float(x)]
-            for shape, x in zip(self.shapes, point, strict=True)
-        ]
-        return [np.array(one) for one in product(*choices)]
+        return whole(np.asarray(found.x)) if found.fun <= self.loss(start) else start

@@ -9,7 +9,7 @@ import numpy as np
 from ident.discrepancy.bounded import within_bounds
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
-from ident.discrepancy.library import partialled
+from ident.discrepancy.partialled import partialled
 from ident.effects.family import PlacedEffect
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -26,10 +26,9 @@ def solve(
     components: Sequence[Component],
     present: Present,
     fixed: FloatArray | None = None,
-    exact: bool = True,
 ) -> tuple[FloatArray, float, FloatArray, list[int]] | None:
     """Linear parameters, gain, partialled columns and how many belong to each effect."""
-    placed = [_placed(examination, component, present, exact) for component in components]
+    placed = [_placed(examination, component, present) for component in components]
     effects, blocks = [effect for effect, _ in placed], [block for _, block in placed]
     if any(block is None for block in blocks):
         return None
@@ -47,15 +46,15 @@ def solve(
 
 
 def _placed(
-    examination: Examination, component: Component, present: Present, exact: bool
+    examination: Examination, component: Component, present: Present
 ) -> tuple[PlacedEffect, FloatArray | None]:
     """An effect with its partialled columns; a search over the shapes of one asks for the others often."""
-    kept, key = examination.placed, (component, exact)
-    found = kept.pop(key, None)
+    kept = examination.placed
+    found = kept.pop(component, None)
     if found is None or found[0] is not present:
         effect = component.effect(examination, present)
-        found = (present, effect, partialled(examination, effect, exact))
-    kept[key] = found  # the one that was asked for last stands last
+        found = (present, effect, partialled(examination, effect))
+    kept[component] = found  # the one that was asked for last stands last
     if len(kept) > _KEPT:
         del kept[next(iter(kept))]
     return found[1], found[2]

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.confirmation import Shown, shown_in_torque
 from ident.discrepancy.examination import Examination, examine
@@ -146,16 +144,6 @@ class Step:
     def placed(self) -> list[Placed]:
         """Effects that the model has beside the usual ones: found now, or before."""
         return [effect for effect in self.base.model.effects if isinstance(effect, Placed)]
-
-    def misfit_joint(self, share: float) -> int | None:
-        """The joint of which most is left, where more than a share of the rows is; None where it is not.
-
-        What a found effect leaves on its own joint is its form being a little different.
-        """
-        left, rows = self.examination.excess_of_joints.copy(), self.examination.rows_of_joints.copy()
-        found = sorted({joint for effect in self.placed for joint in effect.place.joints})
-        left[found], rows[found] = 0.0, 0
-        return int(np.argmax(left)) if left.sum() > share * rows.sum() else None
 
     @cached_property
     def shown(self) -> FloatArray:

@@ -71,4 +71,4 @@ _AT_ONCE = Family(
         "takes mu_mean + dmu of its load while it drives it and mu_mean − dmu while driven by it"
     ),
 )
-DIRECTIONAL_EFFICIENCY = replace(_AT_ONCE, row=80, further=(late_form(_AT_ONCE),))
+DIRECTIONAL_EFFICIENCY = replace(_AT_ONCE, row=80, forms=(late_form(_AT_ONCE),))

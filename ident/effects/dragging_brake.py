@@ -108,7 +108,7 @@ DRAGGING_BRAKE = Family(
     _periods,
     contains=("coulomb_friction",),
     confused_with=("coulomb_friction", "drifting_friction"),
-    further=(BRAKE_THAT_FALLS_IN,),
+    forms=(BRAKE_THAT_FALLS_IN,),
     history=True,
     settled_by=(
         "measure the voltage at the brake's coil while the arm moves, or lift the brake by hand and record"
@@ -123,8 +123,8 @@ DRAGGING_BRAKE = Family(
     },
     not_by_motion=("coulomb_friction",),
     equation=(
-        "sign(q̇)·drag while t/period − beginning, less its whole turns, is below share, or, where it rubs once,"
-        " after the instant (`side` 1) or before it (−1)"
+        "sign(q̇)·drag while t/period − beginning, less its whole turns, is below share; or, where it rubs"
+        " once, after the instant (`side` 1) or before it (−1)"
     ),
     row=95,
 )

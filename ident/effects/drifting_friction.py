@@ -149,7 +149,7 @@ DRIFTING_FRICTION = Family(
     settling_times,
     contains=("coulomb_friction", "viscous_friction", "temperature_viscous_friction", "wrist_coupling"),
     confused_with=("coulomb_friction", "viscous_friction"),
-    further=(SETTLING_FRICTION, SETTLING_BEFORE),
+    forms=(SETTLING_FRICTION, SETTLING_BEFORE),
     history=True,
     settled_by="record the same motion cold and warm: only what drifts has changed",
     equation=(

@@ -126,8 +126,8 @@ class Effect(Protocol):
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid alone; of one that is ``scanned``, over what it comes again, the
-    data say which. At its ``limits`` the effect is another: friction over a power of one of the speed is viscous.
+    What is ``fixed`` takes the values of its grid alone; of what comes again over that which is ``scanned``
+    the data say which. At its ``limits`` it is another effect: friction over a power of one is viscous.
     """
 
     name: str
@@ -233,7 +233,7 @@ class EffectFamily(Protocol):
     ``essential`` are the linear parameters, from 0, that have to be there for it to be this effect;
     ``contains`` are the effects that are limits of it, ``on_top_of`` the usual terms without which it is not
     there. Of an effect that comes in waves ``several`` can sit at one place, each of its own length.
-    ``forms`` are others of the same name with shapes of their own, ``nested`` is this one with all of those.
+    ``nested`` is this one with the other forms of its name, which have shapes of their own.
 
     Traits that a search goes by: ``shows``, when; ``stiff``, whether it swings too fast for a coarse
     integration; ``rough``, whether rows leave some of it where it is there (impacts, ringing, further waves);
@@ -282,11 +282,8 @@ class EffectFamily(Protocol):
     def several(self) -> bool: ...
 
     @property
-    def forms(self) -> tuple[EffectFamily, ...]: ...
-
-    @property
     def nested(self) -> tuple[EffectFamily, ...]:
-        """Every form of this name; the last are those that the search by evidence alone asks for."""
+        """Every form of this name, this one first."""
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -89,4 +89,4 @@ _OF_OUTPUT = Family(
     settled_by="record the same motion with a known payload: friction of the load grows",
     equation="mu·|torque through the gear|·sign(q̇)",
 )
-LOAD_DEPENDENT_FRICTION = replace(_OF_OUTPUT, row=70, further=(late_form(_OF_OUTPUT), _OF_MOTOR_SIDE))
+LOAD_DEPENDENT_FRICTION = replace(_OF_OUTPUT, row=70, forms=(late_form(_OF_OUTPUT), _OF_MOTOR_SIDE))

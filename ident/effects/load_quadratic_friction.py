@@ -67,4 +67,4 @@ _AT_ONCE = Family(
     },
     equation="mu_square·(torque through the gear)²·sign(q̇)",
 )
-LOAD_QUADRATIC_FRICTION = replace(_AT_ONCE, row=75, further=(late_form(_AT_ONCE),))
+LOAD_QUADRATIC_FRICTION = replace(_AT_ONCE, row=75, forms=(late_form(_AT_ONCE),))

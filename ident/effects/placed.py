@@ -108,10 +108,9 @@ class Family:
     Of a ``rough`` one rows hold the most, and it leaves the rest where it is there.
     ``several`` of an effect that comes in waves can sit at one place. ``timeless``, which what is dear to
     calculate says of itself: its torque is that of the motion and of what was shortly before, whenever it
-    happens. ``forms`` are others of the same name with shapes of their own, ``further`` those that the
-    search by evidence alone asks for. ``equation`` says how its torque is made of its parameters, for the
-    reference page. ``row`` is where it stands in the vocabulary; a form that stands under another family has
-    none.
+    happens. ``forms`` are others of the same name with shapes of their own. ``equation`` says how its torque
+    is made of its parameters, for the reference page. ``row`` is where it stands in the vocabulary; a form
+    that stands under another family has none.
     """
 
     name: str
@@ -128,7 +127,6 @@ class Family:
     on_top_of: tuple[str, ...] = ()
     several: bool = False
     forms: tuple[Family, ...] = ()
-    further: tuple[Family, ...] = ()
     stiff: bool = False
     rough: bool = False
     history: bool = False
@@ -143,7 +141,7 @@ class Family:
     @property
     def nested(self) -> tuple[Family, ...]:
         """Every form of this name."""
-        return (self, *self.forms, *self.further)
+        return (self, *self.forms)
 
     def places(self, robot: Robot) -> tuple[Place, ...]:
         """Every place of this arm where the effect can sit."""

@@ -116,7 +116,7 @@ TEMPERATURE_VISCOUS_FRICTION = Family(
     settling_times,
     contains=("viscous_friction",),
     confused_with=("viscous_friction", "drifting_friction"),
-    further=(OIL_THAT_SETTLES, OIL_THAT_SETTLED_BEFORE),
+    forms=(OIL_THAT_SETTLES, OIL_THAT_SETTLED_BEFORE),
     history=True,
     settled_by="record the same motion cold and warm: it has changed, and nothing has at creeping speed",
     told_from={

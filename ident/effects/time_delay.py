@@ -135,7 +135,7 @@ TIME_DELAY = Family(
     _make,
     _shapes,
     confused_with=("current_loop_lag", "rotor_inertia"),
-    further=(ACTING_LATE,),
+    forms=(ACTING_LATE,),
     taken_by_alignment=True,
     settled_by="lock the joint and step the control signal: a delay shifts the current",
     timeless=True,

@@ -139,7 +139,7 @@ TORQUE_RIPPLE = Family(
     _shapes,
     confused_with=("gear_ripple",),
     several=True,
-    further=(ANY_PERIOD,),
+    forms=(ANY_PERIOD,),
     settled_by="uncouple the motor and turn it alone: ripple of the torque stays",
     equation=(
         "a torque over the angle of the motor, as of `gear_ripple`; `with_torque` 1 says that it "

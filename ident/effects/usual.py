@@ -198,7 +198,7 @@ ASYMMETRIC_FRICTION = Family(
     each_drive,
     _asymmetric,
     confused_with=("current_offset",),
-    further=(ASYMMETRIC_DRY_FRICTION,),
+    forms=(ASYMMETRIC_DRY_FRICTION,),
     settled_by="run the joint at one constant speed both ways: the torques differ",
     told_from={
         "current_offset": (

@@ -1,62 +1,41 @@
-"""The whole answer by evidence: its names, with the sizes, confirmations and reversals that a diagnosis has.
+"""The whole answer: names by evidence, with the sizes, confirmations and reversals that a diagnosis has.
 
 The evidence says which set of effects the moving arm shows. That set is then fitted, shown on recordings that
-were not fitted and simulated in closed loop as any finding is, and reversals, which the evidence leaves out,
+were not fitted and simulated in closed loop, and reversals, which the evidence of the moving arm leaves out,
 are looked at in the simulated loop. So a name is given where two things say so that share nothing but the
 recordings: the evidence of the rows that were fitted, and the gap on those that were not.
 """
 
 from __future__ import annotations
 
-import logging
+from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ident.closed_loop.at_once import beside
-from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
-from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
-from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import without_effects
-from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.reversals import (
-    beyond_margin,
-    by_any_law,
-    likeliest_in_loop,
-    posed_in_loop,
-    standstill_in,
-)
-from ident.discrepancy.by_evidence.taken import (
-    at_reversals,
-    basis_of,
-    candidates_of,
-    component_of,
-    is_of_reversals,
-)
+from ident.discrepancy.align import aligned
+from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
+from ident.discrepancy.by_evidence.in_motion import found_in_motion
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer
+from ident.discrepancy.by_evidence.taken import candidates_of
 from ident.discrepancy.by_evidence.workflow import named_by_evidence
 from ident.discrepancy.course import Course
-from ident.discrepancy.library import partialled
 from ident.discrepancy.loop import Standstill
-from ident.discrepancy.prepared_recording import PreparedRecording
-from ident.discrepancy.question import Progress, Question
-from ident.discrepancy.results import Candidate, Diagnosis
-from ident.discrepancy.step import LoopStep
+from ident.discrepancy.prepared_recording import PreparedRecording, prepared_recordings
+from ident.discrepancy.question import Progress, Question, silent
+from ident.discrepancy.residual_dependence import dependences_beside
+from ident.discrepancy.results import Diagnosis, Finding
+from ident.discrepancy.settings import searching
+from ident.discrepancy.step import Step
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
+from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.validation import Validation
-from ident.discrepancy.verdict import loop_does_otherwise
-from ident.discrepancy.workflow import Search, silent
+from ident.discrepancy.verdict import Left, description, lags_of_noise, verdict_of
 from ident.effects.entry import joint_words
 from ident.effects.torque_ripple import WITHOUT_GEAR
 from ident.errors import IdentificationError
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots.free_memory import give_back
-
-_log = logging.getLogger(__name__)
-
-ANY_LAW = (
-    "at standstill the drives' friction follows none of the laws that are known here; an effect that shows"
-    " there alone could hide in it"
-)
-"""Said of an arm whose loop another law of friction at standstill explains."""
 
 
 def diagnose_with_evidence(
@@ -76,14 +55,119 @@ def diagnose_with_evidence(
     recordings, notes = with_feed_forward(question.robot, (*question.fit, *question.validation))
     count = len(question.fit)
     question = replace(question, fit=recordings[:count], validation=recordings[count:])
-    led = _Led(question, lambda step, share: progress(step, 0.6 + 0.4 * share))
-    known = replace(question, standstill=led.step.standstill if question.at_reversals else None)
-    answer, sizes = named_by_evidence(known, lambda step, share: progress(step, 0.6 * share), simulated=False)
-    led.answer, led.notes = answer, tuple(one.words() for one in answer.refuted)
-    diagnosis, nameable = beside(led.run, sizes)
-    answer, standstill = replace(answer, nameable=nameable), led.standstill or known.standstill
-    notes = (*notes, *led.notes, *_periods(diagnosis))
-    return replace(diagnosis, notes=notes, standstill=standstill), answer
+    progress("filter", 0.0)
+    course = course_of(question)
+    held = prepared_recordings(course.first.base.model.robot, question.validation)
+    question = replace(question, standstill=course.first.standstill if question.at_reversals else None)
+    answer, sizes = named_by_evidence(
+        question, lambda step, share: progress(step, 0.6 * share), simulated=False
+    )
+
+    def diagnosed() -> Diagnosis:
+        loop = _looked_at(question, course, answer)
+        progress("gap", 0.98)
+        return _answer(question, loop, held)
+
+    diagnosis, nameable = beside(diagnosed, sizes)
+    notes = (*notes, *(one.words() for one in answer.refuted), *diagnosis.notes, *_periods(diagnosis))
+    return replace(diagnosis, notes=notes), replace(answer, nameable=nameable)
+
+
+def course_of(question: Question) -> Course:
+    """The question's model on its recordings, before anything is found.
+
+    Raises:
+        IdentificationError: recordings that do not fit the arm, or that determine too little.
+    """
+    robot = searching(question.robot, question.fit[0])
+    effects = (question.model or RegressorModel.of(robot)).effects
+    robot = aligned(RegressorModel(robot, effects), prepared_recordings(robot, question.fit))
+    prepared = prepared_recordings(robot, question.fit)
+    base = base_parameters(RegressorModel(robot, effects))
+    return Course.begun(prepared, Step.of(base, prepared, question.prior(base) if question.prior else None))
+
+
+def _looked_at(question: Question, course: Course, answer: EvidenceAnswer) -> InLoop:
+    """What the evidence found, with sizes, and what the simulated loop shows beside it."""
+    fitted = validation_of(course, course.prepared, question.standstill)
+    loop = InLoop(found_in_motion(course, answer, fitted), answer, question.families)
+    if question.at_reversals and loop.is_worth_a_look():
+        loop.look()
+    give_back()  # rows of the loop and their vocabulary, which refer to each other
+    return loop
+
+
+def validation_of(
+    course: Course, prepared: tuple[PreparedRecording, ...], standstill: Standstill | None
+) -> Validation:
+    """What recordings say of models, with friction at standstill as fitted recordings show it.
+
+    The description's is a guess: beside its bristles a friction of the load that other motion shows whole
+    (1.02 ± 0.01) had −2.6 ± 0.5 of it in the simulated positions of an arm that sticks otherwise.
+    """
+    return Validation(prepared, course.first.examination.whitening, standstill)
+
+
+def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...]) -> Diagnosis:
+    """What the recordings that were not fitted (``held``) say of the findings, and of what is left."""
+    course, answer, first = loop.course, loop.answer, loop.course.first
+    validation = validation_of(course, held, loop.standstill or question.standstill)
+    findings, rejected, last = course.validated(validation)
+    loop.look_again(findings)
+    nothing = _made_by_noise(course, answer, validation, findings)
+    if nothing:
+        course = Course.begun(course.prepared, first)
+        findings, rejected, last = [], [*rejected, *findings], validation.loop_run(first)
+    examination = course.step.examination
+    left = Left(
+        dependences_beside(course.step.base, examination.beta, course.prepared),
+        unrepeated(examination, course.prepared[0].row_time),
+        loop.unnamed,
+        not nothing and loop.more_in_motion(),
+        validation.unexplained(course.step),
+        first.base.model.robot.identification.torque_margin,
+    )
+    verdict = verdict_of(findings, left)
+    loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
+    return Diagnosis(
+        verdict=verdict,
+        findings=tuple(findings),
+        rejected=tuple(rejected),
+        ranking=candidates_of(answer.beside if course.findings else answer.ranking),
+        unexplained=left.unexplained,
+        description=description(verdict, left),
+        dependences=left.dependences,
+        unrepeated=left.unrepeated,
+        torque=validation.gap(first, course.step),
+        position=loops.position,
+        control_signal=loops.control_signal,
+        loop_reason=loops.reason,
+        loop=loops.trace,
+        base=course.step.base,
+        beta=examination.beta,
+        covariance=examination.covariance,
+        examinations=(first.examination, examination),
+        notes=(loop.note,) if loop.note else (),
+        standstill=loop.standstill or question.standstill,
+    )
+
+
+def _made_by_noise(
+    course: Course, answer: EvidenceAnswer, validation: Validation, findings: Sequence[Finding]
+) -> bool:
+    """Whether the findings are lags that noise has made, where nothing repeats."""
+    first = course.first
+    return (
+        course.reversing is None
+        and not first.examination.repeats
+        and lags_of_noise(
+            findings,
+            leaves_the_usual(answer),
+            validation.unexplained(first),
+            validation.changes(first, course.step),
+            first.base.model.robot.identification.torque_margin,
+        )
+    )
 
 
 def _periods(diagnosis: Diagnosis) -> list[str]:
@@ -95,163 +179,3 @@ def _periods(diagnosis: Diagnosis) -> list[str]:
         for shape in one.parameters
         if shape.name in WITHOUT_GEAR
     ]
-
-
-class _Led(Search):
-    """A search whose effects of motion are those of the evidence."""
-
-    answer: EvidenceAnswer
-
-    def __init__(self, question: Question, progress: Progress) -> None:
-        super().__init__(question, progress)
-        self.notes: tuple[str, ...] = ()
-        """What is said of the arm beside what its model lacks."""
-        self.standstill: Standstill | None = None
-        """As of a diagnosis."""
-
-    def _search_in_motion(self) -> None:
-        found = [one for one in self.answer.findings if one.something >= SURE and self._has_size(one)]
-        if found:
-            robot = self.step.base.model.robot
-            components = [component_of(robot, one.placed) for one in found]
-            try:
-                self.course.take(
-                    components,
-                    [basis_of(one.key, Slot(one.names), one.unsure, one.doubt) for one in found],
-                )
-            except ArithmeticError as error:
-                # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.
-                _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
-                return
-            for number, one in enumerate(found):
-                self._settle_in_loop(number, one)
-
-    def _has_size(self, finding: EvidenceFinding) -> bool:
-        """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
-
-        Where no motion repeats a measured torque would explain itself, so there a drive that saturates has no
-        rows; such a one would leave a whole set without sizes, and so without names.
-        """
-        first = self.course.first
-        component = component_of(first.base.model.robot, finding.placed)
-        if partialled(first.examination, component.effect(first.examination, first.present)) is not None:
-            return True
-        _log.warning("%s: the rows that are fitted show nothing of it", finding.words())
-        return False
-
-    def _settle_in_loop(self, number: int, finding: EvidenceFinding) -> None:
-        """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
-
-        What the loop shows between two names is in the odds of both, as other motion is. Names that show in
-        motion alone do at reversals as the finding does, and what another finding is already is none here.
-        These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share.
-
-        Args:
-            number: of the finding.
-            finding: as the moving rows show it.
-        """
-        stands, place, nats = finding.key, Slot(finding.names), dict[Key, float]()
-        taken = {one.component.key for k, one in enumerate(self.findings) if k != number}
-        rivals = at_reversals(self.step.base.model.robot, finding)
-        for rival in (one for one in rivals if one.key not in taken):
-            course = self._with_rival(number, rival)
-            fitted = self._validation(self.prepared)
-            shown = fitted.shown_in_loop(fitted.loop_run(self.step), fitted.loop_run(course.step))
-            _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
-            if shown is None:
-                continue
-            nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop
-            place = Slot(with_nats(finding.names, nats))
-            if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
-                self.course, stands = course, rival.key
-        if nats:
-            unsure = finding.unsure if stands == finding.key else None
-            basis = basis_of(stands, place, unsure, finding.doubt)
-            self.course.findings[number] = replace(self.findings[number], basis=basis)
-
-    def _with_rival(self, number: int, rival: Named) -> Course:
-        """Where the search would be with another name in the place of a finding."""
-        assert rival.placed is not None
-        components = [one.component for one in self.findings]
-        components[number] = component_of(self.step.base.model.robot, rival.placed)
-        course = Course.begun(self.prepared, self.course.first)
-        course.take(components, [one.basis for one in self.findings])
-        return course
-
-    def _validation(self, prepared: tuple[PreparedRecording, ...]) -> Validation:
-        """With friction at standstill as fitted recordings show it, beside what was found where it was asked.
-
-        The description's is a guess: beside its bristles a friction of the load that other motion shows whole
-        (1.02 ± 0.01) had −2.6 ± 0.5 of it in the simulated positions of an arm that sticks otherwise.
-        """
-        beside_nothing = self.course.first.standstill if self.question.at_reversals else None
-        known = self.standstill or beside_nothing
-        return replace(super()._validation(prepared), standstill=known)
-
-    def _search_at_reversals(self) -> None:
-        """At most one more finding, by the same evidence of the simulated loop."""
-        in_loop = self.step.in_loop()
-        if in_loop is None:
-            return
-        give_back()
-        try:
-            problem = posed_in_loop(in_loop)
-        except IdentificationError as error:
-            # Parameters that the loop's rows want can be none that an arm has: a gap of less than nothing.
-            _log.info("no look at reversals: %s", error)
-            return
-        self.standstill = in_loop.examination.loop.standstill
-        self._leave_to_motion()
-        families = [family for family in self.question.families if family.shows != "motion"]
-        joints = set(range(problem.rows.n)) - self.settled
-        one = likeliest_in_loop(problem, families, self._no_further(), joints)
-        if one is not None:
-            self.course.step = self.course.reversing = in_loop
-            self.course.add_in_loop(
-                component_of(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
-            )
-        elif not self.findings and not self._more_in_motion():
-            self._tell_problem(problem)
-
-    def _answer(self) -> Diagnosis:
-        give_back()  # rows of the loop and their vocabulary, which refer to each other
-        return super()._answer()
-
-    def _tell_loop(self, in_loop: LoopStep) -> None:
-        self._tell_problem(posed_in_loop(in_loop))
-
-    def _tell_problem(self, problem: Problem) -> None:
-        """A loop that does otherwise by any law of friction at standstill is no clean arm's."""
-        self.unnamed = _otherwise(problem)
-        if not self.unnamed:
-            return
-        other = by_any_law(self.step, problem)
-        if other is not None and not beyond_margin(other):
-            self.unnamed, self.notes = "", (*self.notes, ANY_LAW)
-            self.standstill = standstill_in(other)
-
-    def _ranking(self) -> tuple[Candidate, ...]:
-        if not self.findings:
-            return candidates_of(self.answer.ranking)
-        return candidates_of(self.answer.beside)
-
-    def _leaves_the_usual(self) -> bool:
-        """Beside what was found: where nothing repeats a residual is its own noise, but misfit is learned."""
-        return all(one.above <= 1.0 - SURE for one in self.answer.joints)
-
-    def _more_in_motion(self) -> bool:
-        """What shows at reversals alone is asked of the simulated loop, where there is one."""
-        answer = self.answer
-        if answer.verdict == "clean":
-            return False
-        if self.standstill is None or answer.findings or not self._leaves_the_usual():
-            return True
-        robot = self.step.base.model.robot
-        moving = sum(one.probability for one in answer.ranking if not is_of_reversals(robot, one))
-        return answer.probability_clean < SURE * moving
-
-
-def _otherwise(problem: Problem) -> str:
-    """What is said of a loop that leaves more than an accepted model may; empty where it does not."""
-    above = above_accepted(problem, without_effects(problem))
-    return loop_does_otherwise(int(np.argmax(above))) if above.max() > ABOVE else ""

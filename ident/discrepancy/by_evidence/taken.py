@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
@@ -56,9 +55,9 @@ def basis_of(key: Key, place: Slot, unsure: str | None = None, doubt: str = "") 
         p_value=1.0 - place.something,
         score=place.log_odds(key),
         threshold=float(logit(SURE)),
+        probability=place.probability(key),
         indistinguishable_from=candidates_of(others),
         ranking=candidates_of(place.names),
-        probability=place.probability(key),
         unsure=unsure,
         doubt=doubt,
         held=tuple(
@@ -72,12 +71,7 @@ def candidates_of(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ..
     """Entries of a ranking, joints from 1; nothing is no candidate."""
     return tuple(
         Candidate(
-            (one.name,),
-            (tuple(joint + 1 for joint in one.joints),),
-            one.log_odds,
-            np.nan,
-            (one.placed,),
-            one.probability,
+            one.name, tuple(joint + 1 for joint in one.joints), one.log_odds, one.probability, one.placed
         )
         for one in names
         if one.placed is not None

@@ -52,7 +52,7 @@ from ident.discrepancy.by_evidence.report.answer import (
     verdict_of,
 )
 from ident.discrepancy.gain_doubt import scales_with_gains
-from ident.discrepancy.question import Question
+from ident.discrepancy.question import Progress, Question, silent
 from ident.discrepancy.settings import searching
 from ident.errors import IdentificationError
 from ident.parameters.base import base_parameters
@@ -62,17 +62,13 @@ from robots.description import Robot
 from robots.free_memory import give_back
 
 
-def _silent(step: str, share: float) -> None:
-    """Nobody watches."""
-
-
 def diagnose_by_evidence(
-    question: Question, progress: Callable[[str, float], None] = _silent, simulated: bool = True
+    question: Question, progress: Progress = silent, simulated: bool = True
 ) -> EvidenceAnswer:
     """Find and name what the model lacks, with probabilities.
 
     Args:
-        question: recordings, model and prior; its settings are those of the rules and not read.
+        question: recordings, model, vocabulary and prior.
         progress: told of each step.
         simulated: whether gate 1 is asked of an arm that is otherwise clean.
 
@@ -84,7 +80,7 @@ def diagnose_by_evidence(
 
 
 def named_by_evidence(
-    question: Question, progress: Callable[[str, float], None], simulated: bool
+    question: Question, progress: Progress, simulated: bool
 ) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
     """The answer but for sizes that would still be named, and these: nothing but a reader waits for them.
 
@@ -104,7 +100,7 @@ def named_by_evidence(
 
 
 def _answered(
-    question: Question, progress: Callable[[str, float], None], simulated: bool
+    question: Question, progress: Progress, simulated: bool
 ) -> tuple[EvidenceAnswer, Callable[[], tuple[Smallest, ...]]]:
     """As :func:`named_by_evidence`; what is left behind is free memory then."""
     search, searched = searched_beside_motion(posed(question), question, progress)

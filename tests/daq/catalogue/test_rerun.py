@@ -56,6 +56,12 @@ def test_a_diagnosis_again(diagnosed: None, armhil: Call, ask: Any, tmp_path: Pa
         assert [entry.settings["command"] for entry in kept] == [DIAGNOSE] * 2, "what was written is kept"
         assert {**kept[0].settings} == {**kept[1].settings}
 
+    with Catalogue() as catalogue, catalogue.writing() as connection:
+        connection.exec_driver_sql("UPDATE models SET settings = json_set(settings, '$.search', 'rules')")
+    again = ask("rerun", 1)
+    assert again["analysis"] == "diagnosis"
+    assert again["remarks"] == ["names were given by rules then, and are given by evidence now"]
+
 
 def test_what_was_never_made_is_refused(diagnosed: None, armhil: Call) -> None:
     code, _, err = armhil("rerun", 1, "--analysis", "check")

@@ -71,7 +71,7 @@ READING = {
     "identify": "identify {log} --robot {arm} --no-catalogue --quiet",
     "controller": "controller {log} --robot {controlled} --quiet",
     "import": "import {log} --robot {arm} --out {new}/log.capture.mcap",
-    "diagnose": "diagnose {log} --robot {arm} --split-half --search rules --no-catalogue --quiet",
+    "diagnose": "diagnose {log} --robot {arm} --split-half --no-catalogue --quiet",
 }
 
 
@@ -81,7 +81,8 @@ READING = {
 def test_what_reads_logs_needs_no_drives(armhil: Call, kept: Kept, tmp_path: Path, command: str) -> None:
     words = READING[command].format(**kept._asdict(), new=tmp_path).split()
     code, out, err = armhil(*words)
-    assert code in (0, 1), err  # 1 says of an answer that it must not be trusted
+    # 1 says of an answer that it must not be trusted, 3 of a diagnosis that it confirms nothing.
+    assert code in ((0, 1, 3) if command == "diagnose" else (0, 1)), err
     assert out
     assert "robot.toml" not in err
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import robots
-from benchmarks import naming
 from daq.diagnosis.diagnose import prior_of, run_diagnose
 from daq.diagnosis.diagnose_result import DiagnoseRequest
 from daq.files.model_file import read_model
@@ -18,8 +17,10 @@ from daq.importing.load import load_recording
 from daq.text.progress import Silent
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, RegressorModel, base_parameters, identify
-from ident.discrepancy import Diagnosis
+from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior
+from ident.discrepancy.by_evidence import diagnose_with_evidence
+from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 from tests.daq.diagnosis.offline_bench import OfflineBench
 from trajectories import plan
@@ -58,11 +59,22 @@ def times_louder(found: Diagnosis) -> float:
     return float(found.unrepeated[0].sentence.split("noise is ")[1].split(" times")[0])
 
 
+def search(rig: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
+    """Without any file."""
+    estimate = identify(rig, (accepted,)).result.recommended
+
+    def prior(base: BaseParameters) -> Prior:
+        noise = accepted_noise(base, (accepted,))
+        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+
+    return diagnose_with_evidence(Question(rig, (fit,), (validation,), VOCABULARY, prior))[0]
+
+
 def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, captures: Path) -> None:
     found = command(captures, captures / "model" / "emps.model.toml")
     names = ("accepted", "fit", "validation")
     recordings = [load_recording(captures / f"{name}.mcap", rig).recordings[0] for name in names]
-    other = naming.search(rig, *recordings, "rules")
+    other = search(rig, *recordings)
     assert [item.kind for item in found.unrepeated] == ["louder"]
     assert "joint 1: torque noise is" in found.description
     assert (found.verdict, found.findings) == ("unnamed", ())

@@ -9,19 +9,24 @@ import numpy as np
 import pytest
 
 import robots
-from daq.diagnosis.blind_spots import blind_spots, smallest_gain_error
+from daq.diagnosis import blind_spots as module
+from daq.diagnosis.blind_spots import blind_spots
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_prior, described_prior, diagnose
-from ident.discrepancy.examination import Examination, examine
-from ident.discrepancy.prepared_recording import prepared_recording
-from ident.discrepancy.settings import searching
-from ident.effects.vocabulary import VOCABULARY
+from ident import BaseParameters, Recording
+from ident.discrepancy import Diagnosis, Prior, Question, described_prior
+from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_with_evidence, prior_by_evidence
+from ident.effects.vocabulary import family_named
 from robots import Robot
 from robots.arrays import FloatArray
 from trajectories import plan
+
+FEW = tuple(
+    map(
+        family_named, ("drive_gain_error", "viscous_friction", "coulomb_friction", "rotor_inertia", "payload")
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -52,49 +57,51 @@ def recorded(rig: Robot, truth: PlantTruth, path: FloatArray, change: float, see
     return Recording("run", run.time, run.reference, run.position, run.control_signal)
 
 
-def examined(rig: Robot, recording: Recording, prior: Any) -> Examination:
-    arm = searching(rig, recording)
-    base = base_parameters(RegressorModel.of(arm))
-    return examine(base, (prepared_recording(arm, recording),), None if prior is None else prior(base))
-
-
-def diagnosed(examination: Examination) -> Any:
-    return SimpleNamespace(examinations=(examination, examination), findings=())
+def asked(
+    rig: Robot, recordings: tuple[Recording, Recording], prior: Any
+) -> tuple[Diagnosis, EvidenceAnswer]:
+    return diagnose_with_evidence(
+        Question(rig, recordings[:1], recordings[1:], FEW, prior, at_reversals=False)
+    )
 
 
 def test_after_a_refit_everything_that_needs_a_prior_is_named(rig: Robot, accepted: Recording) -> None:
-    spots = blind_spots(diagnosed(examined(rig, accepted, None)))
+    diagnosis: Any = SimpleNamespace(examinations=(SimpleNamespace(prior=None),))
+    nobody: Any = None
+    spots = blind_spots(diagnosis, nobody)
     assert [spot.effect for spot in spots] == ["drive_gain_error", "current_offset", "payload"]
     assert all("--prior" in spot.words() for spot in spots)
 
 
-def test_a_gain_is_known_as_well_as_the_prior_knows_the_arm(rig: Robot, accepted: Recording) -> None:
-    estimate = identify(rig, (accepted,)).result.recommended
-
-    def as_accepted(base: BaseParameters) -> Prior:
-        return accepted_prior(base, estimate.values, estimate.covariance)
-
-    sharp, rough = (examined(rig, accepted, prior) for prior in (as_accepted, described_prior))
-    assert smallest_gain_error(sharp, 0) < 0.05 < 0.1 < smallest_gain_error(rough, 0)
-    assert blind_spots(diagnosed(sharp)) == ()
-    (spot,) = blind_spots(diagnosed(rough))
+def test_a_gain_is_known_as_well_as_the_prior_knows_the_arm(
+    rig: Robot, truth: PlantTruth, path: FloatArray, accepted: Recording
+) -> None:
+    later = recorded(rig, truth, path, 0.0, 2), recorded(rig, truth, path, 0.0, 3)
+    sharp, rough = (
+        asked(rig, later, prior)
+        for prior in (lambda base: prior_by_evidence(base, (accepted,)), described_prior)
+    )
+    assert blind_spots(*sharp) == ()
+    (spot,) = blind_spots(*rough)
     assert (spot.effect, spot.joints) == ("drive_gain_error", (1,))
+    assert spot.smallest > 0.05
     assert "known payload" in spot.words()
 
 
 def test_a_gain_error_shows_from_what_is_said_and_not_well_below(
-    rig: Robot, truth: PlantTruth, path: FloatArray, accepted: Recording
+    rig: Robot, truth: PlantTruth, path: FloatArray, accepted: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    estimate = identify(rig, (accepted,)).result.recommended
-
     def prior(base: BaseParameters) -> Prior:
-        return accepted_prior(base, estimate.values, estimate.covariance)
+        return prior_by_evidence(base, (accepted,))
 
-    def search(change: float) -> Diagnosis:
-        fit, validation = (recorded(rig, truth, path, change, seed) for seed in (2, 3))
-        question = Question(rig, (fit,), (validation,), VOCABULARY, prior, at_reversals=False)
-        return diagnose(question)
+    def search(change: float) -> tuple[Diagnosis, EvidenceAnswer]:
+        return asked(
+            rig, (recorded(rig, truth, path, change, 2), recorded(rig, truth, path, change, 3)), prior
+        )
 
-    smallest = smallest_gain_error(examined(rig, accepted, prior), 0)
-    assert search(0.4 * smallest).findings == ()
-    assert search(2.0 * smallest).findings != ()
+    monkeypatch.setattr(module, "WORTH_KNOWING", 0.0)
+    (spot,) = blind_spots(*search(0.0))
+    assert search(0.4 * spot.smallest)[0].findings == ()
+    found = search(2.0 * spot.smallest)
+    assert [one.effect for one in found[0].findings] == ["drive_gain_error"]
+    assert blind_spots(*found) == ()

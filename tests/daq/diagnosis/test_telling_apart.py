@@ -19,14 +19,13 @@ from daq.diagnosis import diagnosis_json, diagnosis_terminal, telling_apart
 from daq.diagnosis.apart import PlanSettings, TellingApart
 from daq.diagnosis.diagnosis_words import recommendation
 from daq.diagnosis.ranking_table import ranking_rows
-from daq.diagnosis.scored_families import scored_family, settled_by
+from daq.diagnosis.settled_by import settled_by
 from daq.diagnosis.telling_apart import tell_apart
 from ident import RegressorModel, base_parameters
 from ident.discrepancy import Candidate, described_prior
 from ident.discrepancy.before_after import Stage
 from ident.effects.family import PlacedEffect
-from ident.effects.gain_drift import UNNAMED_FAMILIES
-from ident.effects.vocabulary import VOCABULARY, confused_with, hidden_from_motion
+from ident.effects.vocabulary import VOCABULARY, confused_with, family_named, hidden_from_motion
 from ident.parameters.present import Present
 from robots import Robot
 from trajectories import PlanError
@@ -40,14 +39,14 @@ def stage() -> Stage:
 
 
 def placed(stage: Stage, name: str) -> PlacedEffect:
-    robot, family = stage.base.model.robot, scored_family(name)
+    robot, family = stage.base.model.robot, family_named(name)
     place = family.places(robot)[0]
     shape = tuple(shape.grid[0] for shape in family.shapes(robot, place))
     return family.effect(robot, place, shape, Present(stage.base.model, stage.base.model.prior()))
 
 
 def candidate(stage: Stage, name: str) -> Candidate:
-    return Candidate((name,), ((1,),), 100.0, 0.5, (placed(stage, name),))
+    return Candidate(name, (1,), 100.0, 0.5, placed(stage, name))
 
 
 def apart(
@@ -118,7 +117,7 @@ def test_a_form_and_its_limit_are_told_apart_by_what_the_form_has_more(
 def test_a_form_that_was_fitted_as_its_limit_is_planned_for_with_a_shape_of_its_grid(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    robot, family = stage.base.model.robot, scored_family("dress_pack_hysteresis")
+    robot, family = stage.base.model.robot, family_named("dress_pack_hysteresis")
     place = family.places(robot)[0]
     present = Present(stage.base.model, stage.base.model.prior())
     straight = family.effect(robot, place, (1.45,), present)
@@ -132,7 +131,7 @@ def test_a_form_that_was_fitted_as_its_limit_is_planned_for_with_a_shape_of_its_
     monkeypatch.setattr(telling_apart, "discriminate", noted)
     for other, shape in (("gravity_spring", 0.3), ("contact", 1.45)):
         planned.clear()
-        with_shape = Candidate(("dress_pack_hysteresis",), ((1,),), 100.0, 0.5, (straight,))
+        with_shape = Candidate("dress_pack_hysteresis", (1,), 100.0, 0.5, straight)
         monkeypatch.setattr(sys.modules[__name__], "candidate", lambda *given, one=with_shape: one)
         apart(stage, monkeypatch, other, "dress_pack_hysteresis")
         assert {round(value, 6) for value in planned} == {shape}
@@ -148,19 +147,13 @@ def test_two_rivals_that_no_motion_tells_apart_do_not_cost_the_motion(
     ]
 
 
-def test_a_form_without_a_name_is_a_candidate_like_any_other(
-    stage: Stage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _, found = apart(stage, monkeypatch, "stribeck_friction", "gain_drift")
-    assert found.candidates == ("stribeck_friction (joint 1)", "gain_drift (joint 1)")
-    assert found.parts
-    general = candidate(stage, "gain_drift")
+def test_a_form_that_has_the_name_as_its_limit_is_marked(stage: Stage) -> None:
     finding: Any = SimpleNamespace(
-        effect="drive_gain_error",
+        effect="gravity_spring",
         joints=(1,),
         threshold=40.0,
         indistinguishable_from=(),
-        ranking=(candidate(stage, "drive_gain_error"), general),
+        ranking=(candidate(stage, "gravity_spring"), candidate(stage, "cable_spring")),
     )
     assert [row.state for row in ranking_rows(finding)] == ["named", "general"]
 
@@ -186,7 +179,7 @@ def test_nothing_is_driven_for_a_pair_that_motion_does_not_tell_apart(
 ) -> None:
     """Every pair that is easily confused: what is declared so, or what a refit swallows, is not planned."""
     robot = stage.base.model.robot
-    if not (scored_family(one).places(robot) and scored_family(other).places(robot)):
+    if not (family_named(one).places(robot) and family_named(other).places(robot)):
         pytest.skip("the one-axis rig has no place for it")
     planned: list[int] = []
     original = telling_apart.discriminate
@@ -281,7 +274,7 @@ def test_what_no_motion_tells_apart_is_said_with_what_does(one: str, other: str,
 
 
 def test_every_effect_and_every_pair_that_is_easily_confused_has_an_answer() -> None:
-    for family in (*VOCABULARY, *UNNAMED_FAMILIES):
+    for family in VOCABULARY:
         assert settled_by((family.name,))
         for other in confused_with(family.name):
             assert settled_by((family.name, other)) == settled_by((other, family.name))

@@ -9,8 +9,9 @@ from drivers.simulated import draw_truth
 from drivers.simulated.drawing import exercise
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
-from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior, diagnose
+from ident import BaseParameters, Recording
+from ident.discrepancy import Diagnosis, Prior, Question
+from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.effects.family import EffectFamily
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
@@ -42,14 +43,11 @@ def search(
     """One recording to fit and another to validate, against the model of the same arm without the effect."""
     robot = robots.load(arm)
     accepted = recorded(robot, truth, Scenario(), 0, 1, duration)
-    estimate = identify(robot, (accepted,)).result.recommended
 
     def prior(base: BaseParameters) -> Prior:
-        noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+        return prior_by_evidence(base, (accepted,))
 
     fit = recorded(robot, truth, hidden(scenario), 0, 2, duration)
     validation = recorded(robot, truth, hidden(scenario), 1, 3, duration)
-    return diagnose(
-        Question(robot, (fit,), (validation,), tuple(vocabulary), prior, at_reversals=at_reversals)
-    )
+    question = Question(robot, (fit,), (validation,), tuple(vocabulary), prior, at_reversals=at_reversals)
+    return diagnose_with_evidence(question)[0]

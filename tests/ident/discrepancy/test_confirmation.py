@@ -15,7 +15,7 @@ import robots
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import Named
-from ident.discrepancy.by_evidence.diagnosis import _Led
+from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
@@ -161,10 +161,10 @@ def test_no_lag_goes_again_that_the_fit_makes_nothing_of_or_that_is_above_the_no
 
 @pytest.mark.parametrize(("above", "usual"), [(0.09, True), (0.25, False)])
 def test_what_evidence_leaves_beside_a_lag_is_misfit(above: float, usual: bool) -> None:
-    """Where nothing repeats the rules' own measure is of no use: the residual is taken for the noise."""
+    """Where nothing repeats a measure of the residual is of no use: it is taken for the noise."""
     joints = [SimpleNamespace(above=0.0), SimpleNamespace(above=above)]
-    led: Any = SimpleNamespace(answer=SimpleNamespace(joints=joints))
-    assert _Led._leaves_the_usual(led) is usual
+    answer: Any = SimpleNamespace(joints=joints)
+    assert leaves_the_usual(answer) is usual
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_what_shows_at_reversals_alone_is_asked_of_the_loop_where_there_is_one(
     family, place = family_named(rival), Place("drive", (0,))
     placed: Any = SimpleNamespace(shape_names=tuple(shape.name for shape in family.shapes(robot, place)))
     ranking = (Named("nothing", (), 0.88), Named(rival, (0,), 0.12, placed))
-    answer = SimpleNamespace(
+    answer: Any = SimpleNamespace(
         verdict="unnamed",
         findings=(),
         ranking=ranking,
@@ -192,11 +192,11 @@ def test_what_shows_at_reversals_alone_is_asked_of_the_loop_where_there_is_one(
         joints=[SimpleNamespace(above=above)],
     )
     step = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robot)))
-    led: Any = SimpleNamespace(answer=answer, standstill=standstill, step=step)
-    led._leaves_the_usual = lambda: _Led._leaves_the_usual(led)
-    assert _Led._more_in_motion(led) is more
+    course: Any = SimpleNamespace(step=step)
+    loop = InLoop(course, answer, (), standstill=standstill)
+    assert loop.more_in_motion() is more
     answer.verdict = "clean"
-    assert not _Led._more_in_motion(led)
+    assert not loop.more_in_motion()
 
 
 def test_what_a_lag_changes_is_a_share_of_the_torque_where_the_joint_moves() -> None:
@@ -283,7 +283,7 @@ def accepted(
     return Accepted(
         robot,
         Component(family, place, chosen),
-        Basis(0.0, 100.0, 30.0, (), (), unsure=said),
+        Basis(0.0, 100.0, 30.0, 1.0, (), (), unsure=said),
         effect,
         np.array(linear),
         np.array(sigma),

@@ -14,11 +14,12 @@ def search(scenario: dict[str, object]) -> Diagnosis:
     return blind_search.search("emps", TRUTH, scenario, duration=5.0)
 
 
+@pytest.mark.slow
 def test_nothing_hidden_is_clean() -> None:
     found = search({})
     assert found.verdict == "clean", found.description
     examination = found.examinations[-1]
-    assert examination.excess < 0.1 * examination.torque.shape[0]
+    assert examination.excess_of_joints[0] < 0.1 * examination.rows_of_joints[0]
 
 
 @pytest.mark.slow
@@ -27,10 +28,18 @@ def test_nothing_hidden_is_clean() -> None:
     [
         ({"drive_gain_error": [{"drive": 1, "change": -0.05}]}, "drive_gain_error"),
         ({"viscous_friction": [{"drive": 1, "change": 0.3}]}, "viscous_friction"),
-        # Further apart than channels are aligned, and nobody has said how they lie.
-        ({"time_delay": [{"drive": 1, "position": 0.005}]}, "time_delay"),
     ],
 )
 def test_an_effect_of_a_drive_is_named(scenario: dict[str, object], effect: str) -> None:
     found = search(scenario)
     assert found.findings and found.findings[0].effect == effect, found.description
+
+
+@pytest.mark.slow
+def test_channels_too_far_apart_to_be_aligned_are_a_lag_of_some_kind() -> None:
+    """Nobody has said how they lie, so how late they are is open to a sample, and no one name is sure."""
+    found = search({"time_delay": [{"drive": 1, "position": 0.005}]})
+    assert found.verdict == "unnamed"
+    first, second = found.ranking[:2]
+    assert {first.effect, second.effect} == {"current_loop_lag", "time_delay"}
+    assert first.probability + second.probability > 0.8

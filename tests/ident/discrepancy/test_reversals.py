@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
 
@@ -54,9 +55,10 @@ def test_what_sits_nowhere_leaves_everything_to_be_found() -> None:
 
 
 def test_joints_of_every_name_in_a_set_are_not_told() -> None:
-    rival = Candidate(("time_delay", "hysteresis"), ((6,), (3,)), 1000.0, 0.9)
-    found = [Found("current_loop_lag", (6,), (rival,)), Found("payload", ())]
-    assert joints_not_told(found) == {2, 5}  # type: ignore[arg-type]
+    placed: Any = None
+    rival = Candidate("wrist_coupling", (5, 6), 1000.0, 0.3, placed)
+    found = [Found("current_loop_lag", (6,), (rival,)), Found("hysteresis", (3,)), Found("payload", ())]
+    assert joints_not_told(found) == {4, 5}  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from ident.effects import State
-from ident.effects.gain_drift import UNNAMED_FAMILIES
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY, confused_with
 from tests.ident.effects.test_vocabulary import MOTION, TIME, TX40, middle, present
 
-FORMS = [form for family in (*VOCABULARY, *UNNAMED_FAMILIES) for form in (family, *family.forms)]
+FORMS = [form for family in VOCABULARY for form in (family, *family.forms)]
 NAMES = {family.name for family in VOCABULARY}
 
 
@@ -35,7 +34,9 @@ def test_a_pair_is_declared_once() -> None:
 def test_only_a_history_makes_what_was_before_matter(family: Family) -> None:
     """Of a motion that is begun later, the end is the same; without its order, what has a history is not."""
     place = family.places(TX40)[-1]
-    effect = family.effect(TX40, place, middle(family, TX40, place), present("tx40"))
+    shapes = zip(family.shapes(TX40, place), middle(family, TX40, place), strict=True)
+    within = tuple(0.5 * TIME[-1] if shape.name == "instant" else value for shape, value in shapes)
+    effect = family.effect(TX40, place, within, present("tx40"))
     columns, size = effect.columns(MOTION), TIME.size
     if family.history:
         alone = replace(MOTION, time=None)

@@ -17,7 +17,6 @@ from ident.effects import State
 from ident.effects.drifting_friction import DRIFTING_FRICTION
 from ident.effects.entry import EffectEntry
 from ident.effects.family import Place
-from ident.effects.gain_drift import GAIN_DRIFT, UNNAMED_FAMILIES
 from ident.effects.placed import Family, Placed
 from ident.effects.temperature_viscous_friction import TEMPERATURE_VISCOUS_FRICTION
 from ident.effects.usual import friction_sign
@@ -90,7 +89,7 @@ def test_every_file_of_an_effect_is_found() -> None:
     says = (" = Family(\n", " = replace(\n", "late_form(_")
     declared = sum(text.count(word) for text in files for word in says)
     forms = {id(form) for family in VOCABULARY for form in family.nested}
-    assert declared == len(forms | {id(form) for form in UNNAMED_FAMILIES})
+    assert declared == len(forms)
     assert len(NAMES) == len(set(NAMES)) == len({family.row for family in VOCABULARY})
     assert NAMES[0] == "viscous_friction" and NAMES[-1] == "contact"
 
@@ -225,23 +224,6 @@ def test_a_gear_is_heated_by_its_own_friction() -> None:
     np.testing.assert_allclose(again, wanted[late], atol=0.1 * wanted.max())
     still = replace(whole, velocity=np.where(np.arange(6) == 2, 0.0, whole.velocity))
     assert not effect.columns(still).any()
-
-
-def test_a_winding_is_heated_by_the_square_of_its_torque() -> None:
-    """A gain that drifts, against a solver of differential equations; heat takes torque away."""
-    time = np.arange(0.0, 12.0, 0.02)
-    whole = at(TX40, time)
-    effect = GAIN_DRIFT.effect(TX40, Place("drive", (1,)), (3.0,), present("tx40"))
-    torque = present("tx40").torque(whole)[:, 1]
-
-    def slope(t: float, w: FloatArray) -> FloatArray:
-        return np.asarray((np.interp(t, time, torque) ** 2 - w) / 3.0)
-
-    warm = solve_ivp(slope, (0.0, time[-1]), [0.0], t_eval=time, max_step=0.02, rtol=1e-7).y[0]
-    cold, settled, heated = effect.columns(whole)[:, 1].T
-    np.testing.assert_allclose(cold + settled, -torque, atol=1e-9)
-    np.testing.assert_allclose(heated, -warm * torque, atol=0.02 * np.abs(warm * torque).max())
-    assert effect.bounds[2][1] == 0.0
 
 
 def test_where_no_time_is_known_a_gear_is_as_cold_as_at_the_start() -> None:
@@ -602,7 +584,7 @@ def test_a_placed_effect_comes_back_from_plain_values() -> None:
 )
 def test_friction_that_began_to_move_before_the_recording(family: Family) -> None:
     """What is recorded late of a motion has the columns that the whole motion has there."""
-    begun, before = family.further
+    begun, before = family.forms
     place = family.places(TX40)[1]
     late = TIME >= 1.2
     rest = State(

@@ -106,7 +106,7 @@ def _alone(turns: FloatArray, agreed: FloatArray, products: FloatArray, scale: f
 def _beside_all(
     rows: Rows, found: Found, candidate: Candidate, always: Placed, period: float
 ) -> tuple[float, float, float]:
-    """Nats of the best part of a period beside all that the model has, its length and beginning, in periods."""
+    """Nats of the best part of a period beside all else, and its length and beginning, in periods."""
 
     def law(state: State) -> FloatArray:
         inside = _cell(np.asarray(state.time) / period)[:, np.newaxis] == _STARTS

@@ -1,11 +1,12 @@
 """What comes again with any period: which the residual shows, of more than can be tried.
 
-Of what comes again in time see :mod:`.boxes`. Of waves over a drive's position, with u the white residual of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and
-h·sin(kx) over the drive's position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with the residual: one
-Fourier transform over x for all k at once (the periodogram of Lomb and Scargle, for noise with a memory).
-What the filter of the positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go by their speed,
-each class with the share that is left there. Peaks only choose what is tried: how likely those are the
-evidence says as of all others, and the prior of a period is divided among all that could have been tried.
+Of what comes again in time see :mod:`.boxes`; of waves over a drive's position, with u the white residual
+of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and h·sin(kx) over the drive's
+position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with the residual: one Fourier transform over x for
+all k at once (the periodogram of Lomb and Scargle, for noise with a memory). What the filter of the
+positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go by their speed, each class with the
+share that is left there. Peaks only choose what is tried: how likely those are the evidence says as of all
+others, and the prior of a period is divided among all that could have been tried.
 """
 
 from __future__ import annotations

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from types import MethodType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import robots
 from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording, identify
 from ident.discrepancy import Prior, Question, accepted_noise, accepted_prior
-from ident.discrepancy.by_evidence import diagnosis
+from ident.discrepancy.by_evidence.diagnosis import course_of
+from ident.discrepancy.by_evidence.in_loop import InLoop
 from ident.discrepancy.step import LoopStep
-from ident.discrepancy.workflow import Search, silent
 from ident.effects.vocabulary import family_named
 from tests.ident.discrepancy.blind_search import recorded
 
@@ -35,36 +35,50 @@ def of_recording(fit: Recording) -> LoopStep:
         noise = accepted_noise(base, (accepted,))
         return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
 
-    step = Search(Question(robot, (fit,), (fit,), (), prior), silent).step.in_loop()
+    step = course_of(Question(robot, (fit,), (fit,), (), prior)).step.in_loop()
     return cast(LoopStep, step)
 
 
 class Course:
     """What a search goes on with; it takes what it is given."""
 
-    def __init__(self) -> None:
-        self.step: Any = "moving"
+    def __init__(self, step: LoopStep) -> None:
+        def in_loop(any_law: bool = False) -> LoopStep | None:
+            return step.in_loop(any_law=True) if any_law else step
+
+        self.step: Any = SimpleNamespace(in_loop=in_loop, placed=[])
         self.reversing: Any = None
-        self.taken: list[tuple[str, float | None]] = []
+        self.findings: list[Any] = []
+        self.taken: list[tuple[str, float]] = []
 
     def add_in_loop(self, component: Any, basis: Any) -> None:
         self.taken.append((component.family.name, basis.probability))
 
 
-def led(step: LoopStep, moving: str, settled: set[int]) -> Any:
-    """As much of a search as looks at reversals."""
-    told: Any = SimpleNamespace(
-        step=SimpleNamespace(in_loop=lambda any_law=False: step.in_loop(any_law=True) if any_law else step),
-        question=SimpleNamespace(families=FAMILIES),
-        findings=[],
-        _no_further=set,
-        settled=settled,
-        course=Course(),
-        unnamed="",
-        notes=(),
-        _leave_to_motion=lambda: None,
-        _more_in_motion=lambda: moving != "clean",
-    )
-    for name in ("_tell_loop", "_tell_problem"):
-        setattr(told, name, MethodType(getattr(diagnosis._Led, name), told))
-    return told
+class Looking(InLoop):
+    """A look at reversals of which what the moving arm shows is given."""
+
+    moving = "clean"
+    alone: frozenset[int] = frozenset()
+
+    def left_alone(self) -> set[int]:
+        return set(self.alone)
+
+    def more_in_motion(self) -> bool:
+        return self.moving != "clean"
+
+
+def looking(step: LoopStep, moving: str = "clean", alone: set[int] | frozenset[int] = frozenset()) -> Any:
+    """Before a look at reversals."""
+    answer: Any = None
+    course: Any = Course(step)
+    search = Looking(course, answer, FAMILIES)
+    search.moving, search.alone = moving, frozenset(alone)
+    return search
+
+
+def looked(step: LoopStep, moving: str, alone: set[int]) -> Any:
+    """After it."""
+    search = looking(step, moving, alone)
+    search.look()
+    return search

@@ -9,7 +9,7 @@ import numpy as np
 
 from drivers.simulated.scenario import Scenario
 from ident import Recording
-from ident.discrepancy.by_evidence import diagnosis
+from ident.discrepancy.by_evidence import in_loop as module
 from ident.discrepancy.by_evidence.reversals import posed_in_loop
 from ident.discrepancy.loop import FINE, added, repeated
 from ident.discrepancy.step import LoopStep
@@ -18,7 +18,7 @@ from ident.effects.family import Place
 from ident.effects.scales import dry_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from tests.ident.discrepancy.blind_search import hidden
-from tests.ident.discrepancy.by_evidence.reversal_search import in_loop, led, of_recording
+from tests.ident.discrepancy.by_evidence.reversal_search import in_loop, looking, of_recording
 
 WIDTH = 0.02
 """m/s over which a part of the friction of the arm that creeps turns its sign; the rest sticks."""
@@ -49,26 +49,27 @@ def creeping() -> LoopStep:
 
 
 def told_of(step: LoopStep) -> Any:
-    search = led(step, "clean", set())
-    diagnosis._Led._tell_loop(search, step)
+    search = looking(step)
+    search.course.reversing = step
+    search.look_again([])
     return search
 
 
 def test_an_arm_whose_friction_creeps_is_no_other_arm() -> None:
-    assert "at joint 1" in diagnosis._otherwise(posed_in_loop(creeping()))
+    assert "at joint 1" in module._otherwise(posed_in_loop(creeping()))
     told = told_of(creeping())
     assert not told.unnamed
-    assert told.notes == (diagnosis.ANY_LAW,)
+    assert told.note == module.ANY_LAW
     assert told.standstill != clean().examination.loop.standstill, "the gate is asked with this one's"
 
 
 def test_a_law_that_is_known_needs_no_other() -> None:
     told = told_of(clean())
-    assert not told.unnamed and not told.notes
+    assert not told.unnamed and not told.note
 
 
 def test_what_no_law_explains_is_told() -> None:
     """Friction that builds up over ways on which the drive has long been moving."""
     step = in_loop(hidden({"hysteresis": [{"drive": 1, "torque": 4.0, "displacement": 0.01}]}))
     told = told_of(step)
-    assert "at joint 1" in told.unnamed and not told.notes
+    assert "at joint 1" in told.unnamed and not told.note

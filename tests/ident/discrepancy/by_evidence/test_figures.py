@@ -11,7 +11,7 @@ import pytest
 
 import robots
 from ident import Recording
-from ident.discrepancy.by_evidence import diagnosis, reversals, workflow
+from ident.discrepancy.by_evidence import in_loop, reversals, workflow
 from ident.discrepancy.by_evidence.decide import problem
 from ident.discrepancy.by_evidence.evidence import lag, misfit, residual
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
@@ -157,12 +157,13 @@ def test_misfit_that_is_above_the_accepted_one_more_likely_than_not_is_what_is_l
     monkeypatch.setattr(workflow, "misfit_of", lambda *given: np.array([0.3]))
     posed: Any = SimpleNamespace(misfit=SimpleNamespace(accepted=np.array([0.02])))
     assert workflow._left(posed, None, 0) == left  # type: ignore[arg-type]
-    monkeypatch.setattr(diagnosis, "above_accepted", lambda *given: np.array([above]))
-    monkeypatch.setattr(diagnosis, "without_effects", lambda *given: None)
-    monkeypatch.setattr(diagnosis, "by_any_law", lambda *given: None)
-    led: Any = SimpleNamespace(unnamed="", step=None)
-    diagnosis._Led._tell_problem(led, posed)
-    assert bool(led.unnamed) is (left == 0.3)
+    monkeypatch.setattr(in_loop, "above_accepted", lambda *given: np.array([above]))
+    monkeypatch.setattr(in_loop, "without_effects", lambda *given: None)
+    monkeypatch.setattr(in_loop, "by_any_law", lambda *given: None)
+    course: Any = SimpleNamespace(step=None)
+    looked = in_loop.InLoop(course, None, ())  # type: ignore[arg-type]
+    looked._tell(posed)
+    assert bool(looked.unnamed) is (left == 0.3)
 
 
 @pytest.mark.parametrize(("gain", "shaped"), [(9.6, False), (10.4, True), (12.0, True)])

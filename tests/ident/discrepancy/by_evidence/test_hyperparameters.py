@@ -240,7 +240,7 @@ def test_a_limit_that_is_shown_says_the_probability_of_the_forms_that_it_stands_
     assert names.forms(dry.key) == (falling,) and names.probability(falling.key) == 0.0
     basis = basis_of(dry.key, names)
     assert basis.probability == pytest.approx(0.95)
-    assert [one.effects for one in basis.indistinguishable_from] == [("stribeck_friction",)]
+    assert [one.effect for one in basis.indistinguishable_from] == ["stribeck_friction"]
     assert basis_of(dry.key, Slot((replace(dry, probability=0.95),))).indistinguishable_from == ()
 
 

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from drivers.simulated.scenario import Scenario
-from ident.discrepancy.by_evidence import diagnosis, reversals
+from ident.discrepancy.by_evidence import in_loop as in_loop_module
+from ident.discrepancy.by_evidence import reversals
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows
+from ident.discrepancy.by_evidence.in_loop import InLoop
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
 from ident.discrepancy.step import LoopStep
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from ident.errors import IdentificationError
 from tests.ident.discrepancy.blind_search import hidden
-from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, in_loop, led
+from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, in_loop, looked
 
 
 @pytest.fixture(scope="module")
@@ -98,21 +101,19 @@ def test_a_clean_arm_has_no_name_and_its_loop_leaves_noise(clean: LoopStep) -> N
 
 
 def test_what_the_loop_shows_is_added_with_its_probability(falling: LoopStep) -> None:
-    search = led(falling, "clean", set())
-    diagnosis._Led._search_at_reversals(search)
+    search = looked(falling, "clean", set())
     ((name, probability),) = search.course.taken
     assert name == "stribeck_friction"
-    assert probability is not None and probability > 0.9
+    assert probability > 0.9
     assert search.course.step is falling and search.course.reversing is falling
     assert not search.unnamed
 
 
 @pytest.mark.parametrize("moving", ["clean", "unnamed"])
 def test_a_loop_that_does_otherwise_without_a_name_is_told(falling: LoopStep, moving: str) -> None:
-    search = led(falling, moving, {0})
-    diagnosis._Led._search_at_reversals(search)
+    search = looked(falling, moving, {0})
     assert not search.course.taken
-    assert search.course.step == "moving"
+    assert search.course.reversing is None
     assert ("at joint 1" in search.unnamed) is (moving == "clean")
 
 
@@ -120,9 +121,8 @@ def test_a_loop_that_does_otherwise_without_a_name_is_told(falling: LoopStep, mo
 def test_a_loop_whose_finding_has_gone_again_is_told(
     falling: LoopStep, findings: tuple[str, ...], told: bool
 ) -> None:
-    search = led(falling, "clean", set())
-    diagnosis._Led._search_at_reversals(search)
-    diagnosis._Led._look_again(search, findings)  # type: ignore[arg-type]
+    search = looked(falling, "clean", set())
+    search.look_again(findings)
     assert ("at joint 1" in search.unnamed) is told
 
 
@@ -130,17 +130,53 @@ def test_a_loop_that_no_arm_has_is_left_alone(monkeypatch: pytest.MonkeyPatch, f
     def refuse(step: LoopStep) -> None:
         raise IdentificationError("the gear of drive 1 has a gap of less than nothing")
 
-    monkeypatch.setattr(diagnosis, "posed_in_loop", refuse)
-    search = led(falling, "clean", set())
-    diagnosis._Led._search_at_reversals(search)
-    assert search.course.step == "moving" and not search.course.taken and not search.unnamed
+    monkeypatch.setattr(in_loop_module, "posed_in_loop", refuse)
+    search = looked(falling, "clean", set())
+    assert search.course.reversing is None and not search.course.taken and not search.unnamed
 
 
 def test_a_clean_loop_is_told_of_nothing(clean: LoopStep) -> None:
-    search = led(clean, "clean", {0})
-    diagnosis._Led._search_at_reversals(search)
+    search = looked(clean, "clean", {0})
     assert not search.course.taken and not search.unnamed
 
 
 def test_another_joint_has_no_part_in_it(falling: LoopStep) -> None:
     assert likeliest_in_loop(posed_in_loop(falling), FAMILIES, set(), {1}) is None
+
+
+def test_no_look_beside_three_findings_nor_where_something_does_not_repeat(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kinds: list[str] = []
+    monkeypatch.setattr(
+        in_loop_module, "unrepeated", lambda *_: [SimpleNamespace(kind=kind) for kind in kinds]
+    )
+    nobody: Any = None
+    for count, does_not_repeat, worth in (
+        (2, [], True),
+        (3, [], False),
+        (0, ["shocks"], True),
+        (0, ["shocks", "bursts"], False),
+    ):
+        kinds[:] = does_not_repeat
+        course: Any = SimpleNamespace(
+            findings=[nobody] * count,
+            step=SimpleNamespace(examination=None),
+            prepared=[SimpleNamespace(row_time=0.008)],
+        )
+        assert InLoop(course, nobody, ()).is_worth_a_look() is worth
+
+
+def test_a_joint_that_is_not_told_or_leaves_much_in_motion_is_left_alone() -> None:
+    """Noise has one for each row: of three joints one leaves 0.1 of that more, another 0.06."""
+    rows = np.array([1000, 1000, 1000])
+    examination = SimpleNamespace(excess_of_joints=np.array([100.0, 60.0, 0.0]), rows_of_joints=rows)
+    one = SimpleNamespace(joints=(3,), indistinguishable_from=())
+    nobody: Any = None
+    course: Any = SimpleNamespace(findings=[one], step=SimpleNamespace(examination=examination))
+    search = InLoop(course, nobody, ())
+    assert search.left_alone() == {0}
+    one.indistinguishable_from = (SimpleNamespace(joints=(3,)),)
+    assert search.left_alone() == {0, 2}
+    course.findings = []
+    assert search.left_alone() == set()

@@ -57,8 +57,8 @@ def test_forms_of_one_name_take_no_place_of_another_name(
     """Three forms of the louder name come before the other; both are there, and are found with one step."""
     monkeypatch.setattr(module, "LEADERS", leaders)
     monkeypatch.setattr(module, "_PAIRED", paired)
-    further = tuple(waves("loud", w9=1.0, w13=share) for share in (0.02, 0.04))
-    families = [replace(waves("loud", w9=1.0), further=further), waves("quiet", w17=1.0)]
+    others = tuple(waves("loud", w9=1.0, w13=share) for share in (0.02, 0.04))
+    families = [replace(waves("loud", w9=1.0), forms=others), waves("quiet", w17=1.0)]
     search = searching(problem_of(lambda q: torque(q, w9=2.0, w17=0.5)), families)
     empty = without_effects(search.problem)
     present = present_with(search.problem, empty)
@@ -208,7 +208,7 @@ def test_a_rival_has_columns_of_the_model_that_is_fitted_beside_it() -> None:
 def with_a_late_form() -> Family:
     """A name of two forms: one that is a little wrong, and one that is right, but not on its grid."""
     late = replace(of_any_number((8.3,)), name="contact")
-    return replace(waves("contact", w9=1.0, w13=0.1), further=(late,))
+    return replace(waves("contact", w9=1.0, w13=0.1), forms=(late,))
 
 
 def order_of(search: Search) -> list[str]:

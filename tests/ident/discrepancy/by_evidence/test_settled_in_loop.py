@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
-from ident.discrepancy.by_evidence import diagnosis
+from ident.discrepancy.by_evidence import diagnosis, in_motion
 from ident.discrepancy.by_evidence.decide.names import Slot, probabilities, with_nats
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.validation import Validation
-from ident.discrepancy.workflow import Search
 
 NAMES = ("drifting_friction", "hysteresis", "static_friction")
 KEYS = [(name, (0,)) for name in NAMES]
@@ -33,7 +32,7 @@ class Accepted:
 class Course:
     """With some findings."""
 
-    first = None
+    first, prepared = None, ()
 
     def take(self, components: Sequence[Any], bases: Sequence[Any]) -> None:
         """Go on with others."""
@@ -56,22 +55,20 @@ def settled(
         shown: by the loop, of a second name in the place of a first.
         beside: another finding.
     """
-    monkeypatch.setattr(diagnosis.Course, "begun", lambda *_: Course())
-    monkeypatch.setattr(diagnosis, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
-    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: given)
+    monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
+    monkeypatch.setattr(in_motion, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
+    monkeypatch.setattr(in_motion, "basis_of", lambda *given: given)
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
     rivals = [one for one in listed if one.name != DRIFTING]
-    monkeypatch.setattr(diagnosis, "at_reversals", lambda robot, finding: rivals)
+    monkeypatch.setattr(in_motion, "at_reversals", lambda robot, finding: rivals)
     loop = SimpleNamespace(
         loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown.get((now, then))
     )
-    monkeypatch.setattr(diagnosis._Led, "_validation", lambda *_: loop)
-    search: Any = diagnosis._Led.__new__(diagnosis._Led)
-    search.prepared, search.course = (), Course()
+    course: Any = Course()
     both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
-    search.course.take(both, ["by the rows"] * len(both))
-    search._settle_in_loop(0, SimpleNamespace(key=KEYS[0], names=listed, unsure="of the rows", doubt="none"))
-    one = search.course.findings[0]
+    course.take(both, ["by the rows"] * len(both))
+    finding: Any = SimpleNamespace(key=KEYS[0], names=listed, unsure="of the rows", doubt="none")
+    one: Any = in_motion.settled_in_loop(course, 0, finding, cast(Any, loop)).findings[0]
     if one.basis == "by the rows":
         return one.component.key[0], None
     key, place, unsure, doubt = one.basis
@@ -131,7 +128,7 @@ def test_a_share_beyond_nothing_or_all_says_no_more_than_that() -> None:
 def test_what_a_name_stands_for_is_in_its_odds() -> None:
     """Its probability is that of all of them, its own odds are less; what has none left has its odds."""
     listed = probabilities({KEYS[0]: 0.0, KEYS[1]: -1.0, KEYS[2]: -2000.0})
-    whole = (diagnosis.replace(listed[0], probability=0.9), diagnosis.replace(listed[1], probability=0.1))
+    whole = (replace(listed[0], probability=0.9), replace(listed[1], probability=0.1))
     first, second = with_nats(whole, {KEYS[1]: 1.0})
     assert second.probability / first.probability == pytest.approx(np.e / 9.0)
     assert (first.log_odds, second.log_odds) == (0.0, 0.0)
@@ -141,27 +138,22 @@ def test_what_a_name_stands_for_is_in_its_odds() -> None:
 
 def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
     """Beside what was found in motion where that was asked, else beside nothing; else as described."""
-    search = diagnosis._Led.__new__(diagnosis._Led)
-    first = SimpleNamespace(standstill="beside nothing", examination=SimpleNamespace(whitening="noise"))
-    search.course = cast(Any, SimpleNamespace(first=first))
-    search.question = cast(Any, SimpleNamespace(at_reversals=True))
-    search.standstill = None
-    other = cast(Any, ("another recording",))
-    assert search._validation(other) == Validation(other, cast(Any, "noise"), cast(Any, "beside nothing"))
-    found = cast(Any, ("beside what was found",))
-    search.standstill = found
-    assert search._validation(other).standstill is found
-    search.standstill, search.question = None, cast(Any, SimpleNamespace(at_reversals=False))
-    assert search._validation(other).standstill is None
 
-
-def test_what_was_found_is_confirmed_in_that_loop() -> None:
     class Asked(Exception):
-        """Whether it was."""
+        """Which recordings and which law."""
 
-    def validation(prepared: Any) -> Validation:
-        raise Asked(prepared)
+    def validated(validation: Validation) -> None:
+        raise Asked(validation.prepared, validation.whitening, validation.standstill)
 
-    search = SimpleNamespace(course=SimpleNamespace(first=None), validation="other", _validation=validation)
-    with pytest.raises(Asked, match="other"):
-        Search._answer(cast(Any, search))
+    first = SimpleNamespace(examination=SimpleNamespace(whitening="noise"))
+    course = SimpleNamespace(first=first, validated=validated)
+    for beside_nothing, beside_found, asked in (
+        ("plain", None, "plain"),
+        ("plain", "found", "found"),
+        (None, None, None),
+    ):
+        question: Any = SimpleNamespace(standstill=beside_nothing)
+        loop: Any = SimpleNamespace(course=course, answer=None, standstill=beside_found)
+        with pytest.raises(Asked) as raised:
+            diagnosis._answer(question, loop, cast(Any, ("another recording",)))
+        assert raised.value.args == (("another recording",), "noise", asked)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from ident.discrepancy.by_evidence import diagnosis
+from ident.discrepancy.by_evidence import in_motion
 
 
 def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
@@ -19,23 +19,22 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
     def take(components: object, bases: object) -> None:
         raise ArithmeticError("the effects have no columns beyond the present model")
 
-    monkeypatch.setattr(diagnosis, "component_of", lambda robot, placed: None)
-    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
-    led: Any = SimpleNamespace(
-        answer=SimpleNamespace(findings=[named("offset (joint 1)")]),
-        step=SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None))),
-        course=SimpleNamespace(take=take),
-        _has_size=lambda finding: True,
-    )
+    monkeypatch.setattr(in_motion, "component_of", lambda robot, placed: None)
+    monkeypatch.setattr(in_motion, "basis_of", lambda *given: None)
+    monkeypatch.setattr(in_motion, "_has_size", lambda course, finding: True)
+    answer: Any = SimpleNamespace(findings=[named("offset (joint 1)")])
+    step = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
+    course: Any = SimpleNamespace(step=step, take=take)
+    nobody: Any = None
     with caplog.at_level(logging.WARNING):
-        diagnosis._Led._search_in_motion(led)
+        assert in_motion.found_in_motion(course, answer, nobody) is course
     assert "offset (joint 1): the effects have no columns" in caplog.text
 
 
-def named(words: str) -> SimpleNamespace:
-    """A finding that is sure."""
+def named(words: str, something: float = 1.0) -> SimpleNamespace:
+    """A finding, of which something is there for sure."""
     return SimpleNamespace(
-        something=1.0, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
+        something=something, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
     )
 
 
@@ -44,17 +43,17 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
 ) -> None:
     """Where no motion repeats a measured torque would explain itself, and saturation has no rows."""
     taken: list[str] = []
-    monkeypatch.setattr(diagnosis, "component_of", lambda _, words: SimpleNamespace(effect=lambda *_: words))
-    monkeypatch.setattr(diagnosis, "basis_of", lambda *given: None)
-    monkeypatch.setattr(diagnosis, "at_reversals", lambda robot, finding: [])
-    monkeypatch.setattr(diagnosis, "partialled", lambda _, words: None if words == "saturation" else words)
+    monkeypatch.setattr(in_motion, "component_of", lambda _, words: SimpleNamespace(effect=lambda *_: words))
+    monkeypatch.setattr(in_motion, "basis_of", lambda *given: None)
+    monkeypatch.setattr(in_motion, "at_reversals", lambda robot, finding: [])
+    monkeypatch.setattr(in_motion, "partialled", lambda _, words: None if words == "saturation" else words)
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
     take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
-    led: Any = diagnosis._Led.__new__(diagnosis._Led)
-    led.answer = SimpleNamespace(findings=[named("saturation"), named("lag")])
-    led.course = SimpleNamespace(take=take, first=first, step=model, findings=[])
+    answer: Any = SimpleNamespace(findings=[named("saturation"), named("lag"), named("play", 0.85)])
+    course: Any = SimpleNamespace(take=take, first=first, step=model, findings=[])
+    nobody: Any = None
     with caplog.at_level(logging.WARNING):
-        led._search_in_motion()
+        in_motion.found_in_motion(course, answer, nobody)
     assert taken == ["lag"]
     assert "saturation: the rows" in caplog.text

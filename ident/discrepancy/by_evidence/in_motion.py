@@ -1,0 +1,98 @@
+"""What the evidence found in motion, with sizes; names that differ at reversals, settled in the loop."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
+from ident.discrepancy.by_evidence.taken import at_reversals, basis_of, component_of
+from ident.discrepancy.course import Course
+from ident.discrepancy.partialled import partialled
+from ident.discrepancy.validation import Validation
+
+_log = logging.getLogger(__name__)
+
+
+def found_in_motion(course: Course, answer: EvidenceAnswer, fitted: Validation) -> Course:
+    """Go on with a model that has what the evidence found.
+
+    Args:
+        course: nothing is found yet.
+        answer: of the evidence.
+        fitted: the recordings that were fitted, in closed loop.
+    """
+    found = [one for one in answer.findings if one.something >= SURE and _has_size(course, one)]
+    if not found:
+        return course
+    robot = course.step.base.model.robot
+    try:
+        course.take(
+            [component_of(robot, one.placed) for one in found],
+            [basis_of(one.key, Slot(one.names), one.unsure, one.doubt) for one in found],
+        )
+    except ArithmeticError as error:
+        # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.
+        _log.warning("%s: %s", ", ".join(one.words() for one in found), error)
+        return course
+    for number, one in enumerate(found):
+        course = settled_in_loop(course, number, one, fitted)
+    return course
+
+
+def _has_size(course: Course, finding: EvidenceFinding) -> bool:
+    """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
+
+    Where no motion repeats a measured torque would explain itself, so there a drive that saturates has no
+    rows; such a one would leave a whole set without sizes, and so without names.
+    """
+    first = course.first
+    component = component_of(first.base.model.robot, finding.placed)
+    if partialled(first.examination, component.effect(first.examination, first.present)) is not None:
+        return True
+    _log.warning("%s: the rows that are fitted show nothing of it", finding.words())
+    return False
+
+
+def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitted: Validation) -> Course:
+    """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
+
+    What the loop shows between two names is in the odds of both, as other motion is. Names that show in
+    motion alone do at reversals as the finding does, and what another finding is already is none here.
+    These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share.
+
+    Args:
+        course: with all that was found.
+        number: of the finding.
+        finding: as the moving rows show it.
+        fitted: the recordings that were fitted, in closed loop.
+    """
+    stands, place, nats = finding.key, Slot(finding.names), dict[Key, float]()
+    taken = {one.component.key for k, one in enumerate(course.findings) if k != number}
+    rivals = at_reversals(course.step.base.model.robot, finding)
+    for rival in (one for one in rivals if one.key not in taken):
+        other = _with_rival(course, number, rival)
+        shown = fitted.shown_in_loop(fitted.loop_run(course.step), fitted.loop_run(other.step))
+        _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
+        if shown is None:
+            continue
+        nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop
+        place = Slot(with_nats(finding.names, nats))
+        if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
+            course, stands = other, rival.key
+    if nats:
+        unsure = finding.unsure if stands == finding.key else None
+        basis = basis_of(stands, place, unsure, finding.doubt)
+        course.findings[number] = replace(course.findings[number], basis=basis)
+    return course
+
+
+def _with_rival(course: Course, number: int, rival: Named) -> Course:
+    """Where the search would be with another name in the place of a finding."""
+    assert rival.placed is not None
+    components = [one.component for one in course.findings]
+    components[number] = component_of(course.step.base.model.robot, rival.placed)
+    other = Course.begun(course.prepared, course.first)
+    other.take(components, [one.basis for one in course.findings])
+    return other
