@@ -723,6 +723,12 @@ RULES = (
         "if _has_size(course, one)",
     ),
     Broken(
+        "a rival that the rows fit with no size is none",
+        f"{_BY}in_motion.py",
+        "if _may_be_nothing(other, number):",
+        "if False:",
+    ),
+    Broken(
         "a rival takes a finding's place where loop and rows together say so",
         f"{_BY}in_motion.py",
         "shown.there and place.log_odds(rival.key) > place.log_odds(stands)",

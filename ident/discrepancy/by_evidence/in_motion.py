@@ -60,7 +60,8 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
 
     What the loop shows between two names is in the odds of both, as other motion is. Names that show in
     motion alone do at reversals as the finding does, and what another finding is already is none here.
-    These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share.
+    These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share. A rival
+    that the rows fit with no size is nothing by another name, and the loop without the finding is no rival's.
 
     Args:
         course: with all that was found.
@@ -73,6 +74,8 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
     rivals = at_reversals(course.step.base.model.robot, finding)
     for rival in (one for one in rivals if one.key not in taken):
         other = _with_rival(course, number, rival)
+        if _may_be_nothing(other, number):
+            continue
         shown = fitted.shown_in_loop(fitted.loop_run(course.step), fitted.loop_run(other.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
         if shown is None:
@@ -86,6 +89,12 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
         basis = basis_of(stands, place, unsure, finding.doubt)
         course.findings[number] = replace(course.findings[number], basis=basis)
     return course
+
+
+def _may_be_nothing(course: Course, number: int) -> bool:
+    """Whether what makes a finding that effect is not told from nothing by its own fit."""
+    one = course.findings[number]
+    return bool(replace(one, basis=replace(one.basis, unsure=None)).unsure)
 
 
 def _with_rival(course: Course, number: int, rival: Named) -> Course:

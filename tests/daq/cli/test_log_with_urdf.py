@@ -65,9 +65,6 @@ def test_a_diagnosis_of_a_log_with_its_urdf(armhil: Call, log: Path, tmp_path: P
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    reason="open: static friction is found in noise after a refit, and not confirmed", strict=True
-)
 def test_an_axis_that_lacks_nothing_is_clean_without_a_model_from_before(armhil: Call, log: Path) -> None:
     words = ["--urdf", URDF, "--split-half", "--json", "--quiet", "--no-catalogue"]
     assert json.loads(armhil("diagnose", log, *words)[1])["verdict"] == "clean"

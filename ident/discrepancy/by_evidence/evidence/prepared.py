@@ -22,7 +22,7 @@ from ident.effects.family import PlacedEffect, PresentModel
 from ident.errors import IdentificationError
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
-from ident.signals import motion, own_samples
+from ident.signals import low_pass, motion, own_samples
 from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.description import Identification, Robot
 
@@ -44,6 +44,12 @@ _MINIMUM_SPEED = 0.01
 _MARGIN = 0.08
 """Rows are left out where a joint is slower than this share of its limit, and so many s on both sides: there
 filtered signs look like friction that falls with speed."""
+
+TURNED = 0.99
+"""Of friction, where it has turned its sign: what is short by a hundredth is below the misfit of any arm."""
+
+_STEP_SAMPLES = 40
+"""Per period of the cut-off, that the filter's answer is seen with."""
 
 
 Simulated = Callable[[Recording], FloatArray | None]
@@ -153,14 +159,24 @@ def settings_for(robot: Robot, recording: Recording) -> Robot:
     rate = 1.0 / recording.sample_time
     stride = _stride(recording, max(1, int(rate / ROW_RATE + 1e-6)))
     settings = robot.identification
+    cutoff = min(settings.cutoff_hz, _PASSED * rate / stride)
     changed = {
-        "cutoff_hz": min(settings.cutoff_hz, _PASSED * rate / stride),
+        "cutoff_hz": cutoff,
         "decimation": stride,
         "derivative_accuracy": 8,
         "minimum_speed": max(settings.minimum_speed, _MINIMUM_SPEED),
-        "standstill_margin": max(settings.standstill_margin, _MARGIN),
+        "standstill_margin": max(settings.standstill_margin, _MARGIN, _reach(cutoff, settings.filter_order)),
     }
     return robot.model_copy(update={"identification": settings.model_copy(update=changed)})
+
+
+def _reach(cutoff_hz: float, order: int) -> float:
+    """s until friction that turns its sign has done so behind the filter, forward and backward."""
+    step = 1.0 / (_STEP_SAMPLES * cutoff_hz)
+    time = step * np.arange(-_EDGE * _STEP_SAMPLES, _EDGE * _STEP_SAMPLES)
+    sign = np.where(time < 0.0, -1.0, 1.0)
+    seen = low_pass(sign[:, np.newaxis], cutoff_hz, step, order)[:, 0]
+    return float(np.abs(time[np.abs(seen - sign) > 1.0 - TURNED]).max())
 
 
 def prepare(robot: Robot, recordings: Sequence[Recording], simulated: Simulated | None = None) -> Prepared:

@@ -13,15 +13,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
+from ident.discrepancy.by_evidence.evidence.prepared import TURNED, Part, Prepared
 from ident.discrepancy.loop import Standstill
 from ident.effects import FrictionSign, State
 from ident.effects.simulated import SoftConstraint
 from robots.arrays import BoolArray
 from robots.description import Robot
-
-_TURNED = 0.99
-"""Of the Coulomb friction: what acts on a drive that moves."""
 
 
 def where_turned(prepared: Prepared, standstill: Standstill | None) -> Prepared:
@@ -51,7 +48,7 @@ def turned(robot: Robot, state: State, standstill: Standstill) -> BoolArray:
     whole = np.ones(speed.shape, dtype=np.bool_)
     for drive, law in enumerate(standstill):
         if isinstance(law, SoftConstraint):
-            whole[:, drive] = np.abs(speed[:, drive] + law.time * rate[:, drive]) >= _TURNED * law.width
+            whole[:, drive] = np.abs(speed[:, drive] + law.time * rate[:, drive]) >= TURNED * law.width
         elif isinstance(law, FrictionSign):
-            whole[:, drive] = np.abs(law(speed[:, drive])) >= _TURNED
+            whole[:, drive] = np.abs(law(speed[:, drive])) >= TURNED
     return whole

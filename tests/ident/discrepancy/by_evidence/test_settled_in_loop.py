@@ -46,6 +46,7 @@ def settled(
     odds: Sequence[float],
     shown: Mapping[tuple[str, str], Shown],
     beside: str = "",
+    nothing: str = "",
 ) -> tuple[str, dict[str, float] | None]:
     """What stands in a place, and probabilities of its names; None where the loop says nothing.
 
@@ -54,7 +55,10 @@ def settled(
         odds: by the moving rows, of a name that shows there alone and of two that show at reversals.
         shown: by the loop, of a second name in the place of a first.
         beside: another finding.
+        nothing: a name that the rows fit with no size.
     """
+    no_size: Any = lambda course, k: course.findings[k].component.key[0] == nothing  # noqa: E731
+    monkeypatch.setattr(in_motion, "_may_be_nothing", no_size)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: given)
@@ -94,6 +98,13 @@ def test_the_moving_rows_are_weighed_with_the_loop(
     odds = rows - 66.0 - share.nats
     assert likely[DRIFTING] == pytest.approx(expit(odds), abs=1e-9)
     assert likely[HYSTERESIS] == pytest.approx(expit(-odds), abs=1e-9)
+
+
+def test_a_rival_that_the_rows_fit_with_no_size_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop did otherwise with a right viscous friction, and a static one of 0 ± 0 N·m had its place."""
+    shown = {(DRIFTING, HYSTERESIS): Shown(0.632, 0.045)}
+    assert settled(monkeypatch, (66.2, 66.0, 0.0), shown)[0] == HYSTERESIS
+    assert settled(monkeypatch, (66.2, 66.0, 0.0), shown, nothing=HYSTERESIS) == (DRIFTING, None)
 
 
 def test_a_loop_that_cannot_be_simulated_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
