@@ -723,6 +723,18 @@ RULES = (
         "if _has_size(course, one)",
     ),
     Broken(
+        "rows of the moving arm say nothing of what reversals show",
+        "ident/discrepancy/step.py",
+        "(super().gap_from(before, prepared, whitening)[0], None) if found is None else found",
+        "super().gap_from(before, prepared, whitening) if found is None else found",
+    ),
+    Broken(
+        "friction that comes late is no more than the friction that there is",
+        "ident/effects/stribeck_friction.py",
+        "_LATE * known if known > 0.0 else np.inf",
+        "np.inf",
+    ),
+    Broken(
         "a rival that the rows fit with no size is none",
         f"{_BY}in_motion.py",
         "if _may_be_nothing(other, number):",

@@ -124,6 +124,8 @@ class Validation:
         """
         basis = accepted.basis
         gap, torque = whole.gap_from(without, self.prepared, self.whitening)
+        if torque is None:  # the simulated positions, with the friction at standstill that was found with it
+            torque = self.shown_in_loop(self.loop_run(without), self.loop_run(whole)) or Shown(0.0, 0.0)
         return Finding(
             effect=accepted.effect,
             sentence=accepted.placed.sentence,

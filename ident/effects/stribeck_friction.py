@@ -142,7 +142,8 @@ STATIC_FRICTION = Family(
         "stribeck_friction": "raise the torque of the resting joint slowly until it breaks away",
     },
     equation=(
-        "as `stribeck_friction`, within a few per mille of the speed limit, where it shows at breakaway alone"
+        "as `stribeck_friction`, within a few per mille of the speed limit, where it shows at breakaway"
+        " alone; `Flate`, at most twice the drive's dry friction, is what builds up over the way `presliding`"
     ),
     row=50,
 )
