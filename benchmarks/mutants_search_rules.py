@@ -723,6 +723,12 @@ RULES = (
         "if _has_size(course, one)",
     ),
     Broken(
+        "of what its shapes alone make an effect has more than half",
+        "ident/discrepancy/accepted.py",
+        "return self.basis.unsure or self._unlike_its_shapes()",
+        "return self.basis.unsure",
+    ),
+    Broken(
         "rows of the moving arm say nothing of what reversals show",
         "ident/discrepancy/step.py",
         "(super().gap_from(before, prepared, whitening)[0], None) if found is None else found",
@@ -731,7 +737,7 @@ RULES = (
     Broken(
         "friction that comes late is no more than the friction that there is",
         "ident/effects/stribeck_friction.py",
-        "_LATE * known if known > 0.0 else np.inf",
+        "known if known > 0.0 else np.inf",
         "np.inf",
     ),
     Broken(

@@ -97,10 +97,20 @@ class Accepted:
         itself says of the sizes that it found comes first.
         """
         if self.basis.unsure is not None:
-            return self.basis.unsure
+            return self.basis.unsure or self._unlike_its_shapes()
         essential = self.component.family.essential
         sizes = unsure_size(self.placed, essential, self.linear, self.linear_sigma, self._is_there)
-        return sizes or self._unsure_shape()
+        return sizes or self._unsure_shape() or self._unlike_its_shapes()
+
+    def _unlike_its_shapes(self) -> str:
+        """Whether of what the shapes alone make nearer to nothing than to all is there, at 95 %, in words.
+
+        A soft gear beside the soft one had 0.06 ± 0.02 of what its stiffness makes.
+        """
+        if not self.placed.whole or self.linear[0] + _INTERVAL * self.linear_sigma[0] >= 0.5:
+            return ""
+        share = f"{100 * self.linear[0]:.0f} ± {100 * self.linear_sigma[0]:.0f} %"
+        return f"of what its {' and '.join(self.placed.shape_names)} make the fitted recordings show {share}"
 
     @property
     def _is_there(self) -> bool:

@@ -31,9 +31,6 @@ _STATIC_SHARE = 0.0025
 _PRESLIDING = (1e-4, 4e-4, 1.2e-3)
 """rad (or m); friction that takes longer to build up is hysteresis."""
 
-_LATE = 2.0
-"""Of the dry friction that a drive has, what can come late: all of it, and of a rise as large as it is."""
-
 _EXPONENT = Shape("exponent", "1", (1.0, 2.0), 0.5, 4.0, fixed=True)
 """1 is Tustin's form of the fall, 2 that of Gauss."""
 
@@ -97,8 +94,8 @@ def _breakaway(
     unit = torque_unit(robot, place)
     symbols = ("Fbreak", "Flate")
     scale = (0.7 * dry_friction(robot, place), 0.5 * dry_friction(robot, place))
-    known = present.drive_friction(place.joints[0])[1]
-    late = (0.0, _LATE * known if known > 0.0 else np.inf)
+    known, _ = present.drive_friction(place.joints[0])
+    late = (0.0, known if known > 0.0 else np.inf)  # of more, what is left would push the drive on
     return Parameters(symbols, (unit, unit), (POSITIVE, late), scale), law, parts
 
 
@@ -143,7 +140,7 @@ STATIC_FRICTION = Family(
     },
     equation=(
         "as `stribeck_friction`, within a few per mille of the speed limit, where it shows at breakaway"
-        " alone; `Flate`, at most twice the drive's dry friction, is what builds up over the way `presliding`"
+        " alone; `Flate`, at most the drive's dry friction, is what builds up over the way `presliding`"
     ),
     row=50,
 )
