@@ -23,6 +23,8 @@ from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import Left, beside_gate, description, lags_of_noise, verdict_of
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 from ident.verdicts import ColumnCheck
 
 BLOCKS = np.repeat(np.arange(40), 50)
@@ -279,8 +281,8 @@ def accepted(
     robot, family = robots.load("tx40"), family_named(name)
     place = Place("drive", (1,))
     chosen = shape or tuple(one.grid[0] for one in family.shapes(robot, place))
-    present = SimpleNamespace(drive_friction=lambda drive: (5.0, 1.0))
-    effect = family.effect(robot, place, chosen, present)  # type: ignore[arg-type]
+    model = RegressorModel.of(robot)
+    effect = family.effect(robot, place, chosen, Present(model, model.prior()))
     return Accepted(
         robot,
         Component(family, place, chosen),
