@@ -42,6 +42,7 @@ FIGURES = (
     Figure(f"{_BY}evidence/prepared", "_FEWEST_ROWS", "50 rows"),
     Figure(f"{_BY}evidence/slow", "_SLOW", "six half waves a recording"),
     Figure(f"{_BY}evidence/prepared", "_MINIMUM_SPEED", "1 % of the speed limit"),
+    Figure(f"{_BY}decide/boxes", "_CELLS", "0.005 Hz apart; 40"),
     Figure(f"{_BY}evidence/prepared", "_MARGIN", "80 ms"),
     Figure(f"{_BY}evidence/expected_motion", "_BANDS", "8 half octaves"),
     Figure(f"{_BY}evidence/expected_motion", "_ORDER", "8 half octaves; order 4"),

@@ -723,6 +723,18 @@ RULES = (
         "if _has_size(course, one)",
     ),
     Broken(
+        "a part of a period has the pairs of rows within it",
+        f"{_BY}decide/boxes.py",
+        "np.maximum(_LENGTHS - cells, 0)",
+        "_LENGTHS",
+    ),
+    Broken(
+        "what the best of so many periods has by luck is not asked for",
+        f"{_BY}decide/boxes.py",
+        "if alone[k] > np.log(candidate.combinations)]",
+        "]",
+    ),
+    Broken(
         "of what its shapes alone make an effect has more than half",
         "ident/discrepancy/accepted.py",
         "return self.basis.unsure or self._unlike_its_shapes()",

@@ -27,7 +27,7 @@ _CELLS = 40
 _FOLDED = 4
 """Periods of which parts are asked for with all else that the model has: time alone, as what is tried."""
 
-_PEAKS = 2
+PEAKS = 2
 """Periods of one form that are tried."""
 
 _LENGTHS, _STARTS = np.arange(2, _CELLS - 1)[:, np.newaxis], np.arange(_CELLS)
@@ -63,7 +63,7 @@ def best_boxes(
     some = [k for k in highest(alone)[:_FOLDED] if alone[k] > np.log(candidate.combinations)]
     folded = [(*_beside_all(rows, found, candidate, always, periods[k]), k) for k in some]
     folded.sort(key=lambda one: -one[0])
-    return [(periods[k], share, beginning) for _, share, beginning, k in folded[:_PEAKS]]
+    return [(periods[k], share, beginning) for _, share, beginning, k in folded[:PEAKS]]
 
 
 def _products(rows: Rows, height: FloatArray, squares: FloatArray) -> FloatArray:

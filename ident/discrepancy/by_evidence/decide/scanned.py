@@ -19,7 +19,7 @@ from scipy.fft import ifft, next_fast_len
 from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
-from ident.discrepancy.by_evidence.decide.boxes import best_boxes, highest
+from ident.discrepancy.by_evidence.decide.boxes import PEAKS, best_boxes, highest
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.residual import white_residual
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
@@ -28,9 +28,6 @@ from ident.effects.family import PresentModel
 from ident.effects.placed import as_filter_shows, drive_row
 from ident.effects.torque_ripple import waves_per_period
 from robots.arrays import BoolArray, FloatArray
-
-_PEAKS = 2
-"""Periods of one form that are tried."""
 
 _CLASSES = 12
 """Of rows, by their speed: within one it differs by a third, and with it the frequency of a wave."""
@@ -87,7 +84,7 @@ def _waves(
     """Shapes at peaks of the gain over the period, with every combination of the other shapes."""
     periods, squares = candidate.shapes[0].grid, found.level.excess**2
     for rest in product(*(shape.grid for shape in candidate.shapes[1:])):
-        for peak in highest(_gains(rows, candidate, rest, present, said, squares))[:_PEAKS]:
+        for peak in highest(_gains(rows, candidate, rest, present, said, squares))[:PEAKS]:
             yield (periods[peak], *rest)
 
 
