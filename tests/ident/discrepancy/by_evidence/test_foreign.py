@@ -13,7 +13,7 @@ from ident.discrepancy.by_evidence import EvidenceAnswer, diagnose_by_evidence
 def answer(data: Path, folder: Path, name: str) -> EvidenceAnswer:
     if not (data / "foreign").is_dir():
         pytest.skip(f"no logs of a foreign plant in {data}")
-    return diagnose_by_evidence(recorded(data, folder)[name]().question("evidence"))
+    return diagnose_by_evidence(recorded(data, folder)[name]().question())
 
 
 @pytest.mark.slow
