@@ -133,7 +133,7 @@ def test_static_friction_is_found_at_the_reversals(sticking: dict[str, float]) -
 def test_a_constant_offset_may_be_friction_that_differs_with_the_direction() -> None:
     found = search({"current_offset": [{"drive": 3, "torque": 1.0}]})
     assert found.verdict == "ambiguous"
-    names = {found.findings[0].effect, *(c.effects[0] for c in found.findings[0].indistinguishable_from)}
+    names = {found.findings[0].effect, *(c.effect for c in found.findings[0].indistinguishable_from)}
     assert names == {"current_offset", "asymmetric_friction"}
 
 
