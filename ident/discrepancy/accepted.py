@@ -143,7 +143,7 @@ def unsure_size(
     if essential:
         missing = [k for k in essential if not clear[k]]
     else:
-        surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-300)))
+        surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-150)))
         missing = [] if clear.any() or there else [surest]
     if not missing:
         return ""
