@@ -445,8 +445,8 @@ RULES = (
     Broken(
         "a form that is likelier than its limit stays beside it",
         f"{_BY}decide/names.py",
-        "1.0 - HELD < one.probability <= shown",
-        "1.0 - HELD < one.probability",
+        "elif one.probability <= shown and not search.elsewhere.same(form, found):",
+        "elif not search.elsewhere.same(form, found):",
     ),
     Broken(
         "motion all over the travel is asked about",
@@ -499,8 +499,68 @@ RULES = (
     Broken(
         "a limit that is shown stays beside its likelier forms",
         f"{_BY}decide/names.py",
-        "forms=tuple(one for one in more if one.log_odds > first.log_odds)",
+        "forms=tuple(rivals)",
         "forms=()",
+    ),
+    Broken(
+        "a form of which no more is told than its limit is that limit",
+        f"{_BY}decide/names.py",
+        " and one.key not in none_more)",
+        ")",
+    ),
+    Broken(
+        "what makes it the form is not told, where a form is its limit",
+        f"{_BY}decide/elsewhere.py",
+        "if not untold or not told.any():",
+        "if not told.any():",
+    ),
+    Broken(
+        "the limit is told in a form that is no more than it",
+        f"{_BY}decide/elsewhere.py",
+        "if not untold or not told.any():",
+        "if not untold:",
+    ),
+    Broken(
+        "a form without what is not told of it says what its limit says",
+        f"{_BY}decide/elsewhere.py",
+        "return not self.same(_at_nothing(form, own[untold]), limit)",
+        "return False",
+    ),
+    Broken(
+        "names that rows do not tell apart are asked of the loop",
+        f"{_BY}taken.py",
+        "one.key in alike or ",
+        "",
+    ),
+    Broken(
+        "a form that the loop speaks against is a name of its own",
+        f"{_BY}in_motion.py",
+        "for one in finding.names[0].forms",
+        "for one in ()",
+    ),
+    Broken(
+        "the friction that an arm stood with at the start is forgotten",
+        "ident/discrepancy/gap.py",
+        "min(settled(piece), run.time.shape[0] // 2)",
+        "0",
+    ),
+    Broken(
+        "a change of positions that no simulation resolves is none",
+        "ident/discrepancy/confirmation.py",
+        "blocks, _STEPS)",
+        "blocks)",
+    ),
+    Broken(
+        "a corner is tried on both sides",
+        f"{_BY}decide/corners.py",
+        "for side in sides.grid:",
+        "for side in sides.grid[:1]:",
+    ),
+    Broken(
+        "a corner is tried beside all else",
+        f"{_BY}decide/corners.py",
+        "0.5 * np.maximum(score, 0.0) ** 2 / information - 0.5 * np.log(information)",
+        "0.5 * np.maximum(score, 0.0) ** 2",
     ),
     Broken(
         "a limit that is shown has its forms' probability",
@@ -791,8 +851,8 @@ RULES = (
     Broken(
         "rivals are names that show at reversals",
         f"{_BY}taken.py",
-        "        and is_of_reversals(robot, one)\n",
-        "",
+        " and is_of_reversals(robot, one)))",
+        "))",
     ),
     Broken(
         "a name of less than 0.9 stands beside what it cannot be told from",

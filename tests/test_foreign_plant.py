@@ -6,6 +6,7 @@ import ast
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,6 +75,21 @@ def test_every_effect_acts(name: str) -> None:
     apart = (hidden.control_signal - plain.control_signal) * [link.gain for link in arm.links]
     assert np.abs(apart).max() > 0.05
     assert np.array_equal(plain.reference, hidden.reference)
+
+
+def test_what_an_arm_presses_against_stands_where_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    places: list[np.ndarray] = []
+    plant = sys.modules[record.__module__]._plant
+
+    def placed(*given: Any) -> Any:
+        places.append(given[-1])
+        return plant(*given)
+
+    monkeypatch.setattr(sys.modules[record.__module__], "_plant", placed)
+    fit, held = (record(ARMS["compact6"], SHORT, (), 3, part) for part in (0, 1))
+    assert not np.array_equal(fit.reference, held.reference)
+    assert np.array_equal(*places)
+    assert places[0] == pytest.approx(np.quantile(fit.reference, 0.9, axis=0), abs=0.02)
 
 
 @pytest.mark.parametrize(("law", "adds"), [("p_pi", False), ("pd_torque", True)])

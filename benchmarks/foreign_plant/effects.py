@@ -33,7 +33,7 @@ OF_A_JOINT = {
     "time_delay": "s from control signal to torque",
     "gravity_spring": "N·m/rad about the middle of the travel",
     "cable_spring": "N·m/rad^3 about the middle of the travel, cubic",
-    "contact": "N·m/rad beyond where the motion spends a tenth of its time",
+    "contact": "N·m/rad beyond where the motion to fit spends a tenth of its time",
     "eddy_brake": "N·m at 8 % of the speed limit, less above",
     "crosstalk": "share of the joint before's torque",
     "command_dead_zone": "N·m of command that the drive does not answer",

@@ -91,16 +91,18 @@ def record(arm: Arm, settings: Settings, effects: tuple[Effect, ...], seed: int,
     for effect in effects:
         if effect.name == "encoder_eccentricity":
             eccentric[effect.joint] += effect.size
-    plant = _plant(arm, settings, effects, model, data, np.quantile(target, 0.9, axis=0))
+    # What an arm presses against stands where it stands, whichever motion goes there.
+    first = period if part == 0 else reference(arm, settings, np.random.default_rng([seed, 0]))
+    plant = _plant(arm, settings, effects, model, data, np.quantile(first, 0.9, axis=0))
     law = _law(arm, settings, figures, target)
     start = data.qfrc_bias[model.rotor] / gain
     run(plant, law, start, readings, QUANTUM, eccentric, torques, seen, sent, settings.steps)
     if not np.isfinite(seen).all() or np.abs(seen - target).max() > 1.0:
         raise RuntimeError(f"{arm.name} with {[e.words() for e in effects]} does not follow its reference")
     logged = sent + noise * _LOGGED * limits / gain * generator.normal(size=sent.shape)
-    first = len(period)
-    time = np.arange(len(target) - first) / settings.rate
-    return Log(time, target[first:], seen[first:], logged[first:])
+    begins = len(period)
+    time = np.arange(len(target) - begins) / settings.rate
+    return Log(time, target[begins:], seen[begins:], logged[begins:])
 
 
 def _plant(

@@ -19,6 +19,10 @@ _INTERVAL = 1.959964
 _ROUNDING = 1e-9
 """Of a residual: a change that is smaller is the rounding of two sums."""
 
+_STEPS = 1e-3
+"""Of position errors: a change that is smaller is that of a simulation's steps (an integral makes up for a
+constant torque, and the positions show nothing of it)."""
+
 
 @dataclass(frozen=True)
 class Shown:
@@ -123,16 +127,17 @@ class Confirmation:
         return ""
 
 
-def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray) -> Shown:
+def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray, least: float = _ROUNDING) -> Shown:
     """How much of a change data show.
 
     Args:
         before, after: (N,) whitened residuals without and with the change.
         blocks: (N,) block of time of each row, in which errors may depend on each other.
+        least: share of the residual up to which a change is none.
     """
     change = before - after
     whole = float(change @ change)
-    if whole <= _ROUNDING**2 * float(before @ before):
+    if whole <= least**2 * float(before @ before):
         return Shown(0.0, 0.0)
     share = float(change @ before) / whole
     moments = np.bincount(blocks, change * (before - share * change))
@@ -162,7 +167,7 @@ def shown_in_torque(
 
 
 def shown_in_positions(
-    prepared: Sequence[PreparedRecording],
+    times: Sequence[FloatArray],
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     unit: FloatArray,
@@ -170,15 +175,14 @@ def shown_in_positions(
     """The same of position errors of the simulated loop per piece, samples × joints.
 
     Args:
-        prepared: recordings that were not fitted.
+        times: of the samples of each piece, s.
         before, after: measured less simulated, without and with the finding.
         unit: (n,) what an error of each joint is measured by.
     """
     whole, other = np.concatenate(list(before)) / unit, np.concatenate(list(after)) / unit
     labels, first = [], 0
-    for piece in prepared:
-        block = (piece.recording.time - piece.recording.time[0]) // BLOCK
-        labels.append(first + block.astype(np.int64))
+    for time in times:
+        labels.append(first + ((time - time[0]) // BLOCK).astype(np.int64))
         first = int(np.max(labels[-1])) + 1
     blocks = np.repeat(np.concatenate(labels), whole.shape[1])
-    return shown_share(whole.ravel(), other.ravel(), blocks)
+    return shown_share(whole.ravel(), other.ravel(), blocks, _STEPS)

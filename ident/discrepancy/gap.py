@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.closed_loop import simulate
-from ident.discrepancy.loop import Standstill
+from ident.discrepancy.loop import Standstill, settled
 from ident.discrepancy.loop_parts import simulated_with
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.repeats import not_repeating
@@ -82,12 +82,14 @@ class LoopTrace:
 class LoopGap:
     """Closed-loop differences, rms per joint or drive (n,): q_mes − q_s in rad (or m), v_τ − v_s.
 
-    ``errors`` are q_mes − q_s of each recording, samples × joints.
+    All from the instant on at which the friction is forgotten that the arm stood with, of which no simulation
+    knows; ``errors`` are q_mes − q_s of each recording, samples × joints, and ``time`` is theirs.
     """
 
     position: FloatArray
     control_signal: FloatArray
     errors: tuple[FloatArray, ...]
+    time: tuple[FloatArray, ...]
 
 
 def closed_loop_gap(
@@ -107,6 +109,7 @@ def closed_loop_gap(
     n = base.model.robot.n
     position, signal, samples = np.zeros(n), np.zeros(n), 0
     errors: list[FloatArray] = []
+    times: list[FloatArray] = []
     for piece in prepared:
         try:
             if standstill is None:
@@ -115,11 +118,14 @@ def closed_loop_gap(
                 run = simulated_with(base, standard, standstill, piece.recording)
         except IdentificationError as error:
             return None, str(error)
-        errors.append(piece.recording.position - run.position)
+        recording, start = piece.recording, min(settled(piece), run.time.shape[0] // 2)
+        errors.append((recording.position - run.position)[start:])
+        times.append(recording.time[start:])
         position += (errors[-1] ** 2).sum(axis=0)
-        signal += ((piece.recording.control_signal - run.control_signal) ** 2).sum(axis=0)
-        samples += run.time.shape[0]
-    return LoopGap(np.sqrt(position / samples), np.sqrt(signal / samples), tuple(errors)), ""
+        signal += ((recording.control_signal - run.control_signal)[start:] ** 2).sum(axis=0)
+        samples += errors[-1].shape[0]
+    sizes = np.sqrt(position / samples), np.sqrt(signal / samples)
+    return LoopGap(*sizes, tuple(errors), tuple(times)), ""
 
 
 def position_floor(prepared: Sequence[PreparedRecording]) -> FloatArray:

@@ -93,7 +93,7 @@ class Validation:
         return LoopGaps(
             Gap(first.position, last.position, floor),
             Gap(first.control_signal, last.control_signal, none),
-            LoopTrace(self.prepared[0].recording.time, first.errors[0], last.errors[0]),
+            LoopTrace(first.time[0], first.errors[0], last.errors[0]),
             "",
         )
 
@@ -157,9 +157,8 @@ class Validation:
         if without[0] is None or whole[0] is None:
             return None
         misfit = np.minimum(without[0].position, whole[0].position)
-        return shown_in_positions(
-            self.prepared, without[0].errors, whole[0].errors, np.maximum(misfit, _EXACT)
-        )
+        errors = without[0].errors, whole[0].errors
+        return shown_in_positions(without[0].time, *errors, np.maximum(misfit, _EXACT))
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
         """What the residual depends on before and after."""

@@ -126,8 +126,9 @@ class Effect(Protocol):
 class Shape:
     """A parameter that the torque is not linear in: profiled over a grid, then refined within its bounds.
 
-    What is ``fixed`` takes the values of its grid alone; of what comes again over that which is ``scanned``
-    the data say which. At its ``limits`` it is another effect: friction over a power of one is viscous.
+    What is ``fixed`` takes the values of its grid alone; of what is ``scanned`` the data say which are
+    tried: of what comes again over position or time, and of a corner where something begins. At its
+    ``limits`` it is another effect: friction over a power of one is viscous.
     """
 
     name: str
@@ -138,7 +139,7 @@ class Shape:
     logarithmic: bool = False
     fixed: bool = False
     limits: tuple[float, ...] = ()
-    scanned: Literal["", "position", "time"] = ""
+    scanned: Literal["", "position", "time", "corner"] = ""
 
 
 class PresentModel(Protocol):

@@ -147,10 +147,9 @@ def _rest_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
 
 
 def _contact_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    low, high = _within_limits(robot, place, (0.02, 0.98))
-    grid = _within_limits(robot, place, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9))
+    grid = _within_limits(robot, place, tuple(k / 200 for k in range(4, 197)))
     return (
-        Shape("contact_angle", angle_unit(robot, place), grid, low, high),
+        Shape("contact_angle", angle_unit(robot, place), grid, grid[0], grid[-1], scanned="corner"),
         Shape("side", "1", (-1.0, 1.0), -1.0, 1.0, fixed=True),
     )
 

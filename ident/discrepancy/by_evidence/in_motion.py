@@ -1,13 +1,13 @@
-"""What the evidence found in motion, with sizes; names that differ at reversals, settled in the loop."""
+"""What the evidence found in motion, with sizes; names that rows do not tell apart, settled in the loop."""
 
 from __future__ import annotations
 
 import logging
 from dataclasses import replace
 
-from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, with_nats
+from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, as_limit, with_nats
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.taken import at_reversals, basis_of, component_of
+from ident.discrepancy.by_evidence.taken import basis_of, component_of, rivals_in_loop, with_forms
 from ident.discrepancy.course import Course
 from ident.discrepancy.partialled import partialled
 from ident.discrepancy.validation import Validation
@@ -56,12 +56,14 @@ def _has_size(course: Course, finding: EvidenceFinding) -> bool:
 
 
 def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitted: Validation) -> Course:
-    """Rivals that differ at reversals, by rows and the simulated loop together; the likeliest stands.
+    """Rivals by rows and the simulated loop together; the likeliest stands.
 
-    What the loop shows between two names is in the odds of both, as other motion is. Names that show in
-    motion alone do at reversals as the finding does, and what another finding is already is none here.
-    These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share. A rival
-    that the rows fit with no size is nothing by another name, and the loop without the finding is no rival's.
+    What the loop shows between two names is in the odds of both, as other motion is: of those that differ at
+    reversals, and of those that the rows do not tell apart (with a delay of 4.5 ms in the place of a lag the
+    loop rings). Of the rest it is taken to do as with the finding; what another finding is already is none
+    here. These nats are not coarsened: σ over blocks of time already holds what neighbouring errors share. A
+    rival that the rows fit with no size is nothing by another name, and the loop without the finding is no
+    rival's.
 
     Args:
         course: with all that was found.
@@ -69,9 +71,10 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
         finding: as the moving rows show it.
         fitted: the recordings that were fitted, in closed loop.
     """
-    stands, place, nats = finding.key, Slot(finding.names), dict[Key, float]()
+    names, apart = with_forms(finding.names), [one.key for one in finding.names[1:]]
+    stands, place, nats = finding.key, Slot(names), dict[Key, float]()
     taken = {one.component.key for k, one in enumerate(course.findings) if k != number}
-    rivals = at_reversals(course.step.base.model.robot, finding)
+    rivals = rivals_in_loop(course.step.base.model.robot, finding)
     for rival in (one for one in rivals if one.key not in taken):
         other = _with_rival(course, number, rival)
         if _may_be_nothing(other, number):
@@ -81,11 +84,15 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
         if shown is None:
             continue
         nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop
-        place = Slot(with_nats(finding.names, nats))
+        place = Slot(with_nats(names, nats))
         if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
             course, stands = other, rival.key
     if nats:
         unsure = finding.unsure if stands == finding.key else None
+        apart += [
+            one.key for one in finding.names[0].forms if place.log_odds(one.key) < place.log_odds(stands)
+        ]
+        place = Slot(as_limit(place.names, stands, apart))
         basis = basis_of(stands, place, unsure, finding.doubt)
         course.findings[number] = replace(course.findings[number], basis=basis)
     return course

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
-from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot
+from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot, smallest
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.discrepancy.component import Component
 from ident.discrepancy.results import Candidate, Possible
@@ -17,17 +19,29 @@ RANKED = 12
 """Candidates that a ranking lists."""
 
 
-def at_reversals(robot: Robot, finding: EvidenceFinding) -> list[Named]:
-    """Names that explain the moving rows in a finding's place, and show where no such row is."""
+def rivals_in_loop(robot: Robot, finding: EvidenceFinding) -> list[Named]:
+    """Names that explain the moving rows in a finding's place, and of which the simulated loop is asked.
+
+    These are names that show where no such row is, and those that such rows do not tell from it.
+    """
+    names = with_forms(finding.names)
+    alike = {one.key for one in (*smallest(finding.names), *finding.names[0].forms)}
     return [
         one
-        for one in finding.names
+        for one in names
         if one.placed is not None
         and one.log_odds > 0.0
-        and one.joints == finding.key[1]
         and one.key != finding.key
-        and is_of_reversals(robot, one)
+        and (one.key in alike or (one.joints == finding.key[1] and is_of_reversals(robot, one)))
     ]
+
+
+def with_forms(names: tuple[Named, ...]) -> tuple[Named, ...]:
+    """Names beside the likelier forms that the first one stands for, each with its own probability."""
+    first, *rest = names
+    own = first.probability - sum(one.probability for one in first.forms)
+    every = (replace(first, probability=own, forms=()), *first.forms, *rest)
+    return tuple(sorted(every, key=lambda one: -one.probability))
 
 
 def is_of_reversals(robot: Robot, one: Named) -> bool:

@@ -21,14 +21,12 @@ NOISE = 1e-6
 """rad, of what does not repeat in the positions."""
 
 
-def validation() -> Validation:
-    recording = SimpleNamespace(time=STEP * np.arange(SAMPLES))
-    return Validation((cast(Any, SimpleNamespace(recording=recording)),), cast(Any, None))
+VALIDATION = Validation((), cast(Any, None))
 
 
 def run(errors: np.ndarray) -> LoopRun:
     size = np.sqrt(np.mean(errors**2, axis=0))
-    return LoopGap(size, size, (errors,)), ""
+    return LoopGap(size, size, (errors,), (STEP * np.arange(SAMPLES),)), ""
 
 
 def errors(of_first: float, of_second: float) -> np.ndarray:
@@ -44,7 +42,7 @@ def test_a_joint_that_no_model_simulates_does_not_decide(left: float, there: boo
     """At its own joint an effect is there, or is not; elsewhere it moves what is wrong anyway by a tenth."""
     for elsewhere in (-40.0, 40.0):
         whole = errors(left if there else 10.0 + left, elsewhere)
-        shown = validation().shown_in_loop(run(errors(10.0, 0.0)), run(whole))
+        shown = VALIDATION.shown_in_loop(run(errors(10.0, 0.0)), run(whole))
         assert shown is not None
         assert shown.there is there
         assert shown.contradicted is not there
@@ -52,9 +50,18 @@ def test_a_joint_that_no_model_simulates_does_not_decide(left: float, there: boo
 
 def test_where_both_simulations_are_exact_there_is_nothing_to_tell() -> None:
     none = run(np.zeros((SAMPLES, 2)))
-    shown = validation().shown_in_loop(none, none)
+    shown = VALIDATION.shown_in_loop(none, none)
     assert shown is not None
     assert not shown.there
+
+
+def test_a_change_that_no_simulation_resolves_is_none() -> None:
+    """An integral makes up for a constant torque: of it the positions had −1089 ± 40, and it was refused."""
+    for change, nothing in ((0.9e-3, True), (1.1e-3, False)):
+        before = errors(10.0, 0.0)
+        shown = VALIDATION.shown_in_loop(run(before), run((1.0 + change) * before))
+        assert shown is not None
+        assert shown.of_nothing is nothing and shown.contradicted is not nothing
 
 
 def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> None:
@@ -67,11 +74,15 @@ def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> No
     described = Recording("arm", time, reference, reference, np.zeros_like(reference))
     law = (FrictionSign("tanh", 0.02),)
     run = simulated_with(base, standard, law, described)
-    recording = Recording("arm", time, reference, run.position, run.control_signal)
+    # The friction that it stood with at the start is nobody's law.
+    stood = np.where(time < 0.99, 1e-3, 0.0)[:, np.newaxis]
+    recording = Recording("arm", time, reference, run.position + stood, run.control_signal + stood)
     piece = cast(Any, SimpleNamespace(recording=recording))
     same, other = (closed_loop_gap(base, standard, [piece], one)[0] for one in (law, None))
     assert same is not None and other is not None
     assert float(same.position[0]) < 0.01 * float(other.position[0])
+    assert float(same.control_signal[0]) < 0.01 * float(other.control_signal[0])
+    assert same.time[0][0] == pytest.approx(1.0)
     step = cast(Any, SimpleNamespace(base=base, standard_shown=standard))
     of_it = Validation((piece,), cast(Any, None), law).loop_run(step)[0]
     assert of_it is not None

@@ -11,11 +11,14 @@ the same: with T − T' the difference of their torques, A the columns of the li
 it, and L Lᵀ the precision of their factors,
 
     min ‖T − T' − A L⁻ᵀu‖  over  ‖u‖ ≤ 1.96
+
+Nor does a form say more than its limit where the limit is a part of it, is there, and what makes it the form
+may as well be nothing: a straight spring of 4.85 ± 0.01 N·m/rad that stiffens by 0.03 ± 0.08 N·m/rad³.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -29,7 +32,7 @@ from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare
 from ident.discrepancy.by_evidence.evidence.rows import Known, effect_rows
 from ident.recording import Recording
 from ident.statistics.symmetric import eigen_of
-from robots.arrays import FloatArray
+from robots.arrays import FloatArray, IntArray
 from robots.description import Robot
 
 _DURATION = 24.0
@@ -83,6 +86,25 @@ class Elsewhere:
         """
         return bool(np.all(self.lacking(form, limit) <= self.problem.misfit.accepted))
 
+    def adds(self, form: Found, limit: Found) -> bool:
+        """Whether a form has more than a limit, as far as the recordings show.
+
+        It has not where what makes it the form is not told from nothing, other parameters of it are, and the
+        form without the former says what the limit says.
+
+        Args:
+            form: a set as it was fitted; its last member is asked about.
+            limit: another.
+        """
+        count = form.members[-1].entry.white.count
+        own = np.arange(form.posterior.theta.size - count, form.posterior.theta.size)
+        sigma = np.sqrt(np.diag(form.posterior.covariance))[form.posterior.known.size :]
+        told = (np.abs(form.posterior.theta) > _ALLOWED * sigma)[own]
+        untold = [k for k in form.members[-1].candidate.family.essential if not told[k]]
+        if not untold or not told.any():
+            return True
+        return not self.same(_at_nothing(form, own[untold]), limit)
+
     def lacking(self, form: Found, limit: Found) -> FloatArray:
         """(n,) rms, N·m (or N), of what of a form the nearest such limit does not say."""
         rows = np.where(self.prepared.used, 1.0, 0.0)
@@ -109,6 +131,15 @@ class Elsewhere:
         for number, member in enumerate(found.members):
             total = total + effect_rows(self.prepared, member.entry.placed) @ found.theta(number)[0]
         return np.asarray(total)
+
+
+def _at_nothing(found: Found, numbers: IntArray) -> Found:
+    """A set of which some of θ are nothing, and the rest what it is then."""
+    posterior = found.posterior
+    mean, k = np.concatenate([posterior.known, posterior.theta]), posterior.known.size
+    with_them = posterior.covariance[:, k + numbers]
+    mean = mean - with_them @ np.linalg.solve(with_them[k + numbers], mean[k + numbers])
+    return replace(found, posterior=replace(posterior, known=mean[:k], theta=mean[k:]))
 
 
 def within(columns: FloatArray, wanted: FloatArray) -> FloatArray:

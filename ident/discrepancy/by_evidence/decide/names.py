@@ -156,30 +156,28 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     odds[NO_NAME, own[1]] = odds[own]
     odds[NO_NAME, own[1]] += odds_of_no_name(held.alone(found, number), seen, price, possible, left)
     listed = probabilities(odds, forms)
-    return Slot(as_limit(listed, own, _more_elsewhere(search, found, without, listed, own, candidates)))
+    return Slot(as_limit(listed, own, *_forms(search, found, without, listed, own, candidates)))
 
 
-def _more_elsewhere(
+def _forms(
     search: Search,
     found: Found,
     without: Found,
     listed: Sequence[Named],
     own: Key,
     candidates: Sequence[Screened],
-) -> tuple[Key, ...]:
-    """Likely forms that contain a name at its place, and say something else of motion all over the travel.
-
-    Of those that are likelier than the name it is said in any case that it cannot be told from them.
-    """
+) -> tuple[list[Key], list[Key]]:
+    """Likely forms of a name that say something else all over the travel, and those that add nothing."""
     shown = next(one.probability for one in listed if one.key == own)
-    forms = [
-        one.key
-        for one in listed
-        if one.joints == own[1] and own[0] in _contained(one.name) and 1.0 - HELD < one.probability <= shown
-    ]
-    return tuple(
-        key for key in forms if not search.elsewhere.same(with_name(search, without, candidates, key), found)
-    )
+    apart, none_more = [], []
+    for one in listed:
+        if one.joints == own[1] and own[0] in _contained(one.name) and one.probability > 1.0 - HELD:
+            form = with_name(search, without, candidates, one.key)
+            if not search.elsewhere.adds(form, found):
+                none_more.append(one.key)
+            elif one.probability <= shown and not search.elsewhere.same(form, found):
+                apart.append(one.key)
+    return apart, none_more
 
 
 def with_name(search: Search, without: Found, candidates: Sequence[Screened], key: Key) -> Found:
@@ -215,7 +213,10 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
 
 
 def as_limit(
-    names: tuple[Named, ...], shown: Key | None = None, apart: Collection[Key] = ()
+    names: tuple[Named, ...],
+    shown: Key | None = None,
+    apart: Collection[Key] = (),
+    none_more: Collection[Key] = (),
 ) -> tuple[Named, ...]:
     """Names of which the one that is shown stands for every form that contains it at its place.
 
@@ -226,7 +227,8 @@ def as_limit(
     Args:
         names: the likeliest first.
         shown: key of the name that is shown; the likeliest where it is not said.
-        apart: forms that say something else of other motion: they are names of their own.
+        apart: forms that are names of their own, since they say something else of other motion.
+        none_more: forms that have no more than what is shown.
     """
     first = next(one for one in names if one.key == shown or (shown is None and one.name != NO_NAME))
     if first.key == NOTHING:
@@ -237,9 +239,8 @@ def as_limit(
         if one.joints == first.joints and first.name in _contained(one.name) and one.key not in apart
     )
     total = first.probability + sum(one.probability for one in more)
-    whole = replace(
-        first, probability=total, forms=tuple(one for one in more if one.log_odds > first.log_odds)
-    )
+    rivals = (one for one in more if one.log_odds > first.log_odds and one.key not in none_more)
+    whole = replace(first, probability=total, forms=tuple(rivals))
     kept = [whole if one is first else one for one in names if one not in more]
     return tuple(sorted(kept, key=lambda one: -one.probability))
 

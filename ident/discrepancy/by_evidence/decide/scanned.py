@@ -1,17 +1,18 @@
-"""What comes again with any period: which the residual shows, of more than can be tried.
+"""What comes again with any period, or begins anywhere: which the residual shows, of more than can be tried.
 
-Of what comes again in time see :mod:`.boxes`; of waves over a drive's position, with u the white residual
-of a set and W the whitening of its joint, a column that is a wave, h·cos(kx) and h·sin(kx) over the drive's
-position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with the residual: one Fourier transform over x for
-all k at once (the periodogram of Lomb and Scargle, for noise with a memory). What the filter of the
-positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go by their speed, each class with the
-share that is left there. Peaks only choose what is tried: how likely those are the evidence says as of all
-others, and the prior of a period is divided among all that could have been tried.
+Of what comes again in time see :mod:`.boxes`, of what begins at a position :mod:`.corners`; of waves over a
+drive's position, with u the white residual of a set and W the whitening of its joint, a column that is a
+wave, h·cos(kx) and h·sin(kx) over the drive's position x, has the product |Σ (Wᵀu)ᵢ hᵢ exp(i k xᵢ)|² with
+the residual: one Fourier transform over x for all k at once (the periodogram of Lomb and Scargle, for noise
+with a memory). What the filter of the positions leaves of a wave hangs on its frequency k·|ẋ|, so rows go
+by their speed, each class with the share that is left there. Peaks only choose what is tried: how likely
+those are the evidence says as of all others, and the prior of a period is divided among all that could have
+been tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -20,6 +21,7 @@ from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.boxes import PEAKS, best_boxes, highest
+from ident.discrepancy.by_evidence.decide.corners import best_corners
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.residual import white_residual
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
@@ -39,7 +41,7 @@ _PER_PERIOD = 16
 def scanned(
     rows: Rows, found: Found, wanted: Sequence[Candidate], present: PresentModel
 ) -> tuple[Entry, ...]:
-    """What the residual of a set shows of candidates whose period can be any, two of each form.
+    """What the residual of a set shows of candidates whose period or beginning can be any, two of each form.
 
     Args:
         rows: the data.
@@ -56,10 +58,12 @@ def scanned(
     # What a joint's rows say of a column: Wᵀu, by how noisy they are.
     whiteners, count = rows.whiteners, rows.prepared.used.shape[0]
     said = np.stack([w.back(u, count) for w, u in zip(whiteners, left, strict=True)], axis=1) / squares
-    likeliest = {"position": _waves, "time": best_boxes}
-    made = at_once(
-        lambda one: _entries(rows, one, present, likeliest[one.over](rows, found, one, present, said)), some
-    )
+    likeliest: dict[str, Callable[[Candidate], Iterable[tuple[float, ...]]]] = {
+        "position": lambda one: _waves(rows, found, one, present, said),
+        "time": lambda one: best_boxes(rows, found, one, present, said),
+        "corner": lambda one: best_corners(rows, found, one, present),
+    }
+    made = at_once(lambda one: _entries(rows, one, present, likeliest[one.over](one)), some)
     entries = tuple(entry for of_one in made for entry in of_one)
     rows.keep_products_with([entry.white for entry in entries])
     return entries

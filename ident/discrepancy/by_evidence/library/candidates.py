@@ -48,7 +48,7 @@ class Candidate:
 
     @property
     def over(self) -> str:
-        """What the shapes that are scanned come again over: ``position``, ``time``, or nothing."""
+        """What its scanned shapes are of: ``position``, ``time``, a ``corner``, or nothing."""
         return next((shape.scanned for shape in self.shapes if shape.scanned), "")
 
     @property

@@ -94,6 +94,34 @@ def test_what_two_fits_are_not_sure_of_is_no_difference_of_names() -> None:
         assert search.elsewhere.lacking(form, limit) == pytest.approx(beyond, abs=0.1 * deviation * unit)
 
 
+def test_a_form_adds_nothing_where_its_limit_is_in_it_and_what_it_has_more_is_not_told() -> None:
+    """A straight spring is told in a form that may stiffen beyond where anything moved."""
+
+    def beyond(q: FloatArray, shape: object) -> FloatArray:
+        return np.asarray(np.maximum(np.abs(q) / REACH - 1.01, 0.0))
+
+    def nearly(q: FloatArray, shape: object) -> FloatArray:
+        return np.asarray(wave(9, q) + 1e-6 * wave(4, q))
+
+    limit, straight = family("limit", spring(0.0)), spring(0.0)
+    forms = {
+        "not_told": family("not_told", straight, beside=beyond, essential=(1,)),
+        "told": family("told", straight, beside=lambda q, shape: wave(13, q), essential=(1,)),
+        "either": family("either", straight, beside=nearly, essential=(1,)),
+        "none_essential": family("none_essential", straight, beside=beyond),
+        "another": family("another", lambda q, shape: wave(13, q), beside=beyond, essential=(1,)),
+    }
+    search = searching(problem_of(lambda q: torque(q, w9=2.0, w13=2.0)), [limit, *forms.values()])
+    empty = without_effects(search.problem)
+    entries = library(search.problem.rows, search.wanted, present_with(search.problem, empty))
+    fitted = {
+        one.candidate.family.name: search.replaced(empty, [one])[0]
+        for one in screen(search.problem, empty, entries)
+    }
+    adds = {name: search.elsewhere.adds(fitted[name], fitted["limit"]) for name in forms}
+    assert adds == {name: name != "not_told" for name in forms}
+
+
 def test_the_nearest_is_no_further_than_is_allowed() -> None:
     random = np.random.default_rng(3)
     columns = random.normal(size=(40, 3)) * (5.0, 1.0, 0.01)

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
+import robots
 from ident.discrepancy.by_evidence import diagnosis, in_motion
-from ident.discrepancy.by_evidence.decide.names import Slot, probabilities, with_nats
+from ident.discrepancy.by_evidence.decide.names import Named, Slot, probabilities, with_nats
+from ident.discrepancy.by_evidence.taken import rivals_in_loop, with_forms
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.validation import Validation
 
@@ -64,7 +66,7 @@ def settled(
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: given)
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
     rivals = [one for one in listed if one.name != DRIFTING]
-    monkeypatch.setattr(in_motion, "at_reversals", lambda robot, finding: rivals)
+    monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: rivals)
     loop = SimpleNamespace(
         loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown.get((now, then))
     )
@@ -125,6 +127,54 @@ def test_what_another_finding_is_takes_no_second_place(monkeypatch: pytest.Monke
     shown = {(DRIFTING, HYSTERESIS): Shown(1.0, 0.1)}
     assert settled(monkeypatch, (70.0, 66.0, 0.0), shown)[0] == HYSTERESIS
     assert settled(monkeypatch, (70.0, 66.0, 0.0), shown, HYSTERESIS) == (DRIFTING, None)
+
+
+COULOMB, DEAD = ("coulomb_friction", (0,)), ("command_dead_zone", (0,))
+
+
+def of_two(rest: float) -> tuple[Named, Named]:
+    """Coulomb friction, which stands for a dead zone that is likelier by a nat, and a tight spot."""
+    placed: Any = SimpleNamespace(shape_names=())
+    form = Named(*DEAD, (1.0 - rest) * float(expit(1.0)), placed, 41.0)
+    spot = Named("position_dependent_friction", (0,), rest, placed, 38.0)
+    return Named(*COULOMB, 1.0 - rest, placed, 40.0, (form,)), spot
+
+
+def test_forms_that_a_name_stands_for_are_asked_of_the_loop_one_by_one() -> None:
+    names = of_two(0.1)
+    every = with_forms(names)
+    assert [one.key for one in every] == [DEAD, COULOMB, names[1].key]
+    assert sum(one.probability for one in every) == pytest.approx(1.0)
+    finding: Any = SimpleNamespace(names=names, key=COULOMB)
+    assert [one.key for one in rivals_in_loop(robots.load("tx40"), finding)] == [DEAD, names[1].key]
+    sure: Any = SimpleNamespace(names=of_two(0.03), key=COULOMB)
+    assert [one.key for one in rivals_in_loop(robots.load("tx40"), sure)] == [DEAD]
+
+
+@pytest.mark.parametrize(
+    ("shown", "stands", "beside"),
+    [
+        (Shown(0.0, 0.1), COULOMB, []),  # 50 nats against the dead zone: Coulomb friction alone
+        (Shown(0.5, 0.1), COULOMB, [DEAD]),  # nothing: it cannot be told from the likelier form
+        (Shown(1.0, 0.1), DEAD, []),
+        (Shown(0.401, 0.3), COULOMB, [DEAD]),  # one nat: even, and two names
+    ],
+)
+def test_the_loop_tells_a_name_from_a_form_that_contains_it(
+    monkeypatch: pytest.MonkeyPatch, shown: Shown, stands: Any, beside: list[Any]
+) -> None:
+    monkeypatch.setattr(in_motion, "_may_be_nothing", lambda course, number: False)
+    monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
+    monkeypatch.setattr(in_motion, "component_of", lambda _, placed: SimpleNamespace(key=DEAD))
+    names = of_two(1e-3)
+    monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [names[0].forms[0]])
+    loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown)
+    course: Any = Course()
+    course.take([SimpleNamespace(key=COULOMB)], [None])
+    finding: Any = SimpleNamespace(key=COULOMB, names=names, unsure="", doubt="")
+    one: Any = in_motion.settled_in_loop(course, 0, finding, loop).findings[0]
+    assert one.component.key == stands
+    assert [other.effect for other in one.basis.indistinguishable_from] == [key[0] for key in beside]
 
 
 def test_a_share_beyond_nothing_or_all_says_no_more_than_that() -> None:

@@ -97,6 +97,17 @@ def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
     assert [one.key for one in likelier.forms(OWN)] == [form] and likelier.named == likelier.probability(OWN)
 
 
+@pytest.mark.parametrize("rival", [11.0, 13.0])
+def test_a_form_of_which_the_recordings_show_no_more_than_its_limit_is_that(
+    monkeypatch: pytest.MonkeyPatch, rival: float
+) -> None:
+    """However likely: a power four of the speed of −0.2 ± 4.3 N·m beside viscous friction of 1.52 ± 0.02."""
+    form, unseen = ("directional_efficiency", (1,)), {"nothing": UNSEEN, "rival": UNSEEN}
+    said = asked(monkeypatch, rival=rival, own=12.0, shares=unseen, other=form, same=False, adds=False)
+    assert said.probability(form) == 0.0 and said.forms(OWN) == ()
+    assert said.named == said.probability(OWN) > 0.9
+
+
 def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -138,6 +149,7 @@ def asked(
     shares: Mapping[str, Shown],
     other: names.Key = RIVAL,
     same: bool = True,
+    adds: bool = True,
     possible: float = 0.0,
     price: float = 0.0,
 ) -> names.Slot:
@@ -150,6 +162,7 @@ def asked(
             alone; as against nothing where that is not said.
         other: the rival's name.
         same: whether both say the same of motion all over the travel.
+        adds: whether the other has more, as far as the recordings show.
         possible: log probability of the sizes.
         price: nats that parameters of the set without it cost.
     """
@@ -164,7 +177,7 @@ def asked(
     known = SimpleNamespace(precision=np.ones(2))
     search: Any = SimpleNamespace(
         problem=SimpleNamespace(rows=SimpleNamespace(known=known), beta=SimpleNamespace(count=1)),
-        elsewhere=elsewhere(same),
+        elsewhere=SimpleNamespace(same=lambda *given: same, adds=lambda *given: adds),
         replaced=lambda without, others: [
             with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
         ],
@@ -178,11 +191,6 @@ def asked(
     fitted = SimpleNamespace(members=[member], log_posterior=9.0, posterior=unmoved)
     found: Any = SimpleNamespace(found=fitted, entries=())
     return names.slot(search, found, 0, without, held)  # type: ignore[arg-type]
-
-
-def elsewhere(same: bool) -> SimpleNamespace:
-    """Motion all over the travel, of which two sets say the same or not."""
-    return SimpleNamespace(same=lambda found, other: same)
 
 
 def screened(candidate: object, fitted: float) -> SimpleNamespace:

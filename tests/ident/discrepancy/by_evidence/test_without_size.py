@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from ident.discrepancy.by_evidence import in_motion
+from ident.discrepancy.by_evidence.decide.names import Named
 
 
 def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
@@ -33,8 +34,15 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
 
 def named(words: str, something: float = 1.0) -> SimpleNamespace:
     """A finding, of which something is there for sure."""
+    names = (Named(words, (), something),)
     return SimpleNamespace(
-        something=something, placed=words, words=lambda: words, key=(words, ()), names=(), unsure="", doubt=""
+        something=something,
+        placed=words,
+        words=lambda: words,
+        key=(words, ()),
+        names=names,
+        unsure="",
+        doubt="",
     )
 
 
@@ -45,7 +53,7 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
     taken: list[str] = []
     monkeypatch.setattr(in_motion, "component_of", lambda _, words: SimpleNamespace(effect=lambda *_: words))
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: None)
-    monkeypatch.setattr(in_motion, "at_reversals", lambda robot, finding: [])
+    monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [])
     monkeypatch.setattr(in_motion, "partialled", lambda _, words: None if words == "saturation" else words)
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)

@@ -45,8 +45,10 @@ def family(
     of_model: Callable[[FloatArray], FloatArray] | None = None,
     links: FloatArray | None = None,
     damping: FloatArray | None = None,
+    beside: Course | None = None,
+    essential: tuple[int, ...] = (),
 ) -> Family:
-    """An effect of one axis with one factor.
+    """An effect of one axis with one factor, or two.
 
     Args:
         name: of it.
@@ -56,6 +58,8 @@ def family(
         of_model: makes its torque of the model's instead.
         links: (1, 10) what it adds to the parameters of the link, per unit.
         damping: (1, 1) of friction.
+        beside: torque of a second factor.
+        essential: factors without which it is something else.
     """
 
     def make(
@@ -64,15 +68,20 @@ def family(
         def law(state: State) -> FloatArray:
             if of_model is not None:
                 return along(np.ones(1), of_model(present.torque(state)[:, 0]))
-            return along(np.ones(1), course(state.position[:, 0], shape))
+            courses = (course,) if beside is None else (course, beside)
+            return along(np.ones(1), *(one(state.position[:, 0], shape) for one in courses))
 
         def parts(values: FloatArray) -> SimulatedParts:
             return SimulatedParts(links=None if links is None else links * values[0], damping=damping)
 
-        bounds = ((-np.inf, np.inf),)
-        return Parameters((name,), ("N",), bounds, (SIZE,)), law, parts
+        symbols = (name,) if beside is None else (name, f"{name}_beside")
+        count = len(symbols)
+        return Parameters(symbols, ("N",) * count, ((-np.inf, np.inf),) * count, (SIZE,) * count), law, parts
 
-    return Family(name, name, "joint", each_joint, make, lambda robot, place: shapes, contains=contains)
+    def of_it(robot: Robot, place: Place) -> tuple[Shape, ...]:
+        return shapes
+
+    return Family(name, name, "joint", each_joint, make, of_it, essential=essential, contains=contains)
 
 
 def waves(name: str, **numbers: float) -> Family:
