@@ -527,6 +527,18 @@ RULES = (
         "return False",
     ),
     Broken(
+        "what a loop does otherwise than both says nothing of either",
+        "ident/discrepancy/confirmation.py",
+        "float(np.hypot(self.sigma, self.share - nearest))",
+        "self.sigma",
+    ),
+    Broken(
+        "slow ripples are asked beside all else",
+        f"{_BY}decide/scanned.py",
+        "for peak in highest(gains_beside(rows, found, slow))[:PEAKS]:",
+        "for peak in ():",
+    ),
+    Broken(
         "names that rows do not tell apart are asked of the loop",
         f"{_BY}taken.py",
         "one.key in alike or ",
@@ -557,10 +569,10 @@ RULES = (
         "for side in sides.grid[:1]:",
     ),
     Broken(
-        "a corner is tried beside all else",
+        "corners are tried where the gain beside all else has its peaks",
         f"{_BY}decide/corners.py",
-        "0.5 * np.maximum(score, 0.0) ** 2 / information - 0.5 * np.log(information)",
-        "0.5 * np.maximum(score, 0.0) ** 2",
+        "for peak in highest(gain)]",
+        "for peak in highest(-gain)]",
     ),
     Broken(
         "a limit that is shown has its forms' probability",
@@ -825,16 +837,10 @@ RULES = (
         "shown.there",
     ),
     Broken(
-        "less than nothing is what a loop does otherwise than both names",
-        "ident/discrepancy/confirmation.py",
-        "np.hypot(self.sigma, min(self.share, 0.0))",
-        "self.sigma",
-    ),
-    Broken(
         "more than all is all",
         "ident/discrepancy/confirmation.py",
-        "Shown(min(self.share, 1.0), ",
-        "Shown(self.share, ",
+        "nearest = float(np.clip(self.share, 0.0, 1.0))",
+        "nearest = self.share",
     ),
     Broken(
         "what the loop shows between two names is in their odds",

@@ -57,10 +57,11 @@ class Shown:
     def nats_in_loop(self) -> float:
         """The same of a simulated loop, whose change is of another size at reversals than elsewhere.
 
-        More than all of it is all of it. Less than nothing is neither of the two: so large at least is what
-        the loop does otherwise than both, which no deviation over blocks knows.
+        Less than nothing and more than all is neither of the two: so large at least is what the loop does
+        otherwise than both, which no deviation over blocks knows.
         """
-        return Shown(min(self.share, 1.0), float(np.hypot(self.sigma, min(self.share, 0.0)))).nats
+        nearest = float(np.clip(self.share, 0.0, 1.0))
+        return Shown(nearest, float(np.hypot(self.sigma, self.share - nearest))).nats
 
     @property
     def nats_of_no_name(self) -> float:

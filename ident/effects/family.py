@@ -128,7 +128,8 @@ class Shape:
 
     What is ``fixed`` takes the values of its grid alone; of what is ``scanned`` the data say which are
     tried: of what comes again over position or time, and of a corner where something begins. At its
-    ``limits`` it is another effect: friction over a power of one is viscous.
+    ``limits`` it is another effect: friction over a power of one is viscous. The ``usual`` value is that of
+    models that were written before it could be another.
     """
 
     name: str
@@ -140,6 +141,7 @@ class Shape:
     fixed: bool = False
     limits: tuple[float, ...] = ()
     scanned: Literal["", "position", "time", "corner"] = ""
+    usual: float | None = None
 
 
 class PresentModel(Protocol):

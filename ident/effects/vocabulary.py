@@ -107,9 +107,11 @@ def effect_from(robot: Robot, entry: EffectEntry, present: PresentModel) -> Plac
             ", ".join(str(joint + 1) for joint in place.joints) or "none" for place in family.places(robot)
         )
         raise IdentificationError(f"{entry.name} at joints {list(entry.joints)}; allowed: {allowed}")
-    wanted = [shape.name for shape in family.shapes(robot, places[0])]
-    if set(wanted) != set(entry.shape):
+    shapes = family.shapes(robot, places[0])
+    wanted = [shape.name for shape in shapes]
+    given = {shape.name: shape.usual for shape in shapes if shape.usual is not None} | dict(entry.shape)
+    if set(wanted) != set(given):
         raise IdentificationError(
             f"{entry.name} with shape {sorted(entry.shape)}; allowed: {', '.join(wanted) or 'none'}"
         )
-    return family.effect(robot, places[0], tuple(entry.shape[name] for name in wanted), present)
+    return family.effect(robot, places[0], tuple(given[name] for name in wanted), present)

@@ -7,18 +7,16 @@ As of waves and boxes, this only chooses what is tried.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable
 
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.boxes import PEAKS, highest
-from ident.discrepancy.by_evidence.decide.screening import information_beside
+from ident.discrepancy.by_evidence.decide.screening import gains_beside
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.effects.family import PresentModel, State
-from ident.effects.placed import Placed
-from robots.arrays import FloatArray
+from ident.effects.family import PresentModel
 
 
 def best_corners(
@@ -36,34 +34,19 @@ def best_corners(
     passed = np.concatenate([part.at_rows.position[:, joint] for part in rows.prepared.parts])
     low, high = float(passed.min()), float(passed.max())
     tried = [one for one in corner.grid if low < one < high]
-    found_there: list[tuple[float, float, float]] = []
+    there: list[tuple[float, float, float]] = []
     for side in sides.grid:
-        gain = _gains(rows, found, candidate, present, [(one, side) for one in tried])
-        found_there += [(float(gain[peak]), tried[peak], side) for peak in highest(gain)]
-    found_there.sort(reverse=True)
-    return [(position, side) for _, position, side in found_there[:PEAKS]]
+        entries = tried_at(rows, candidate, [(one, side) for one in tried], present)
+        gain = gains_beside(rows, found, entries)
+        there += [(float(gain[peak]), *entries[peak].placed.shape) for peak in highest(gain)]
+    there.sort(reverse=True)
+    return [(position, side) for _, position, side in there[:PEAKS]]
 
 
-def _gains(
-    rows: Rows,
-    found: Found,
-    candidate: Candidate,
-    present: PresentModel,
-    shapes: list[tuple[float, float]],
-) -> FloatArray:
-    """(shapes,) nats that the effect has beside all else, of each by itself."""
-    if not shapes:
-        return np.zeros(0)
+def tried_at(
+    rows: Rows, candidate: Candidate, shapes: Iterable[tuple[float, ...]], present: PresentModel
+) -> list[Entry]:
+    """A candidate with each of some shapes, those that the data show anything of."""
     placed = [candidate.at(rows.prepared.robot, shape, present) for shape in shapes]
-    first = placed[0]
-    assert isinstance(first, Placed)
-
-    def law(state: State) -> FloatArray:
-        return np.concatenate([one.columns(state) for one in placed], axis=2)
-
-    kept = ("parameters", "bounds", "scale", "centre")
-    all_of_them = replace(first, law=law, **{name: getattr(first, name) * len(placed) for name in kept})
-    entry = Entry(candidate, all_of_them, rows.effect(all_of_them))
-    own, score = information_beside(rows, found.level, found.members, (entry,))
-    information = 1.0 + np.diag(own)
-    return np.asarray(0.5 * np.maximum(score, 0.0) ** 2 / information - 0.5 * np.log(information))
+    entries = [Entry(candidate, one, rows.effect(one, single=True)) for one in placed]
+    return [one for one in entries if one.white.there]

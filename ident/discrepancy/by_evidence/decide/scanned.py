@@ -21,7 +21,8 @@ from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.boxes import PEAKS, best_boxes, highest
-from ident.discrepancy.by_evidence.decide.corners import best_corners
+from ident.discrepancy.by_evidence.decide.corners import best_corners, tried_at
+from ident.discrepancy.by_evidence.decide.screening import gains_beside
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.residual import white_residual
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
@@ -30,6 +31,9 @@ from ident.effects.family import PresentModel
 from ident.effects.placed import as_filter_shows, drive_row
 from ident.effects.torque_ripple import waves_per_period
 from robots.arrays import BoolArray, FloatArray
+
+_FEW = 12
+"""Waves within the motion, up to which splines and parameters may take them up."""
 
 _CLASSES = 12
 """Of rows, by their speed: within one it differs by a third, and with it the frequency of a wave."""
@@ -63,33 +67,35 @@ def scanned(
         "time": lambda one: best_boxes(rows, found, one, present, said),
         "corner": lambda one: best_corners(rows, found, one, present),
     }
-    made = at_once(lambda one: _entries(rows, one, present, likeliest[one.over](one)), some)
+    made = at_once(lambda one: tried_at(rows, one, likeliest[one.over](one), present), some)
     entries = tuple(entry for of_one in made for entry in of_one)
     rows.keep_products_with([entry.white for entry in entries])
     return entries
 
 
-def _entries(
-    rows: Rows, candidate: Candidate, present: PresentModel, likeliest: Iterable[tuple[float, ...]]
-) -> list[Entry]:
-    """A candidate with the shapes that the residual shows, those that the data show anything of."""
-    made = []
-    for shape in likeliest:
-        placed = candidate.at(rows.prepared.robot, shape, present)
-        white = rows.effect(placed, single=True)
-        if white.there:
-            made.append(Entry(candidate, placed, white))
-    return made
-
-
 def _waves(
     rows: Rows, found: Found, candidate: Candidate, present: PresentModel, said: FloatArray
 ) -> Iterator[tuple[float, ...]]:
-    """Shapes at peaks of the gain over the period, with every combination of the other shapes."""
-    periods, squares = candidate.shapes[0].grid, found.level.excess**2
+    """Shapes at peaks of the gain over the period, with every combination of the other shapes.
+
+    What comes a few times within the motion may be taken up by all else that the model has, so it is asked
+    beside that; half a wave there tells neighbours apart.
+    """
+    periods, squares = np.array(candidate.shapes[0].grid), found.level.excess**2
+    row, unit = (
+        drive_row(rows.prepared.robot, candidate.place),
+        waves_per_period(rows.prepared.robot, candidate.place),
+    )
+    way = float(np.ptp(np.concatenate([part.at_rows.position for part in rows.prepared.parts]) @ row))
+    few = int(np.searchsorted(periods, 2.0 * np.pi * _FEW / max(way * unit, 1e-9)))
+    apart = max(1, int(np.pi / (max(way, 1e-9) * unit * float(periods[1] - periods[0]))))
     for rest in product(*(shape.grid for shape in candidate.shapes[1:])):
-        for peak in highest(_gains(rows, candidate, rest, present, said, squares))[:PEAKS]:
-            yield (periods[peak], *rest)
+        slow = tried_at(rows, candidate, [(float(one), *rest) for one in periods[:few:apart]], present)
+        for peak in highest(gains_beside(rows, found, slow))[:PEAKS]:
+            yield slow[peak].placed.shape
+        gains = _gains(rows, candidate, rest, present, said, squares)[few:]
+        for peak in highest(gains)[:PEAKS]:
+            yield (float(periods[few + peak]), *rest)
 
 
 def _gains(

@@ -120,6 +120,21 @@ def information_beside(
     return own, score
 
 
+def gains_beside(rows: Rows, found: Found, entries: Sequence[Entry]) -> FloatArray:
+    """(E,) log evidence of a set with each of some entries, less that of the set; κ as the set has it.
+
+    Args:
+        rows: the data.
+        found: the set.
+        entries: with as many parameters each, and rows that show them.
+    """
+    if not entries:
+        return np.zeros(0)
+    own, score = information_beside(rows, found.level, found.members, entries)
+    each = np.arange(score.size).reshape(len(entries), -1)
+    return _alike(own[each[:, :, np.newaxis], each[:, np.newaxis, :]], score[each], entries)
+
+
 def _alike(own: FloatArray, score: FloatArray, entries: Sequence[Entry]) -> FloatArray:
     """(E,) gains of effects with as many parameters: ½ zᵀA⁻¹z − ½ log |A| about the centre, and bounds.
 

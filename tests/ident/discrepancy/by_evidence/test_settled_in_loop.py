@@ -179,9 +179,9 @@ def test_the_loop_tells_a_name_from_a_form_that_contains_it(
 
 def test_a_share_beyond_nothing_or_all_says_no_more_than_that() -> None:
     """Each of two names had less than nothing in the other's place: −55.4 ± 0.5 and −51.7 ± 0.5."""
-    assert Shown(-55.4, 0.5).nats_in_loop == pytest.approx(-1.0 / 55.4, rel=0.02)
-    assert Shown(685.0, 7.4).nats_in_loop == pytest.approx(0.5 / 7.4**2)
-    assert Shown(1.57, 0.1).nats_in_loop == pytest.approx(50.0)
+    assert Shown(-55.4, 0.5).nats_in_loop == pytest.approx(-0.5 / 55.4**2, rel=0.02)
+    assert Shown(685.0, 7.4).nats_in_loop == pytest.approx(0.5 / 684.0**2, rel=0.02)
+    assert Shown(1.57, 0.1).nats_in_loop == pytest.approx(0.5 / (0.57**2 + 0.1**2))
     assert Shown(0.2, 0.1).nats_in_loop == Shown(0.2, 0.1).nats == pytest.approx(-30.0)
     assert Shown(0.0, 0.0).nats_in_loop == 0.0
 
