@@ -529,8 +529,20 @@ RULES = (
     Broken(
         "what a loop does otherwise than both says nothing of either",
         "ident/discrepancy/confirmation.py",
-        "float(np.hypot(self.sigma, self.share - nearest))",
+        "float(np.hypot(self.sigma, beyond))",
         "self.sigma",
+    ),
+    Broken(
+        "at reversals more than all is all",
+        "ident/discrepancy/confirmation.py",
+        "min(self.share, 0.0) if at_reversals else self.share - nearest",
+        "self.share - nearest",
+    ),
+    Broken(
+        "elsewhere more than all is neither",
+        f"{_BY}in_motion.py",
+        "shown.nats_in_loop(is_of_reversals(robot, rival))",
+        "shown.nats_in_loop(True)",
     ),
     Broken(
         "slow ripples are asked beside all else",
@@ -845,7 +857,7 @@ RULES = (
     Broken(
         "what the loop shows between two names is in their odds",
         f"{_BY}in_motion.py",
-        "nats.get(stands, 0.0) + shown.nats_in_loop",
+        "nats.get(stands, 0.0) + shown.nats_in_loop(is_of_reversals(robot, rival))",
         "0.0",
     ),
     Broken(

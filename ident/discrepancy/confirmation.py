@@ -53,15 +53,19 @@ class Shown:
         """
         return (2.0 * self.share - 1.0) / (2.0 * self.sigma**2) if self.sigma > 0.0 else 0.0
 
-    @property
-    def nats_in_loop(self) -> float:
-        """The same of a simulated loop, whose change is of another size at reversals than elsewhere.
+    def nats_in_loop(self, at_reversals: bool) -> float:
+        """The same of a simulated loop.
 
-        Less than nothing and more than all is neither of the two: so large at least is what the loop does
+        Less than nothing is neither of the two, nor is more than all: so large at least is what the loop does
         otherwise than both, which no deviation over blocks knows.
+
+        Args:
+            at_reversals: whether the finding shows there alone, where its change is of another size than
+                elsewhere: then more than all of it is all.
         """
         nearest = float(np.clip(self.share, 0.0, 1.0))
-        return Shown(nearest, float(np.hypot(self.sigma, self.share - nearest))).nats
+        beyond = min(self.share, 0.0) if at_reversals else self.share - nearest
+        return Shown(nearest, float(np.hypot(self.sigma, beyond))).nats
 
     @property
     def nats_of_no_name(self) -> float:

@@ -7,7 +7,13 @@ from dataclasses import replace
 
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, as_limit, with_nats
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
-from ident.discrepancy.by_evidence.taken import basis_of, component_of, rivals_in_loop, with_forms
+from ident.discrepancy.by_evidence.taken import (
+    basis_of,
+    component_of,
+    is_of_reversals,
+    rivals_in_loop,
+    with_forms,
+)
 from ident.discrepancy.course import Course
 from ident.discrepancy.partialled import partialled
 from ident.discrepancy.validation import Validation
@@ -74,7 +80,8 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
     names, apart = with_forms(finding.names), [one.key for one in finding.names[1:]]
     stands, place, nats = finding.key, Slot(names), dict[Key, float]()
     taken = {one.component.key for k, one in enumerate(course.findings) if k != number}
-    rivals = rivals_in_loop(course.step.base.model.robot, finding)
+    robot = course.step.base.model.robot
+    rivals = rivals_in_loop(robot, finding)
     for rival in (one for one in rivals if one.key not in taken):
         other = _with_rival(course, number, rival)
         if _may_be_nothing(other, number):
@@ -83,7 +90,7 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
         _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
         if shown is None:
             continue
-        nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop
+        nats[rival.key] = nats.get(stands, 0.0) + shown.nats_in_loop(is_of_reversals(robot, rival))
         place = Slot(with_nats(names, nats))
         if shown.there and place.log_odds(rival.key) > place.log_odds(stands):
             course, stands = other, rival.key
