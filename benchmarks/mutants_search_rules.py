@@ -553,8 +553,14 @@ RULES = (
     Broken(
         "names that rows do not tell apart are asked of the loop",
         f"{_BY}taken.py",
-        "one.key in alike or ",
-        "",
+        " and one.key in alike]",
+        " and False]",
+    ),
+    Broken(
+        "names of motion are asked before those of reversals",
+        f"{_BY}taken.py",
+        "return [*in_motion, *here]",
+        "return [*here, *in_motion]",
     ),
     Broken(
         "a form that the loop speaks against is a name of its own",
@@ -869,8 +875,8 @@ RULES = (
     Broken(
         "rivals are names that show at reversals",
         f"{_BY}taken.py",
-        " and is_of_reversals(robot, one)))",
-        "))",
+        "if is_of_reversals(robot, one)]",
+        "]",
     ),
     Broken(
         "a name of less than 0.9 stands beside what it cannot be told from",

@@ -22,18 +22,19 @@ RANKED = 12
 def rivals_in_loop(robot: Robot, finding: EvidenceFinding) -> list[Named]:
     """Names that explain the moving rows in a finding's place, and of which the simulated loop is asked.
 
-    These are names that show where no such row is, and those that such rows do not tell from it.
+    These are those that such rows do not tell from it, and after them names that show where no such row is:
+    what shows in motion is asked beside the finding, and does at reversals as that does.
     """
-    names = with_forms(finding.names)
     alike = {one.key for one in (*smallest(finding.names), *finding.names[0].forms)}
-    return [
+    there = [
         one
-        for one in names
-        if one.placed is not None
-        and one.log_odds > 0.0
-        and one.key != finding.key
-        and (one.key in alike or (one.joints == finding.key[1] and is_of_reversals(robot, one)))
+        for one in with_forms(finding.names)
+        if one.placed is not None and one.log_odds > 0.0 and one.key != finding.key
     ]
+    of_reversals = [one for one in there if is_of_reversals(robot, one)]
+    in_motion = [one for one in there if one not in of_reversals and one.key in alike]
+    here = [one for one in of_reversals if one.key in alike or one.joints == finding.key[1]]
+    return [*in_motion, *here]
 
 
 def with_forms(names: tuple[Named, ...]) -> tuple[Named, ...]:

@@ -149,6 +149,13 @@ def test_forms_that_a_name_stands_for_are_asked_of_the_loop_one_by_one() -> None
     assert sum(one.probability for one in every) == pytest.approx(1.0)
     finding: Any = SimpleNamespace(names=names, key=COULOMB)
     assert [one.key for one in rivals_in_loop(robots.load("tx40"), finding)] == [DEAD, names[1].key]
+    slips = Named("hysteresis", (0,), 0.02, SimpleNamespace(shape_names=("length",)), 39.0)  # type: ignore[arg-type]
+    third: Any = SimpleNamespace(names=(*of_two(0.1)[:1], slips, names[1]), key=COULOMB)
+    # Whatever is likelier: what shows in motion is asked beside the finding.
+    asked = [one.name for one in rivals_in_loop(robots.load("tx40"), third)]
+    assert asked == [DEAD[0], "position_dependent_friction", "hysteresis"]
+    elsewhere: Any = SimpleNamespace(names=(of_two(0.02)[0], replace(slips, joints=(3,))), key=COULOMB)
+    assert [one.name for one in rivals_in_loop(robots.load("tx40"), elsewhere)] == [DEAD[0]]
     sure: Any = SimpleNamespace(names=of_two(0.03), key=COULOMB)
     assert [one.key for one in rivals_in_loop(robots.load("tx40"), sure)] == [DEAD]
 
