@@ -23,6 +23,7 @@ from ident.discrepancy.by_evidence.workflow import posed
 from ident.effects.family import Place, PresentModel
 from ident.effects.torque_ripple import TORQUE_RIPPLE
 from tests.ident.discrepancy.by_evidence.test_search import FEW, prior, recorded
+from tests.ident.discrepancy.by_evidence.toy_effects import REACH, problem_of, torque
 
 EMPS = robots.load("emps")
 WITHOUT = 1.7
@@ -72,6 +73,17 @@ def test_a_ripple_of_the_motor_has_the_gear_for_its_reason() -> None:
     (finding,) = found.findings
     assert {one.name: one.value for one in finding.parameters}["periods_per_turn"] == 2.0
     assert not any("gear" in note for note in found.notes)
+
+
+def test_what_comes_a_few_times_within_the_motion_is_tried_beside_all_else() -> None:
+    """Nine waves there, which splines and friction may half take up."""
+    problem = problem_of(lambda q: torque(q, w9=2.0))
+    nothing = without_effects(problem)
+    entries = scanned(problem.rows, nothing, of_ripple(problem), present_with(problem, nothing))
+    slow = [one.placed.shape for one in entries if one.placed.shape[0] < 60.0]
+    assert any(shape == (pytest.approx(4.5 / REACH, abs=0.5 / REACH), 0.0) for shape in slow)
+    best = screen(problem, nothing, entries)[0].best.entry
+    assert best.placed.shape in slow
 
 
 def test_the_scan_finds_what_every_period_by_itself_would_show() -> None:
