@@ -511,13 +511,13 @@ RULES = (
     Broken(
         "what makes it the form is not told, where a form is its limit",
         f"{_BY}decide/elsewhere.py",
-        "if not untold or not told.any():",
-        "if not told.any():",
+        "if not untold or not np.any(deviations > _ALLOWED):",
+        "if not np.any(deviations > _ALLOWED):",
     ),
     Broken(
         "the limit is told in a form that is no more than it",
         f"{_BY}decide/elsewhere.py",
-        "if not untold or not told.any():",
+        "if not untold or not np.any(deviations > _ALLOWED):",
         "if not untold:",
     ),
     Broken(

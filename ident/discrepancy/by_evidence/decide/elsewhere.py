@@ -13,7 +13,7 @@ it, and L Lᵀ the precision of their factors,
     min ‖T − T' − A L⁻ᵀu‖  over  ‖u‖ ≤ 1.96
 
 Nor does a form say more than its limit where the limit is a part of it, is there, and what makes it the form
-may as well be nothing: a straight spring of 4.85 ± 0.01 N·m/rad that stiffens by 0.03 ± 0.08 N·m/rad³.
+is less than its own deviation: a straight spring of 4.85 ± 0.01 N·m/rad that stiffens by 0.03 ± 0.08.
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ class Elsewhere:
     def adds(self, form: Found, limit: Found) -> bool:
         """Whether a form has more than a limit, as far as the recordings show.
 
-        It has not where what makes it the form is not told from nothing, other parameters of it are, and the
-        form without the former says what the limit says.
+        It has not where what makes it the form is less than its own deviation, which explains no half a nat,
+        other parameters of it are told at 95 %, and the form without the former says what the limit says.
 
         Args:
             form: a set as it was fitted; its last member is asked about.
@@ -99,9 +99,9 @@ class Elsewhere:
         count = form.members[-1].entry.white.count
         own = np.arange(form.posterior.theta.size - count, form.posterior.theta.size)
         sigma = np.sqrt(np.diag(form.posterior.covariance))[form.posterior.known.size :]
-        told = (np.abs(form.posterior.theta) > _ALLOWED * sigma)[own]
-        untold = [k for k in form.members[-1].candidate.family.essential if not told[k]]
-        if not untold or not told.any():
+        deviations = (np.abs(form.posterior.theta) / sigma)[own]
+        untold = [k for k in form.members[-1].candidate.family.essential if deviations[k] < 1.0]
+        if not untold or not np.any(deviations > _ALLOWED):
             return True
         return not self.same(_at_nothing(form, own[untold]), limit)
 
