@@ -28,7 +28,7 @@ import numpy as np
 import robots
 from benchmarks.evidence.asked import asked
 from benchmarks.evidence.case import Case
-from benchmarks.learning import judged, published
+from benchmarks.learning import heldout, judged, published
 from benchmarks.learning.draws import draws_of
 from benchmarks.learning.labels import Hidden, index_of
 from benchmarks.learning.report import picture, report, with_published
@@ -166,14 +166,19 @@ def learn(folder: Path, seconds: float) -> None:
 
 
 def curve(folder: Path, seconds: float) -> None:
-    """What the network gets right of the held-out draws, learned from a part of the worlds."""
-    from benchmarks.learning import drawn, network
+    """What both learners have right of the same held-out draws, learned from some worlds and from all."""
+    from benchmarks.learning import boosting, drawn, network
 
     draws = drawn.load(folder)
+    held = draws.part(held_out=True)
     for parts in (8, 4, 2):
         some = draws.one_in(parts)
         print(f"{len(some.part(held_out=False).answer)} draws", flush=True)
-        network.learn(some, seconds, told=partial(print, flush=True))
+        print(f"boosting: {heldout.told(boosting.learn(some), held)}", flush=True)
+        print(f"network: {heldout.told(network.learn(some, seconds), held)}", flush=True)
+    for name in ("boosting", "network"):
+        kept = pickle.loads((folder / f"{name}.pkl").read_bytes())
+        print(f"{name} of all: {heldout.told(kept, held)}", flush=True)
 
 
 def answer(folder: Path) -> None:

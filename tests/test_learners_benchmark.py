@@ -12,7 +12,7 @@ import pytest
 import robots
 from benchmarks.evidence.case import UNKNOWN
 from benchmarks.evidence.drawn import draw_of, hidden, truth_of
-from benchmarks.learning import published
+from benchmarks.learning import heldout, published
 from benchmarks.learning.boosting import classes, joined, joining, labels_of_drives
 from benchmarks.learning.drawn import Drawn, turned
 from benchmarks.learning.draws import SECONDS, recorded, ways
@@ -26,6 +26,7 @@ from benchmarks.learning.report import (
     picture,
     report,
     shares_of,
+    sign_test,
     with_published,
 )
 from benchmarks.learning.rows import CHANNELS, CONTEXT, LENGTH, RESIDUAL, Accepted
@@ -158,7 +159,7 @@ def test_the_report_counts_right_wrong_missed_and_unknown_and_compares_the_same_
     assert "| a name with 0.9 that is not there | 0 % [0, 79] of 1 | 67 % [21, 94] of 3 |" in text
     assert "| changed arm called clean | 0 % [0, 79] of 1 | 0 % [0, 79] of 1 | 100 % [21, 100] of 1 |" in text
     assert "| outside the vocabulary: no name with 0.9 | – | 0 % [0, 79] of 1 | – |" in text
-    assert "Right first on the same 1 logs: search 1; gradient boosting 0 (search alone 1" in text
+    assert "the same 1 logs: search 1; gradient boosting 0 (search alone 1, it alone 0, p = 1); " in text
     assert shares_of(lines) == {"own": {"evidence": (1, 1), "boosting": (0, 1), "network": (0, 1)}}
     picture(lines, tmp_path / "picture.svg")
     assert "1 of 1" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
@@ -192,6 +193,31 @@ def test_published_answers_stand_beside_the_learners_and_are_scored_like_them() 
     assert published.answered("own", "1", []) is None
     recorded_log = published.answered("shared", "log_03", [])
     assert recorded_log is not None and recorded_log["answer"]["verdict"] == "clean"
+
+
+def test_p_of_the_sign_test_is_that_of_a_fair_coin() -> None:
+    assert sign_test(13, 5) == sign_test(5, 13) == pytest.approx(2 * 12616 / 2**18)
+    assert sign_test(10, 0) == pytest.approx(2 / 2**10)
+    assert sign_test(0, 0) == 1.0
+
+
+def test_held_out_draws_count_right_changed_plain_and_how_sure_the_answer_was() -> None:
+    contact = index_of(Hidden("contact", (2,)), 3)
+    windows = np.stack([rows_of(seed=seed) for seed in range(4)])
+    windows[[0, 3], :, 1, RESIDUAL] *= 6.0
+    held = Drawn(windows, np.zeros((4, 3, len(CONTEXT))), np.array([0, 0, contact, contact]), np.arange(4))
+
+    class Learner:
+        """Says a contact at drive 2, with 0.8, of a loud window, and clean of any other."""
+
+        def scores(self, window: Any, context: Any) -> Any:
+            found = np.full((len(window), len(answers(3))), 1e-12)
+            loud = heldout.loudness(window) > 3.0
+            found[:, 0], found[:, contact] = np.where(loud, 0.2, 0.8), np.where(loud, 0.8, 0.2)
+            return np.log(found)
+
+    text = "right of all 50.0 % of 4, of changed 50.0 % of 2, of plain 100.0 % of 1; calibration error 0.300"
+    assert heldout.told(Learner(), held) == text
 
 
 def test_judged_logs_are_mixed_evenly() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from benchmarks.evidence.case import UNKNOWN
 from benchmarks.evidence.scores import first_is_right, wrong
@@ -23,9 +24,9 @@ WORDS = {
 }
 WORLDS = {
     "own": "own bench, unseen seeds",
-    "looked": "own bench, seeds looked at",
-    "shared": "foreign logs 01–11",
-    "foreign": "foreign plants, drawn",
+    "looked": "own bench, seeds looked at (development of the search)",
+    "shared": "foreign logs 01–11 (development of the search)",
+    "foreign": "foreign plants, drawn (sealed for the search)",
 }
 _COLOURS = {"evidence": "#0072b2", "boosting": "#e69f00", "network": "#cc79a7"}
 
@@ -134,10 +135,16 @@ def _paired(lines: Sequence[Line]) -> list[str]:
         better = sum(one["evidence"] and not one[learner] for one in both)
         worse = sum(one[learner] and not one["evidence"] for one in both)
         told.append(
-            f"{WORDS[learner]} {sum(one[learner] for one in both)} (search alone {better}, it alone {worse})"
+            f"{WORDS[learner]} {sum(one[learner] for one in both)} "
+            f"(search alone {better}, it alone {worse}, p = {sign_test(better, worse):.2g})"
         )
     first = sum(one["evidence"] for one in both)
     return [f"Right first on the same {len(both)} logs: search {first}; {'; '.join(told)}.", ""]
+
+
+def sign_test(better: int, worse: int) -> float:
+    """Two-sided p of the logs that one alone has right against those of the other, if both are level."""
+    return float(binomtest(better, better + worse).pvalue) if better + worse else 1.0
 
 
 def with_published(lines: Sequence[Line]) -> list[Line]:
@@ -170,8 +177,8 @@ def picture(lines: Sequence[Line], path: Path) -> None:
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" '
         'font-family="sans-serif" font-size="12"><title>Right name and joint first</title>'
-        "<style>:root{color-scheme:light dark}text{fill:#333}.a{stroke:#888;fill:none}"
-        "@media(prefers-color-scheme:dark){text{fill:#ddd}}</style>"
+        "<style>:root{color-scheme:light dark}text{fill:#333}.a{stroke:#333;stroke-width:1.5;fill:none}"
+        "@media(prefers-color-scheme:dark){text{fill:#ddd}.a{stroke:#ddd}}</style>"
         f'<text x="{left}" y="16" font-weight="bold">Right name and joint first, 95 % intervals</text>'
     ]
 
@@ -191,7 +198,8 @@ def picture(lines: Sequence[Line], path: Path) -> None:
             parts.append(
                 f'<rect x="{x(0):.1f}" y="{y + 5:.1f}" width="{x(hits / count) - x(0):.1f}" '
                 f'height="{row - 10}" '
-                f'fill="{_COLOURS[search]}"/><path class="a" d="M{x(low):.1f} {middle:.1f}H{x(high):.1f}"/>'
+                f'fill="{_COLOURS[search]}"/>'
+                f'<path class="a" d="M{x(low):.1f} {middle - 4:.1f}v8m0 -4H{x(high):.1f}m0 -4v8"/>'
             )
             parts.append(f'<text x="{x(1) + 8:.0f}" y="{middle + 4:.0f}">{hits} of {count}</text>')
             y += row
