@@ -553,7 +553,7 @@ RULES = (
     Broken(
         "names that rows do not tell apart are asked of the loop",
         f"{_BY}taken.py",
-        " and one.key in alike]",
+        " and one.key in indistinguishable]",
         " and False]",
     ),
     Broken(

@@ -25,15 +25,15 @@ def rivals_in_loop(robot: Robot, finding: EvidenceFinding) -> list[Named]:
     These are those that such rows do not tell from it, and after them names that show where no such row is:
     what shows in motion is asked beside the finding, and does at reversals as that does.
     """
-    alike = {one.key for one in (*smallest(finding.names), *finding.names[0].forms)}
+    indistinguishable = {one.key for one in (*smallest(finding.names), *finding.names[0].forms)}
     there = [
         one
         for one in with_forms(finding.names)
         if one.placed is not None and one.log_odds > 0.0 and one.key != finding.key
     ]
     of_reversals = [one for one in there if is_of_reversals(robot, one)]
-    in_motion = [one for one in there if one not in of_reversals and one.key in alike]
-    here = [one for one in of_reversals if one.key in alike or one.joints == finding.key[1]]
+    in_motion = [one for one in there if one not in of_reversals and one.key in indistinguishable]
+    here = [one for one in of_reversals if one.key in indistinguishable or one.joints == finding.key[1]]
     return [*in_motion, *here]
 
 

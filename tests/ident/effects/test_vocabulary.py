@@ -296,6 +296,18 @@ def test_a_spring_between_anchors_has_the_torque_of_its_energy() -> None:
     assert entry_of(TX40, spring).shape == shape
 
 
+def test_a_foot_of_a_model_from_before_has_the_damping_that_it_had() -> None:
+    shape = {"compliance": 2e-5, "about": 1.0, "foot_inertia": 0.5}
+    foot = effect_from(TX40, EffectEntry("base_compliance", (), shape), present("tx40"))
+    assert foot.shape == (2e-5, 1.0, 0.5, 0.05)
+    damped = effect_from(
+        TX40, EffectEntry("base_compliance", (), {**shape, "damping_ratio": 0.02}), present("tx40")
+    )
+    assert damped.shape[-1] == 0.02
+    with pytest.raises(IdentificationError, match="allowed: compliance"):
+        effect_from(TX40, EffectEntry("base_compliance", (), {"compliance": 2e-5}), present("tx40"))
+
+
 def test_a_tight_spot_is_a_bell_over_the_position() -> None:
     q, v = MOTION.position[:, 1], MOTION.velocity[:, 1]
     entry = EffectEntry("position_dependent_friction", (2,), {"spot_centre": 0.2, "spot_width": 0.1})
