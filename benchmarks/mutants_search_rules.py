@@ -814,15 +814,27 @@ RULES = (
     ),
     Broken(
         "a part of a period has the pairs of rows within it",
-        f"{_BY}decide/boxes.py",
-        "np.maximum(_LENGTHS - cells, 0)",
-        "_LENGTHS",
+        "ident/kernels/folding.py",
+        "            sums[2, before] += crossing[row]\n",
+        "            sums[2, before] += 0.0\n",
     ),
     Broken(
         "what the best of so many periods has by luck is not asked for",
         f"{_BY}decide/boxes.py",
-        "if alone[k] > np.log(candidate.combinations)]",
-        "]",
+        "if gain > luck and ",
+        "if ",
+    ),
+    Broken(
+        "periods are so close together that an edge stays where it is to the end",
+        f"{_BY}decide/edges.py",
+        "step = some.spacing / some.duration",
+        "step = 20.0 * some.spacing / some.duration",
+    ),
+    Broken(
+        "of parts of a period those are tried that say most beside all else",
+        f"{_BY}decide/boxes.py",
+        'np.argsort(-gains_beside(rows, found, tried), kind="stable")',
+        "np.arange(len(tried))",
     ),
     Broken(
         "of what its shapes alone make an effect has more than half",

@@ -7,15 +7,13 @@ As of waves and boxes, this only chooses what is tried.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.boxes import PEAKS, highest
+from ident.discrepancy.by_evidence.decide.peaks import PEAKS, highest, tried_at
 from ident.discrepancy.by_evidence.decide.screening import gains_beside
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.rows import Rows
-from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.discrepancy.by_evidence.library.candidates import Candidate
 from ident.effects.family import PresentModel
 
 
@@ -41,12 +39,3 @@ def best_corners(
         there += [(float(gain[peak]), *entries[peak].placed.shape) for peak in highest(gain)]
     there.sort(reverse=True)
     return [(position, side) for _, position, side in there[:PEAKS]]
-
-
-def tried_at(
-    rows: Rows, candidate: Candidate, shapes: Iterable[tuple[float, ...]], present: PresentModel
-) -> list[Entry]:
-    """A candidate with each of some shapes, those that the data show anything of."""
-    placed = [candidate.at(rows.prepared.robot, shape, present) for shape in shapes]
-    entries = [Entry(candidate, one, rows.effect(one, single=True)) for one in placed]
-    return [one for one in entries if one.white.there]

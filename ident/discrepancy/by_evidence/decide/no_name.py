@@ -7,8 +7,8 @@ size, but friction takes power from a drive and gives none. So the names of a dr
 its dry and its viscous friction, of the model and of all members together, are not below nothing, and what
 has no name does not need it.
 
-A name that is there leaves what a model leaves without any change, to the width of the misfit's prior. One
-that only comes nearest may imitate what is there as well as that, and may leave any part of it.
+A name that is there leaves about what a model leaves without any change. One that only comes nearest may
+imitate what is there as well as that, and may leave any part of it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from scipy.special import log_ndtr
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
-from ident.discrepancy.by_evidence.evidence.kappa import SPREAD
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
@@ -36,8 +35,11 @@ NO_NAME = "something without a name"
 OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
-_IMITATED = 0.5
+_IMITATED = 0.2
 """Probability that a name imitates something else so well that nothing more is left than usual."""
+
+_USUAL = 0.5
+"""Of ln κ about ln κ accepted beside a name that is there, where the density is half as high."""
 
 
 def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float, left: float) -> float:
@@ -97,8 +99,8 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     """Nats for something without a name, against the name, of what stays unexplained beside the name.
 
-    Where the name is there ln κ is about the accepted one as its prior says (Cauchy). Where it is not, so
-    with one half, and else κ is anything from the accepted one to all that is there, equally in ln κ.
+    Where the name is there ln κ is about the accepted one (Cauchy). Where it is not, so with one fifth, and
+    else κ is anything from the accepted one to all that is there, equally in ln κ.
 
     Args:
         misfit: of the joint beside the set, N·m (or N).
@@ -108,7 +110,7 @@ def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     away, most = np.log(misfit / accepted), np.log(np.hypot(misfit, explains) / accepted)
     if away <= 0.0:
         return float(np.log(_IMITATED))
-    there = 1.0 / (np.pi * SPREAD * (1.0 + (away / SPREAD) ** 2))
+    there = 1.0 / (np.pi * _USUAL * (1.0 + (away / _USUAL) ** 2))
     return float(np.log(_IMITATED + (1.0 - _IMITATED) / (most * there)))
 
 

@@ -20,8 +20,9 @@ from scipy.fft import ifft, next_fast_len
 from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
-from ident.discrepancy.by_evidence.decide.boxes import PEAKS, best_boxes, highest
-from ident.discrepancy.by_evidence.decide.corners import best_corners, tried_at
+from ident.discrepancy.by_evidence.decide.boxes import best_boxes
+from ident.discrepancy.by_evidence.decide.corners import best_corners
+from ident.discrepancy.by_evidence.decide.peaks import PEAKS, highest, tried_at
 from ident.discrepancy.by_evidence.decide.screening import gains_beside
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.residual import white_residual
