@@ -849,6 +849,12 @@ RULES = (
         "super().gap_from(before, prepared, whitening) if found is None else found",
     ),
     Broken(
+        "friction at standstill is known where nothing repeats",
+        "ident/discrepancy/step.py",
+        "        if not lag_is_known(self.base.model.robot):\n            return None\n        try:",
+        "        if not self.examination.repeats:\n            return None\n        try:",
+    ),
+    Broken(
         "friction that comes late is no more than the friction that there is",
         "ident/effects/stribeck_friction.py",
         "known if known > 0.0 else np.inf",

@@ -40,14 +40,14 @@ COARSE, FINE = 1, 4
 
 @dataclass(frozen=True)
 class Loop:
-    """Recordings of trajectories that repeat, and what leads a simulation of them.
+    """Recordings, and what leads a simulation of them.
 
     Attributes:
         robot: the arm.
         prepared: the recordings.
         decimation: samples that are averaged to a row.
-        whole, once: what leads a whole recording, and its settling and one period; per number of
-            integration steps.
+        whole, once: what leads a whole recording, and its settling and one period (all of it where nothing
+            repeats); per number of integration steps.
     """
 
     robot: Robot
@@ -68,11 +68,9 @@ class Loop:
             prepared: the recordings.
 
         Raises:
-            IdentificationError: a recording cannot be simulated, is too short, or does not repeat.
+            IdentificationError: a recording cannot be simulated, or is too short.
         """
         robot = model.robot
-        if any(piece.period is None for piece in prepared):
-            raise IdentificationError("the trajectory does not repeat, so noise cannot be told from misfit")
         links = next(effect for effect in model.effects if isinstance(effect, RigidBody))
         frames = chain_frames(links.model)
         if frames is None:
@@ -130,7 +128,9 @@ def settled(piece: PreparedRecording) -> int:
 
 def sample_of(piece: PreparedRecording, index: IntArray) -> IntArray:
     """Which sample of the settling and first period stands for samples of the whole recording."""
-    start, period = settled(piece), piece.period or 1
+    if piece.period is None:
+        return index
+    start, period = settled(piece), piece.period
     return np.asarray(np.where(index < start, index, start + (index - start) % period))
 
 
@@ -148,7 +148,9 @@ def _timed(piece: PreparedRecording) -> Recording:
 
 def _first_period(piece: PreparedRecording) -> Recording:
     recording = piece.recording
-    samples = settled(piece) + (piece.period or 0)
+    if piece.period is None:
+        return _timed(piece)
+    samples = settled(piece) + piece.period
     if samples >= recording.time.shape[0]:
         raise IdentificationError(f"{recording.name}: less than two periods after the first second")
     return recording.piece(slice(samples))

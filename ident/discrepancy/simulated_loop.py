@@ -17,6 +17,7 @@ from ident.discrepancy.loop_parts import simulated_parts
 from ident.discrepancy.prepared_recording import PreparedRecording, without_drift
 from ident.discrepancy.repeats import not_repeating
 from ident.effects import State
+from ident.errors import IdentificationError
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -30,8 +31,10 @@ def loop_evidence(
     The last two are rows × drives, N·m (or N).
 
     Raises:
-        IdentificationError: the loop cannot be simulated with these parameters.
+        IdentificationError: the loop cannot be simulated with these parameters, or nothing repeats.
     """
+    if any(piece.period is None for piece in loop.prepared):
+        raise IdentificationError("the trajectory does not repeat, so noise cannot be told from misfit")
     standard = base.standard_from(beta, base.model.prior())
     parts = simulated_parts(loop, base, standard, standstill)
     runs = loop.run(parts, FINE)

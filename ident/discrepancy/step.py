@@ -109,9 +109,9 @@ class Step:
 
     @cached_property
     def standstill(self) -> Standstill | None:
-        """How the dry friction of its drives turns its sign; None where there is no closed loop, as above."""
+        """How the dry friction of its drives turns its sign; None where there is no closed loop."""
         prepared = self.examination.prepared
-        if not lag_is_known(self.base.model.robot) or any(piece.period is None for piece in prepared):
+        if not lag_is_known(self.base.model.robot):
             return None
         try:
             return standstill_of(Loop.of(self.base.model, prepared), self.base, self.examination.beta)

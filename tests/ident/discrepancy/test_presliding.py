@@ -9,10 +9,14 @@ import robots
 from ident import RegressorModel
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.evidence.law_columns import _others
+from ident.discrepancy.loop import Loop
 from ident.discrepancy.loop_examination import examine_in_loop
 from ident.discrepancy.prepared_recording import prepared_recording
-from ident.discrepancy.presliding import constraints, stopping_rates
+from ident.discrepancy.presliding import constraints, standstill_of, stopping_rates
+from ident.discrepancy.simulated_loop import loop_evidence
+from ident.discrepancy.step import Step
 from ident.effects.simulated import SoftConstraint
+from ident.errors import IdentificationError
 from tests.ident.discrepancy.constraint_rig import recorded, rig
 
 TIME = 0.0095
@@ -32,6 +36,26 @@ def test_friction_that_is_the_force_of_a_constraint_is_found_to_be() -> None:
     assert isinstance(found, SoftConstraint)
     assert found.width == pytest.approx(law.width, rel=0.02), "of the posture, too"
     assert found.time == pytest.approx(law.time, rel=0.05)
+
+
+def test_friction_at_standstill_is_known_where_nothing_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the description's the simulated loop was 40 times as far from such an arm (foreign seed 96042)."""
+    base, standard, _ = rig()
+    rates = stopping_rates(base.model, standard)
+    assert rates is not None
+    (at_zero,) = constraints(rates, np.array([TIME]))
+    assert isinstance(at_zero, SoftConstraint)
+    law = SoftConstraint(1.1 * at_zero.width, TIME)
+    piece = prepared_recording(base.model.robot, recorded(law).piece(slice(0, 6000)))
+    assert piece.period is None
+    loop, beta = Loop.of(base.model, (piece,)), base.regroup(standard)
+    (found,) = standstill_of(loop, base, beta)
+    assert isinstance(found, SoftConstraint)
+    assert found.width == pytest.approx(law.width, rel=0.05)
+    monkeypatch.setattr("ident.discrepancy.step.lag_is_known", lambda robot: True)
+    assert Step.of(base, (piece,), None).standstill is not None
+    with pytest.raises(IdentificationError, match="does not repeat, so noise cannot be told from misfit"):
+        loop_evidence(loop, base, beta, (found,))
 
 
 def test_the_gate_is_asked_of_an_arm_that_holds_at_standstill_as_the_recordings_show() -> None:
