@@ -849,6 +849,12 @@ RULES = (
         "super().gap_from(before, prepared, whitening) if found is None else found",
     ),
     Broken(
+        "what passes for a name is asked in its place, wherever it stands in the order",
+        f"{_BY}decide/screening.py",
+        "if one.candidate.key in alike}",
+        "if False}",
+    ),
+    Broken(
         "friction at standstill is known where nothing repeats",
         "ident/discrepancy/step.py",
         "        if not lag_is_known(self.base.model.robot):\n            return None\n        try:",

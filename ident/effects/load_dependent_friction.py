@@ -29,8 +29,8 @@ from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_MOTOR_SHARE = Shape("motor_share", "1", (0.08, 0.22), 0.0, 0.3)
-"""Friction over the torque on the motor's side of the gear."""
+_MOTOR_SHARE = Shape("motor_share", "1", (0.08, 0.22, 0.36), 0.0, 0.5)
+"""Friction over the torque on the motor's side of the gear; one that loses more than half locks itself."""
 
 
 def _make(

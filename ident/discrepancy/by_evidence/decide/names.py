@@ -34,7 +34,8 @@ NOTHING: Key = ("nothing", ())
 _NONE: Mapping[Key, PlacedEffect] = MappingProxyType({})
 
 _FITTED = 4
-"""Other names whose κ is fitted with them, in all their forms; the rest stay as they were screened."""
+"""Other names whose κ is fitted with them, in all their forms, beside those that pass for it; the rest stay
+as they were screened."""
 
 HELD = 0.95
 """Probability that a reported set holds."""
@@ -140,7 +141,7 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         (fitted,) = search.replaced(without, [again])
         odds[own] = max(odds[own], fitted.log_posterior - without.log_posterior + elsewhere)
     others = [one for one in candidates if one.candidate.key != own]
-    asked = with_all_forms(others, _FITTED)
+    asked = with_all_forms(others, _FITTED, found.members[number].candidate)
     replaced = dict(zip(map(id, asked), search.replaced(without, asked), strict=True))
     for one in others:
         value = one.log_odds + elsewhere

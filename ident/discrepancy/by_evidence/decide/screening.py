@@ -16,6 +16,7 @@ from ident.discrepancy.by_evidence.evidence.library_products import LibraryProdu
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.evidence.solved import mass_within
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.vocabulary import confused_with
 from robots.arrays import FloatArray
 
 
@@ -62,14 +63,22 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
     return sorted(screened, key=lambda one: -one.log_odds)
 
 
-def with_all_forms(screened: Sequence[Screened], most: int) -> list[Screened]:
-    """The likeliest names at their places, so many, each with every form of it.
+def with_all_forms(screened: Sequence[Screened], most: int, own: Candidate) -> list[Screened]:
+    """The likeliest names at their places, so many, and all that pass for one, each with every form of it.
 
     A form whose best shape lies between those of its grid comes late, and is the likeliest once it is fitted:
     friction of the load on the motor's side (5th on its grid) was not asked beside a directional efficiency,
     which was sure of its name then.
+
+    Args:
+        screened: names for a place, the likeliest first.
+        most: of them, whatever they are.
+        own: what has the place; what passes for it there counts if it is likelier than nothing.
     """
-    names = list(dict.fromkeys(one.candidate.key for one in screened))[:most]
+    (name, joints), here = own.key, [one for one in screened if one.log_odds > 0.0]
+    alike = {(other, joints) for other in confused_with(name)}
+    names = {one.candidate.key for one in here if one.candidate.key in alike}
+    names |= set(list(dict.fromkeys(one.candidate.key for one in screened))[:most])
     return [one for one in screened if one.candidate.key in names]
 
 

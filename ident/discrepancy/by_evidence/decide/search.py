@@ -35,7 +35,8 @@ _PAIRED = 6
 """Names that are tried in pairs, each in its best form."""
 
 _SWAPPED = 3
-"""Names that are tried in the place of each member, each in all its forms, once nothing more is found."""
+"""Names that are tried in the place of each member, in all their forms, beside those that pass for it, once
+nothing more is found."""
 
 MOST = 5
 """Effects of a set."""
@@ -146,7 +147,7 @@ class Search:
                 for one in screen(self.problem, without, entries)
                 if one.candidate.key != own and has_room(without.members, one.best)
             ]
-            sets += self.replaced(without, with_all_forms(others, _SWAPPED))
+            sets += self.replaced(without, with_all_forms(others, _SWAPPED, member.candidate))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from ident.discrepancy.by_evidence.decide import search as module
 from ident.discrepancy.by_evidence.decide.names import simplified, slot
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, OUTSIDE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
-from ident.discrepancy.by_evidence.decide.screening import Screened, screen
+from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
@@ -315,3 +317,21 @@ def test_no_joint_has_three_frictions(damping: FloatArray | None, count: int) ->
     assert len(names_of(searched)) == count
     left = searched.found.level.kappa[0] > 3.0 * problem.misfit.accepted[0]
     assert left == (count == 2) or searched.found.level.excess[0] > 2.0
+
+
+def test_what_passes_for_a_name_is_asked_wherever_it_stands_in_the_order() -> None:
+    """Friction of the load on the motor's side was 5th on its grid, beside a directional efficiency."""
+
+    def one(name: str, joint: int, log_odds: float) -> Any:
+        return SimpleNamespace(candidate=SimpleNamespace(key=(name, (joint,))), log_odds=log_odds)
+
+    own: Any = SimpleNamespace(key=("directional_efficiency", (3,)))
+    order = [
+        one("cable_spring", 3, 9.0),
+        one("load_dependent_friction", 2, 8.0),
+        one("load_dependent_friction", 3, 7.0),
+        one("cable_spring", 3, 6.0),
+        one("load_dependent_friction", 3, 5.0),
+        one("drive_gain_error", 3, -1.0),
+    ]
+    assert with_all_forms(order, 1, own) == [order[0], order[2], order[3], order[4]]
