@@ -71,6 +71,7 @@ FIGURES = (
     Figure(f"{_BY}accepted", "_LEAST_MISFIT", "at least 0.3 noise"),
     Figure(f"{_BY}decide/no_name", "OUTSIDE", "odds without a name | 0.1;"),
     Figure(f"{_BY}decide/no_name", "_IMITATED", "odds without a name | 0.1; imitated 0.2"),
+    Figure(f"{_BY}decide/no_name", "_FORM", "width 0.5; 3 %"),
     Figure(f"{_BY}decide/no_name", "_USUAL", "imitated 0.2; width 0.5"),
     Figure(f"{_BY}decide/search", "OF_JOINT", "frictions of a joint | two"),
     Figure("discrepancy/existing_arm", "_LEAST", "a tenth of its own"),

@@ -349,20 +349,20 @@ RULES = (
     Broken(
         "of a name's own torque other motion shows a share",
         f"{_BY}decide/no_name.py",
-        "max(alone.nats_of_no_name, refitted.nats_of_no_name - price)",
-        "refitted.nats_of_no_name - price",
+        "max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)",
+        "of_set.nats_of_no_name - price",
     ),
     Broken(
         "what parameters make up for is no evidence of a name",
         f"{_BY}decide/no_name.py",
-        "max(alone.nats_of_no_name, refitted.nats_of_no_name - price)",
-        "alone.nats_of_no_name",
+        "max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)",
+        "of_member.nats_of_no_name",
     ),
     Broken(
         "parameters make up for a name at the price of their prior",
         f"{_BY}decide/no_name.py",
-        "refitted.nats_of_no_name - price",
-        "refitted.nats_of_no_name",
+        "of_set.nats_of_no_name - price",
+        "of_set.nats_of_no_name",
     ),
     Broken(
         "of a name's own torque the parameters stay those of the set",

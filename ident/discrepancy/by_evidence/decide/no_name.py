@@ -38,6 +38,9 @@ OUTSIDE = 0.1
 _IMITATED = 0.2
 """Probability that a name imitates something else so well that nothing more is left than usual."""
 
+_FORM = 0.03
+"""Of a name's torque, by which its form and its shapes are wrong on other motion where it is there."""
+
 _USUAL = 0.5
 """Of ln κ about ln κ accepted beside a name that is there, where the density is half as high."""
 
@@ -56,7 +59,11 @@ def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
         left: nats of what stays unexplained (:func:`left_beside`).
     """
-    nats = max(alone.nats_of_no_name, refitted.nats_of_no_name - price)
+    of_member, of_set = (
+        Shown(one.share, float(np.hypot(one.sigma, _FORM))) if one.sigma > 0.0 else one
+        for one in (alone, refitted)
+    )
+    nats = max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)
     return float(np.log(OUTSIDE)) + left + TEMPERATURE * (nats - possible)
 
 
