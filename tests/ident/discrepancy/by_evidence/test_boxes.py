@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from ident.discrepancy.by_evidence.decide import boxes
+from ident.discrepancy.by_evidence.decide import scanned as module
 from ident.discrepancy.by_evidence.decide.edges import Agreement, best_edges
 from ident.discrepancy.by_evidence.decide.peaks import PEAKS, tried_at
 from ident.discrepancy.by_evidence.decide.present_with import present_with
@@ -86,6 +87,7 @@ def test_of_some_parts_those_are_tried_that_say_most_beside_all_else(monkeypatch
     problem, nothing, drag, _ = posed()
     present, luck = present_with(problem, nothing), np.log(drag.combinations)
     some = [(PERIOD, 0.3, start) for start in (0.0, 0.2, 0.4, 0.6, 0.8)]
+    monkeypatch.setattr(module, "best_cells", lambda *given: [])
     monkeypatch.setattr(boxes, "best_edges", lambda *given: [(1.1 * luck, part) for part in some])
     entries = scanned(problem.rows, nothing, (drag,), present)
     gains = gains_beside(problem.rows, nothing, tried_at(problem.rows, drag, some, present))
@@ -96,6 +98,7 @@ def test_of_some_parts_those_are_tried_that_say_most_beside_all_else(monkeypatch
 def test_what_the_best_of_so_many_has_by_luck_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, nothing, drag, _ = posed()
     present, luck = present_with(problem, nothing), np.log(drag.combinations)
+    monkeypatch.setattr(module, "best_cells", lambda *given: [])
     for share, height, count in ((0.3, 0.9, 0), (0.3, 1.1, 1), (0.97, 1.1, 0)):  # 0.97 is out of its limits
         part = (height * luck, (PERIOD, share, 0.1))
         monkeypatch.setattr(boxes, "best_edges", lambda *given, part=part: [part])
