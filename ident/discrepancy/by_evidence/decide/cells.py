@@ -1,4 +1,4 @@
-"""What comes and goes in time beside noise that forgets: which courses the residual shows, of more than can be tried.
+"""What comes and goes in time beside noise that forgets: which courses the residual shows, of a grid.
 
 Rows are folded over a period, and of all parts of it the one is looked for in which the effect's column
 agrees most with the residual (box least squares; Kovács, Zucker and Mazeh 2002, of planets before their
