@@ -43,6 +43,7 @@ FIGURES = (
     Figure(f"{_BY}evidence/slow", "_SLOW", "six half waves a recording"),
     Figure(f"{_BY}evidence/prepared", "_MINIMUM_SPEED", "1 % of the speed limit"),
     Figure(f"{_BY}decide/edges", "_STRETCH", "on 40 s"),
+    Figure(f"{_BY}decide/cells", "_CELLS", "0.005 Hz apart by 40 cells"),
     Figure(f"{_BY}evidence/prepared", "_MARGIN", "80 ms"),
     Figure(f"{_BY}evidence/expected_motion", "_BANDS", "8 half octaves"),
     Figure(f"{_BY}evidence/expected_motion", "_ORDER", "8 half octaves; order 4"),

@@ -819,6 +819,24 @@ RULES = (
         "            sums[2, before] += 0.0\n",
     ),
     Broken(
+        "a part of cells has the pairs of rows within it",
+        f"{_BY}decide/cells.py",
+        "np.maximum(_LENGTHS - cells, 0)",
+        "_LENGTHS",
+    ),
+    Broken(
+        "of cells, too, what the best of so many has by luck is not asked for",
+        f"{_BY}decide/cells.py",
+        "if alone[k] > np.log(candidate.combinations)]",
+        "]",
+    ),
+    Broken(
+        "parts are looked for by cells, too, where noise forgets",
+        f"{_BY}decide/boxes.py",
+        "present, seen), *by_cells]",
+        "present, seen)]",
+    ),
+    Broken(
         "what the best of so many periods has by luck is not asked for",
         f"{_BY}decide/boxes.py",
         "if gain > luck and ",
@@ -851,8 +869,8 @@ RULES = (
     Broken(
         "what passes for a name is asked in its place, wherever it stands in the order",
         f"{_BY}decide/screening.py",
-        "if one.candidate.key in alike}",
-        "if False}",
+        "names = {one.candidate.key for one in here} & confused",
+        "names = set[tuple[str, tuple[int, ...]]]()",
     ),
     Broken(
         "friction at standstill is known where nothing repeats",

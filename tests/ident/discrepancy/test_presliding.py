@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robots
-from ident import RegressorModel
+from ident import BaseParameters, RegressorModel
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.evidence.law_columns import _others
 from ident.discrepancy.loop import Loop
@@ -17,20 +17,26 @@ from ident.discrepancy.simulated_loop import loop_evidence
 from ident.discrepancy.step import Step
 from ident.effects.simulated import SoftConstraint
 from ident.errors import IdentificationError
+from robots.arrays import FloatArray
 from tests.ident.discrepancy.constraint_rig import recorded, rig
 
 TIME = 0.0095
 """s, MuJoCo's own."""
 
 
-def test_friction_that_is_the_force_of_a_constraint_is_found_to_be() -> None:
-    """A clean arm of MuJoCo with ``frictionloss`` was never clean: it creeps, and answers to acceleration."""
-    base, standard, _ = rig()
+def of_another_posture(base: BaseParameters, standard: FloatArray) -> SoftConstraint:
+    """A constraint that is a tenth wider than it is at zero."""
     rates = stopping_rates(base.model, standard)
     assert rates is not None
     (at_zero,) = constraints(rates, np.array([TIME]))
     assert isinstance(at_zero, SoftConstraint)
-    law = SoftConstraint(1.1 * at_zero.width, TIME)
+    return SoftConstraint(1.1 * at_zero.width, TIME)
+
+
+def test_friction_that_is_the_force_of_a_constraint_is_found_to_be() -> None:
+    """A clean arm of MuJoCo with ``frictionloss`` was never clean: it creeps, and answers to acceleration."""
+    base, standard, _ = rig()
+    law = of_another_posture(base, standard)
     piece = prepared_recording(base.model.robot, recorded(law))
     (found,) = examine_in_loop(base, (piece,), None, base.regroup(standard)).loop.standstill
     assert isinstance(found, SoftConstraint)
@@ -41,11 +47,7 @@ def test_friction_that_is_the_force_of_a_constraint_is_found_to_be() -> None:
 def test_friction_at_standstill_is_known_where_nothing_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the description's the simulated loop was 40 times as far from such an arm (foreign seed 96042)."""
     base, standard, _ = rig()
-    rates = stopping_rates(base.model, standard)
-    assert rates is not None
-    (at_zero,) = constraints(rates, np.array([TIME]))
-    assert isinstance(at_zero, SoftConstraint)
-    law = SoftConstraint(1.1 * at_zero.width, TIME)
+    law = of_another_posture(base, standard)
     piece = prepared_recording(base.model.robot, recorded(law).piece(slice(0, 6000)))
     assert piece.period is None
     loop, beta = Loop.of(base.model, (piece,)), base.regroup(standard)

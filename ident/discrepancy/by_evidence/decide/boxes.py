@@ -2,13 +2,14 @@
 
 Rows are folded over a period, and of all parts of it the one is looked for in which the effect's column
 agrees most with the residual (box least squares; Kovács, Zucker and Mazeh 2002, of planets before their
-stars), first by itself and then beside all else. As of waves, this only chooses what is tried.
+stars): by its edges, to a row, and by cells. As of waves, this only chooses what is tried.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.cells import best_cells
 from ident.discrepancy.by_evidence.decide.edges import Agreement, best_edges
 from ident.discrepancy.by_evidence.decide.peaks import PEAKS, tried_at
 from ident.discrepancy.by_evidence.decide.screening import gains_beside
@@ -35,17 +36,25 @@ def best_boxes(
         present: the model that columns are made of.
         said: rows × joints, Wᵀu over s², u the white residual and W the whitening of a joint.
     """
-    prepared, periods = rows.prepared, candidate.shapes[0].grid
-    always = candidate.at(prepared.robot, (periods[-1], 1.0, 0.0), present)
+    prepared, shortest = rows.prepared, candidate.shapes[0].grid[-1]
+    always = candidate.at(prepared.robot, (shortest, 1.0, 0.0), present)
     assert isinstance(always, Placed)
     height = effect_rows(prepared, always)[:, :, 0]
     agreed, products = np.sum(said * height, axis=1), _products(rows, height, found.level.excess**2)
     time = np.concatenate([np.asarray(part.at_rows.time) for part in prepared.parts])
     seen = Agreement(time, agreed, products, always.scale[0])
-    share, luck = candidate.shapes[1], np.log(candidate.combinations)
+    by_cells = best_cells(rows, found, candidate, always, seen)
+    return [*_to_a_row(rows, found, candidate, present, seen), *by_cells]
+
+
+def _to_a_row(
+    rows: Rows, found: Found, candidate: Candidate, present: PresentModel, seen: Agreement
+) -> list[tuple[float, ...]]:
+    """The same of any period, by edges: first by themselves and then beside all else."""
+    (period, share, _), luck = candidate.shapes, np.log(candidate.combinations)
     parts = [
         part
-        for gain, part in best_edges(seen, (min(periods), max(periods)), _PARTS)
+        for gain, part in best_edges(seen, (min(period.grid), max(period.grid)), _PARTS)
         if gain > luck and share.lower <= part[1] <= share.upper
     ]
     tried = tried_at(rows, candidate, parts, present)

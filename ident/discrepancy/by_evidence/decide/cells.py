@@ -1,8 +1,7 @@
-"""What comes and goes in time beside noise that forgets: which courses the residual shows, of a grid.
+"""What comes and goes in time, by cells of the periods of a grid, and beside all else that the model has.
 
-Rows are folded over a period, and of all parts of it the one is looked for in which the effect's column
-agrees most with the residual (box least squares; Kovács, Zucker and Mazeh 2002, of planets before their
-stars). As of waves, this only chooses what is tried.
+Where the noise forgets, all of a part shows and not its edges alone: much of it may be taken up by what the
+model has, and a period need not be right to a row for the rest to be seen.
 """
 
 from __future__ import annotations
@@ -13,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.discrepancy.by_evidence.decide.edges import Agreement
 from ident.discrepancy.by_evidence.decide.peaks import PEAKS, highest
 from ident.discrepancy.by_evidence.decide.screening import information_beside
 from ident.discrepancy.by_evidence.decide.state import Found
-from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
+from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.effects.family import PresentModel, State
+from ident.effects.family import State
 from ident.effects.placed import Placed
 from robots.arrays import FloatArray, IntArray
 
@@ -33,7 +33,7 @@ _LENGTHS, _STARTS = np.arange(2, _CELLS - 1)[:, np.newaxis], np.arange(_CELLS)
 
 
 def best_cells(
-    rows: Rows, found: Found, candidate: Candidate, present: PresentModel, said: FloatArray
+    rows: Rows, found: Found, candidate: Candidate, always: Placed, seen: Agreement
 ) -> list[tuple[float, ...]]:
     """Period, share of it and beginning in it, at peaks of the gain over the period.
 
@@ -41,16 +41,11 @@ def best_cells(
         rows: the data.
         found: the set that the residual is of.
         candidate: with these three shapes, and one parameter that is not negative.
-        present: the model that columns are made of.
-        said: rows × joints, Wᵀu over s², u the white residual and W the whitening of a joint.
+        always: the candidate that is there all the time.
+        seen: of its column with the residual.
     """
-    prepared, periods = rows.prepared, candidate.shapes[0].grid
-    always = candidate.at(prepared.robot, (periods[-1], 1.0, 0.0), present)
-    assert isinstance(always, Placed)
-    height = effect_rows(prepared, always)[:, :, 0]
-    agreed, products = np.sum(said * height, axis=1), _products(rows, height, found.level.excess**2)
-    time = np.concatenate([np.asarray(part.at_rows.time) for part in prepared.parts])
-    alone = np.array([_alone(time / period, agreed, products, always.scale[0]) for period in periods])
+    periods = candidate.shapes[0].grid
+    alone = np.array([_alone(period, seen) for period in periods])
     # What the best of so many tries has by luck is not asked for.
     some = [k for k in highest(alone)[:_FOLDED] if alone[k] > np.log(candidate.combinations)]
     folded = [(*_beside_all(rows, found, candidate, always, periods[k]), k) for k in some]
@@ -58,36 +53,12 @@ def best_cells(
     return [(periods[k], share, beginning) for _, share, beginning, k in folded[:PEAKS]]
 
 
-def _products(rows: Rows, height: FloatArray, squares: FloatArray) -> FloatArray:
-    """(lags, rows) products of the white column with itself, as pairs of a row and the one so many behind it.
-
-    Noise that remembers hides what is constant and shows an edge: a part of a column has the pairs within it.
-    """
-    order = max(noise.coefficients.size for noise in rows.noise)
-    products = np.zeros((order + 1, height.shape[0]))
-    for j in np.flatnonzero(height.any(axis=0)):
-        h, taps, chosen = height[:, j], rows.noise[j].taps, rows.whiteners[j].chosen
-        for k in range(taps.size):
-            for i in range(taps.size - k):
-                later, earlier = chosen - i, chosen - i - k
-                weight = (2.0 if k else 1.0) * taps[i] * taps[i + k] / squares[j]
-                products[k, earlier] += weight * h[later] * h[earlier]
-    return products
-
-
-def _alone(turns: FloatArray, agreed: FloatArray, products: FloatArray, scale: float) -> float:
-    """About how many nats the best part of a period has, as if nothing else could take up what it explains.
-
-    Args:
-        turns: (rows,) of the period.
-        agreed: (rows,) of the column with the residual.
-        products: (lags, rows) of :func:`_products`.
-        scale: deviation of its parameter.
-    """
-    cell = _cell(turns)
-    score = _within(np.bincount(cell, agreed, _CELLS), _LENGTHS)
-    information = np.full(score.shape, 1.0 / scale**2)
-    for k, weights in enumerate(products):
+def _alone(period: float, seen: Agreement) -> float:
+    """Nats of the best part of a period, about, as if nothing else could take up what it explains."""
+    cell = _cell(seen.time / period)
+    score = _within(np.bincount(cell, seen.agreed, _CELLS), _LENGTHS)
+    information = np.full(score.shape, 1.0 / seen.scale**2)
+    for k, weights in enumerate(seen.products):
         apart = np.mod(np.roll(cell, -k) - cell, _CELLS)
         sums = np.bincount(_CELLS * apart + cell, weights, _CELLS**2).reshape(_CELLS, _CELLS)
         for cells in np.flatnonzero(sums.any(axis=1)):

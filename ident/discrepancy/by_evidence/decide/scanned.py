@@ -21,7 +21,6 @@ from scipy.signal import freqz
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.boxes import best_boxes
-from ident.discrepancy.by_evidence.decide.cells import best_cells
 from ident.discrepancy.by_evidence.decide.corners import best_corners
 from ident.discrepancy.by_evidence.decide.peaks import PEAKS, highest, tried_at
 from ident.discrepancy.by_evidence.decide.screening import gains_beside
@@ -66,10 +65,7 @@ def scanned(
     said = np.stack([w.back(u, count) for w, u in zip(whiteners, left, strict=True)], axis=1) / squares
     likeliest: dict[str, Callable[[Candidate], Iterable[tuple[float, ...]]]] = {
         "position": lambda one: _waves(rows, found, one, present, said),
-        "time": lambda one: (
-            *best_boxes(rows, found, one, present, said),
-            *best_cells(rows, found, one, present, said),
-        ),
+        "time": lambda one: best_boxes(rows, found, one, present, said),
         "corner": lambda one: best_corners(rows, found, one, present),
     }
     made = at_once(lambda one: tried_at(rows, one, likeliest[one.over](one), present), some)

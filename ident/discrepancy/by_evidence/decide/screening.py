@@ -76,8 +76,8 @@ def with_all_forms(screened: Sequence[Screened], most: int, own: Candidate) -> l
         own: what has the place; what passes for it there counts if it is likelier than nothing.
     """
     (name, joints), here = own.key, [one for one in screened if one.log_odds > 0.0]
-    alike = {(other, joints) for other in confused_with(name)}
-    names = {one.candidate.key for one in here if one.candidate.key in alike}
+    confused = {(other, joints) for other in confused_with(name)}
+    names = {one.candidate.key for one in here} & confused
     names |= set(list(dict.fromkeys(one.candidate.key for one in screened))[:most])
     return [one for one in screened if one.candidate.key in names]
 

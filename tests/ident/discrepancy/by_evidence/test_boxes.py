@@ -9,7 +9,6 @@ import pytest
 from scipy.signal import lfilter
 
 from ident.discrepancy.by_evidence.decide import boxes
-from ident.discrepancy.by_evidence.decide import scanned as module
 from ident.discrepancy.by_evidence.decide.edges import Agreement, best_edges
 from ident.discrepancy.by_evidence.decide.peaks import PEAKS, tried_at
 from ident.discrepancy.by_evidence.decide.present_with import present_with
@@ -46,19 +45,29 @@ def residual(problem: Problem, nothing: Found) -> FloatArray:
     return rows.whiteners[0].back(left, rows.prepared.used.shape[0]) / nothing.level.excess[0] ** 2
 
 
+def agreement() -> tuple[Agreement, FloatArray]:
+    """Of the column that is there all the time, and that column of the one joint."""
+    problem, nothing, _, always = posed()
+    rows = problem.rows
+    height = effect_rows(rows.prepared, always)[:, :, 0]
+    time = np.asarray(rows.prepared.parts[0].at_rows.time)
+    products = boxes._products(rows, height, nothing.level.excess**2)
+    agreed = height[:, 0] * residual(problem, nothing)
+    return Agreement(time, agreed, products, always.scale[0]), height[:, 0]
+
+
 def test_the_best_part_of_a_turn_is_the_best_of_all_parts_tried() -> None:
     problem, nothing, _, always = posed()
     rows, said, cells = problem.rows, residual(problem, nothing), 20
-    height = effect_rows(rows.prepared, always)[:, :, 0]
-    time, squares = np.asarray(rows.prepared.parts[0].at_rows.time), nothing.level.excess**2
+    (seen, height), squares = agreement(), nothing.level.excess**2
+    time = seen.time
     cell = np.floor(np.mod(time / PERIOD, 1.0) * cells).astype(int)
     sizes, prior, tried = np.array([0.01, 0.1, 1.0]) * always.scale[0], 1.0 / always.scale[0] ** 2, {}
     for count, start in product(range(1, cells), range(cells)):
-        column = height[:, 0] * np.isin(cell, np.arange(start, start + count) % cells)
+        column = height * np.isin(cell, np.arange(start, start + count) % cells)
         white = rows.whiteners[0](column[:, np.newaxis])[:, 0]
         information = white @ white / squares[0] + prior
         tried[count, start] = max(sizes * (column @ said) - 0.5 * sizes**2 * information)
-    seen = Agreement(time, height[:, 0] * said, boxes._products(rows, height, squares), always.scale[0])
     of_rows = seen.agreed, seen.products.sum(axis=0), seen.crossing
     turns = time, np.array([1.0 / PERIOD]), np.array([cells])
     gain, first, count_of = best_parts(turns, of_rows, sizes, prior)
@@ -87,7 +96,7 @@ def test_of_some_parts_those_are_tried_that_say_most_beside_all_else(monkeypatch
     problem, nothing, drag, _ = posed()
     present, luck = present_with(problem, nothing), np.log(drag.combinations)
     some = [(PERIOD, 0.3, start) for start in (0.0, 0.2, 0.4, 0.6, 0.8)]
-    monkeypatch.setattr(module, "best_cells", lambda *given: [])
+    monkeypatch.setattr(boxes, "best_cells", lambda *given: [])
     monkeypatch.setattr(boxes, "best_edges", lambda *given: [(1.1 * luck, part) for part in some])
     entries = scanned(problem.rows, nothing, (drag,), present)
     gains = gains_beside(problem.rows, nothing, tried_at(problem.rows, drag, some, present))
@@ -98,7 +107,7 @@ def test_of_some_parts_those_are_tried_that_say_most_beside_all_else(monkeypatch
 def test_what_the_best_of_so_many_has_by_luck_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, nothing, drag, _ = posed()
     present, luck = present_with(problem, nothing), np.log(drag.combinations)
-    monkeypatch.setattr(module, "best_cells", lambda *given: [])
+    monkeypatch.setattr(boxes, "best_cells", lambda *given: [])
     for share, height, count in ((0.3, 0.9, 0), (0.3, 1.1, 1), (0.97, 1.1, 0)):  # 0.97 is out of its limits
         part = (height * luck, (PERIOD, share, 0.1))
         monkeypatch.setattr(boxes, "best_edges", lambda *given, part=part: [part])
