@@ -96,12 +96,28 @@ def test_of_some_parts_those_are_tried_that_say_most_beside_all_else(monkeypatch
     problem, nothing, drag, _ = posed()
     present, luck = present_with(problem, nothing), np.log(drag.combinations)
     some = [(PERIOD, 0.3, start) for start in (0.0, 0.2, 0.4, 0.6, 0.8)]
-    monkeypatch.setattr(boxes, "best_cells", lambda *given: [])
-    monkeypatch.setattr(boxes, "best_edges", lambda *given: [(1.1 * luck, part) for part in some])
-    entries = scanned(problem.rows, nothing, (drag,), present)
     gains = gains_beside(problem.rows, nothing, tried_at(problem.rows, drag, some, present))
-    best = [some[k] for k in np.argsort(-gains)[:PEAKS]]
-    assert [one.placed.shape for one in entries] == best
+    order = [some[k] for k in np.argsort(gains)]  # those that say least come first
+    monkeypatch.setattr(boxes, "best_cells", lambda *given: [])
+    monkeypatch.setattr(boxes, "best_edges", lambda *given: [(1.1 * luck, part) for part in order])
+    entries = scanned(problem.rows, nothing, (drag,), present)
+    assert [one.placed.shape for one in entries] == order[::-1][:PEAKS]
+
+
+def test_all_periods_are_tried_on_40_s_and_their_peaks_on_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    time, asked = 0.008 * np.arange(8000), list[float]()
+    box = (np.mod(time / 7.0, 1.0) < 0.3).astype(np.float64)
+    parts = Agreement.parts
+
+    def heard(
+        self: Agreement, frequencies: FloatArray
+    ) -> tuple[FloatArray, list[tuple[float, float, float]]]:
+        asked.append(self.duration)
+        return parts(self, frequencies)
+
+    monkeypatch.setattr(Agreement, "parts", heard)
+    best_edges(Agreement(time, box, np.ones((1, time.size)), 1.0), (1.0, 10.0), 3)
+    assert asked == pytest.approx([40.0, 64.0, 64.0, 64.0], abs=0.02)
 
 
 def test_what_the_best_of_so_many_has_by_luck_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
