@@ -915,6 +915,24 @@ RULES = (
         "basis = course.findings[number].basis",
     ),
     Broken(
+        "what is doubted goes first",
+        "ident/discrepancy/course.py",
+        "return not confirmation.unsure, confirmation.torque.share",
+        "return False, confirmation.torque.share",
+    ),
+    Broken(
+        "columns in the whole model are made of the plain one",
+        "ident/discrepancy/refine.py",
+        "present = _beside(examination, best, present, alone)",
+        "present = _beside(examination, best, present, present)",
+    ),
+    Broken(
+        "a name leaves some of itself",
+        f"{_BY}decide/no_name.py",
+        "usual = np.hypot(accepted, _FORM * explains)",
+        "usual = accepted",
+    ),
+    Broken(
         "rivals are names that show at reversals",
         f"{_BY}taken.py",
         "if is_of_reversals(robot, one)]",
@@ -1091,7 +1109,7 @@ RULES = (
     Broken(
         "columns of a finding are made of the model with everything else that was found",
         "ident/discrepancy/refine.py",
-        "        present = _beside(examination, best, present)\n",
+        "        present = _beside(examination, best, present, alone)\n",
         "",
     ),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ident import BaseParameters, Recording, RegressorModel
@@ -27,7 +28,8 @@ class Case:
         robot: as described.
         fit, validation: recordings.
         truth: what is missing; None where nobody knows all of it.
-        accepted: a clean recording of the same arm that the prior is made of; None to search after a refit.
+        accepted: a clean recording of the same arm that the prior is made of.
+        prior: another one; without any the search is after a refit.
         without: effects that the examined model is without.
     """
 
@@ -39,15 +41,16 @@ class Case:
     truth: Truth | None
     accepted: Recording | None = None
     without: tuple[str, ...] = ()
+    prior: Callable[[BaseParameters], Prior] | None = None
 
     def question(self) -> Question:
         """What the search is asked."""
         usual = RegressorModel.of(self.robot)
         left = tuple(effect for effect in usual.effects if effect.name not in self.without)
         model = RegressorModel(self.robot, left)
-        prior = None if self.accepted is None else self._prior
+        prior = self.prior if self.accepted is None else self._accepted
         return Question(self.robot, (self.fit,), (self.validation,), VOCABULARY, prior, model)
 
-    def _prior(self, base: BaseParameters) -> Prior:
+    def _accepted(self, base: BaseParameters) -> Prior:
         assert self.accepted is not None
         return prior_by_evidence(base, (self.accepted,))

@@ -53,7 +53,7 @@ def with_other_forms(
     best = left_beside(examination, fitted(examination, components, present))
     likely: dict[int, list[tuple[float, Refined]]] = {}
     for number, form in _forms(examination, components):
-        shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS)
+        shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS, of=[number])
         try:
             left = left_beside(examination, fitted(examination, shaped, present))
         except ArithmeticError:

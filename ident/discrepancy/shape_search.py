@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.optimize import minimize
 
-from ident.discrepancy.component import Component, at_point, grid_step, inner, shapes_of, values_of
+from ident.discrepancy.component import Component, at_point, grid_step, inner
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.solved import solve
-from ident.effects.family import Shape
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
@@ -22,8 +20,12 @@ def best_shapes(
     present: Present,
     width: float,
     evaluations: int,
+    of: Iterable[int] | None = None,
 ) -> list[Component]:
-    """The components at the shapes that take most off the residual.
+    """The components at shapes that take most off the residual, one component after the other.
+
+    Only the columns of that one are made anew: a delay beside a play had its columns made with every gap of
+    the play that was tried.
 
     Args:
         examination: the present model on the recordings.
@@ -31,52 +33,52 @@ def best_shapes(
         present: the present model, for effects that ask it for torques.
         width: of its first steps, in steps of the grid.
         evaluations: of the search, per shape.
+        of: numbers of the components whose shapes are looked for; all by default.
     """
-    shapes = shapes_of(examination, components)
-    if all(shape.fixed for shape in shapes):
-        return list(components)
-    search = ShapeSearch(examination, components, shapes, present)
-    start = np.array([inner(s, v) for s, v in zip(shapes, values_of(components), strict=True)])
-    return at_point(components, shapes, search.best(start, width, evaluations))
+    best = list(components)
+    for number in range(len(best)) if of is None else of:
+        best[number] = _best_of(examination, best, number, present, width, evaluations)
+    return best
 
 
-@dataclass(frozen=True)
-class ShapeSearch:
-    """Points are the shapes' inner values (s,); those of fixed shapes stay where a search starts."""
+def _best_of(
+    examination: Examination,
+    components: Sequence[Component],
+    number: int,
+    present: Present,
+    width: float,
+    evaluations: int,
+) -> Component:
+    """One of some components at the shapes that a simplex finds (Nelder and Mead 1965), beside the others."""
+    one = components[number]
+    shapes = one.shapes(examination)
+    free = np.array([not shape.fixed for shape in shapes], dtype=np.bool_)
+    if not free.any():
+        return one
+    start = np.array([inner(shape, value) for shape, value in zip(shapes, one.shape, strict=True)])
+    limits = np.array([(inner(s, s.lower), inner(s, s.upper)) for s in shapes])[free]
+    steps = width * np.array([grid_step(shape) for shape in shapes])[free]
 
-    examination: Examination
-    components: Sequence[Component]
-    shapes: Sequence[Shape]
-    present: Present
+    def moved(point: FloatArray) -> Component:
+        whole = start.copy()
+        whole[free] = np.clip(point, *limits.T)
+        return at_point([one], shapes, whole)[0]
 
-    def loss(self, point: FloatArray) -> float:
+    def loss(component: Component) -> float:
         """Minus the gain."""
-        solved = solve(self.examination, at_point(self.components, self.shapes, point), self.present)
+        others = [component if k == number else other for k, other in enumerate(components)]
+        solved = solve(examination, others, present)
         return 0.0 if solved is None else -solved[1]
 
-    def best(self, start: FloatArray, width: float, evaluations: int) -> FloatArray:
-        """The point that a simplex of so many steps of the grid finds (Nelder and Mead 1965)."""
-        free = np.array([not shape.fixed for shape in self.shapes], dtype=np.bool_)
-        limits = np.array([(inner(s, s.lower), inner(s, s.upper)) for s in self.shapes])[free]
-        steps = width * np.array([grid_step(shape) for shape in self.shapes])[free]
-
-        def whole(point: FloatArray) -> FloatArray:
-            moved = start.copy()
-            moved[free] = np.clip(point, *limits.T)
-            return moved
-
-        def loss(point: FloatArray) -> float:
-            return self.loss(whole(point))
-
-        found = minimize(
-            loss,
-            start[free],
-            method="Nelder-Mead",
-            bounds=[(float(low), float(high)) for low, high in limits],
-            options={
-                "maxfev": evaluations * int(free.sum()),
-                "initial_simplex": np.vstack([start[free], start[free] + np.diag(steps)]),
-                "xatol": 1e-3,
-            },
-        )
-        return whole(np.asarray(found.x)) if found.fun <= self.loss(start) else start
+    found = minimize(
+        lambda point: loss(moved(point)),
+        start[free],
+        method="Nelder-Mead",
+        bounds=[(float(low), float(high)) for low, high in limits],
+        options={
+            "maxfev": evaluations * int(free.sum()),
+            "initial_simplex": np.vstack([start[free], start[free] + np.diag(steps)]),
+            "xatol": 1e-3,
+        },
+    )
+    return moved(np.asarray(found.x)) if found.fun <= loss(one) else one

@@ -98,3 +98,29 @@ def test_what_reversals_showed_is_asked_of_a_loop_that_they_did_not_show(
     validation: Any = _Validation()
     course.validated(validation)
     assert validation.asked == ((None, asked), (None, asked))
+
+
+class _BesideWhatIsDoubted(_Validation):
+    """A loop does otherwise with friction as long as a delay that may as well be nothing is in the model."""
+
+    def finding(self, accepted: Any, without: object, whole: Any, loops: object) -> Any:
+        doubted = accepted.name == "delay"
+        disturbed = len(whole.base.model.effects) == 4
+        loop = Shown(0.0, 0.1) if disturbed and not doubted else Shown(1.0, 0.1)
+        share = {"delay": 1.2, "friction": 1.0, "play": 1.1}[accepted.name]
+        confirmation = Confirmation(
+            Shown(share, 0.01),
+            None if accepted.name == "play" else loop,
+            "may be nothing" if doubted else "",
+        )
+        return SimpleNamespace(name=accepted.name, confirmation=confirmation)
+
+
+def test_what_is_doubted_goes_before_what_only_the_loop_beside_it_contradicts() -> None:
+    found: Any = [SimpleNamespace(name=name) for name in ("friction", "delay", "play")]
+    course = _Course((), step(1), step(4), step(4), None, found)
+    course.step = course.moving
+    validation: Any = _BesideWhatIsDoubted()
+    left, rejected, _ = course.validated(validation)
+    assert [one.name for one in left] == ["friction", "play"]  # type: ignore[attr-defined]
+    assert [one.name for one in rejected] == ["delay"]  # type: ignore[attr-defined]

@@ -38,7 +38,7 @@ def test_shapes_are_fitted_where_columns_are_not_simulated(
     monkeypatch.setattr(shape_search, "solve", solve)
     monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
     monkeypatch.setattr(module, "with_other_forms", lambda examination, components, present, found: found)
-    monkeypatch.setattr(module, "_beside", lambda examination, components, present: present)
+    monkeypatch.setattr(module, "_beside", lambda examination, components, present, alone: present)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
         base=SimpleNamespace(model=SimpleNamespace(robot=robot)),
@@ -48,6 +48,24 @@ def test_shapes_are_fitted_where_columns_are_not_simulated(
     present: Any = SimpleNamespace(without=lambda *given: None)
     found: Any = refit(examination, [component], present)
     assert found.shape == pytest.approx((expected, 2.0), rel=0.01)
+
+
+def test_columns_in_the_whole_model_are_made_of_the_plain_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a model that has delays already each delay would ask twice as often with every round."""
+    made: list[tuple[Any, Any]] = []
+
+    def beside(examination: Any, components: Any, present: Any, alone: Any) -> Any:
+        made.append((present, alone))
+        return f"round {len(made)}"
+
+    monkeypatch.setattr(module, "_beside", beside)
+    monkeypatch.setattr(module, "best_shapes", lambda examination, components, *rest: components)
+    monkeypatch.setattr(module, "with_deviations", lambda *given: None)
+    monkeypatch.setattr(module, "with_other_forms", lambda *given: None)
+    examination: Any = SimpleNamespace(simulated=False)
+    plain: Any = "plain"
+    refit(examination, [], plain)
+    assert made == [("plain", "plain"), ("round 1", "plain")]
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ _IMITATED = 0.2
 """Probability that a name imitates something else so well that nothing more is left than usual."""
 
 _FORM = 0.03
-"""Of a name's torque, by which its form and its shapes are wrong on other motion where it is there."""
+"""Of a name's torque, by which its form and its shapes are wrong where it is there."""
 
 _USUAL = 0.5
 """Of ln κ about ln κ accepted beside a name that is there, where the density is half as high."""
@@ -106,15 +106,16 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
 def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
     """Nats for something without a name, against the name, of what stays unexplained beside the name.
 
-    Where the name is there ln κ is about the accepted one (Cauchy). Where it is not, so with one fifth, and
-    else κ is anything from the accepted one to all that is there, equally in ln κ.
+    Where the name is there ln κ is about the accepted one (Cauchy), with a form's own error. Where it is not,
+    so with one fifth, and else κ is anything from that to all that is there, equally in ln κ.
 
     Args:
         misfit: of the joint beside the set, N·m (or N).
         accepted: of an accepted run, the same unit.
         explains: root mean square of what the name explains at the joint, the same unit.
     """
-    away, most = np.log(misfit / accepted), np.log(np.hypot(misfit, explains) / accepted)
+    usual = np.hypot(accepted, _FORM * explains)
+    away, most = np.log(misfit / usual), np.log(np.hypot(misfit, explains) / usual)
     if away <= 0.0:
         return float(np.log(_IMITATED))
     there = 1.0 / (np.pi * _USUAL * (1.0 + (away / _USUAL) ** 2))

@@ -72,16 +72,18 @@ def test_only_parameters_with_a_prior_have_a_price_and_it_is_none_where_they_are
 
 
 def test_a_name_beside_what_it_leaves_unexplained_is_less_sure() -> None:
-    """Of 1 N·m a name that is there leaves what an accepted run leaves, of all else four of five more."""
-    accepted, explains = 0.01, 1.0
-    usual = [nats_of_left(misfit, accepted, explains) for misfit in (0.001, 0.01)]
-    assert usual == pytest.approx([np.log(0.2)] * 2)
-    for misfit in (0.02, 0.05, 0.3):
-        left = np.log(misfit / accepted)
-        anything = 1.0 / np.log(np.hypot(misfit, explains) / accepted)
+    """A name that is there leaves what an accepted run does and 3 % of itself, all else mostly more."""
+    accepted, explains = 0.04, 1.0
+    form = np.hypot(accepted, 0.03 * explains)
+    assert form == pytest.approx(0.05)
+    usual = [nats_of_left(misfit, accepted, explains) for misfit in (0.001, 0.04, 0.0499)]
+    assert usual == pytest.approx([np.log(0.2)] * 3)
+    for misfit in (0.06, 0.1, 0.3):
+        left = np.log(misfit / form)
+        anything = 1.0 / np.log(np.hypot(misfit, explains) / form)
         expected = np.log(0.2 + 0.8 * anything / cauchy.pdf(left, scale=0.5))
         assert nats_of_left(misfit, accepted, explains) == pytest.approx(expected)
-    assert nats_of_left(0.05, accepted, explains) > 0.0 > nats_of_left(0.012, accepted, explains)
+    assert nats_of_left(0.3, accepted, explains) > 0.0 > nats_of_left(0.06, accepted, explains)
 
 
 def test_what_an_effect_of_the_arm_leaves_is_asked_at_every_joint_where_it_acts() -> None:
