@@ -631,8 +631,14 @@ RULES = (
     Broken(
         "the whole set has to leave less",
         f"{_BY}report/answer.py",
-        "return Slot(self.names).named >= SURE and self.shrinks",
+        "return Slot(self.names).named >= SURE and not self.fails",
         "return Slot(self.names).named >= SURE",
+    ),
+    Broken(
+        "a set leaves less than the torque itself",
+        f"{_BY}workflow.py",
+        "    if held.unexplained(searched.found)[joint] > 1.0:\n",
+        "    if held.unexplained(searched.found)[joint] > 99.0:\n",
     ),
     Broken(
         "the set is compared with the model without any effect",
@@ -643,8 +649,8 @@ RULES = (
     Broken(
         "a set that leaves more by chance is not held against it",
         f"{_BY}workflow.py",
-        "return not held.in_blocks(searched.found, searched.empty, joint).contradicted",
-        "return held.in_blocks(searched.found, searched.empty, joint).share > 0.5",
+        "if held.in_blocks(searched.found, searched.empty, joint).contradicted:",
+        "if held.in_blocks(searched.found, searched.empty, joint).share <= 0.5:",
     ),
     Broken(
         "a place that repeats is in one block",

@@ -40,8 +40,8 @@ class EvidenceFinding:
         confirmation: on recordings that were not fitted.
         explains: root mean square of its torque, N·m (or N), at its joints.
         left: misfit of the joint of its own where it is largest, N·m (or N); the accepted one at least.
-        shrinks: whether on recordings that were not fitted the whole set leaves less than the model without
-            any effect, at the joint where this one is largest.
+        fails: how on recordings that were not fitted the whole set fails at the joint where this one is
+            largest, in words; empty where it does not.
     """
 
     placed: PlacedEffect
@@ -51,7 +51,7 @@ class EvidenceFinding:
     confirmation: Confirmation
     explains: float
     left: float
-    shrinks: bool
+    fails: str
 
     @property
     def key(self) -> Key:
@@ -99,8 +99,8 @@ class EvidenceFinding:
 
     @property
     def held_up(self) -> bool:
-        """Whether it is an effect that has a name, and what is found as a whole shrinks the gap."""
-        return Slot(self.names).named >= SURE and self.shrinks
+        """Whether it is an effect that has a name, and what is found as a whole does not fail."""
+        return Slot(self.names).named >= SURE and not self.fails
 
     @property
     def named(self) -> bool:
@@ -120,8 +120,8 @@ class EvidenceFinding:
                 f"recordings that were not fitted show {shown};"
                 f" something that has no name is there with probability {self.no_name:.2f}"
             )
-        if not self.shrinks:
-            return "with all that was found recordings that were not fitted leave more than without any of it"
+        if self.fails:
+            return self.fails
         if self.explains <= self.left:
             return "it explains less than a model leaves at its joint without any change"
         return ""

@@ -54,7 +54,7 @@ def _finding(finding: EvidenceFinding) -> dict[str, Any]:
         ],
         "confirmation": {
             "confirmed": finding.held_up,
-            "set_shrinks_the_gap": finding.shrinks,
+            "set_fails": finding.fails,
             "no_name": finding.no_name,
             "predicted": confirmation.predicted,
             "deviation": confirmation.deviation,

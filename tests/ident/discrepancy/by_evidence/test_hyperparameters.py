@@ -278,14 +278,14 @@ def test_what_is_fitted_has_columns_of_the_other_periods(known: bool) -> None:
 
 
 def finding(
-    probability: float, explains: float, left: float, unknown: float = 0.0, shrinks: bool = True
+    probability: float, explains: float, left: float, unknown: float = 0.0, fails: str = ""
 ) -> EvidenceFinding:
     names = (
         Named("a", (0,), probability, PLACED),
         Named("b", (0,), 1.0 - probability - unknown, PLACED),
         Named(NO_NAME, (0,), unknown),
     )
-    return EvidenceFinding(PLACED, names, (), "", Confirmation(50.0, 5.0, 49.0), explains, left, shrinks)
+    return EvidenceFinding(PLACED, names, (), "", Confirmation(50.0, 5.0, 49.0), explains, left, fails)
 
 
 def joint(above: float) -> JointMisfit:
@@ -297,7 +297,7 @@ def test_the_verdict_follows_from_probability_confirmation_and_misfit() -> None:
     assert verdict_of((finding(0.91, 1.0, 0.0),), 0.0, quiet) == "named"
     assert verdict_of((finding(0.89, 1.0, 0.0),), 0.0, quiet) == "unnamed"
     assert verdict_of((finding(0.91, 1.0, 1.1),), 0.0, quiet) == "unnamed"
-    assert verdict_of((finding(0.91, 1.0, 0.0, shrinks=False),), 0.0, quiet) == "not_confirmed"
+    assert verdict_of((finding(0.91, 1.0, 0.0, fails="it fails"),), 0.0, quiet) == "not_confirmed"
     assert verdict_of((), 0.91, quiet) == "clean"
     assert verdict_of((), 0.89, quiet) == "unnamed"
     assert verdict_of((), 0.91, loud) == "unnamed"

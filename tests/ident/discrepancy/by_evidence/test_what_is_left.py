@@ -13,7 +13,7 @@ from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
-from ident.discrepancy.by_evidence.workflow import _finding, _shrinks
+from ident.discrepancy.by_evidence.workflow import _fails, _finding
 from tests.ident.discrepancy.by_evidence.toy_effects import (
     EMPS,
     problem_of,
@@ -33,12 +33,20 @@ def held(searched_in: float, other: float) -> tuple[Searched, HeldOut]:
     return searching(problem, NINE).run(), HeldOut.of(problem, validation)
 
 
-@pytest.mark.parametrize(("other", "shrinks"), [(1.0, True), (0.7, True), (0.3, False), (0.0, False)])
+@pytest.mark.parametrize(("other", "fails"), [(1.0, False), (0.7, False), (0.3, True), (0.0, True)])
 def test_a_set_leaves_less_than_no_effect_where_more_than_half_of_it_is_there(
-    other: float, shrinks: bool
+    other: float, fails: bool
 ) -> None:
     searched, validation = held(1.0, other)
-    assert _shrinks(searched, validation, 0) is shrinks
+    assert bool(_fails(searched, validation, 0)) is fails
+
+
+def test_a_set_leaves_less_than_the_torque_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model that motion did not determine is none, however much less a finding makes it leave."""
+    searched, validation = held(1.0, 1.0)
+    for left, fails in ((0.9, False), (1.1, True)):
+        monkeypatch.setattr(HeldOut, "unexplained", lambda self, found, left=left: np.array([left]))
+        assert bool(_fails(searched, validation, 0)) is fails
 
 
 def test_what_repeats_and_is_not_smooth_is_misfit_though_no_smooth_part_is() -> None:
