@@ -65,10 +65,10 @@ def _best_of(
         return at_point([one], shapes, whole)[0]
 
     def loss(component: Component) -> float:
-        """Minus the gain."""
+        """Minus the gain; without columns there is none."""
         others = [component if k == number else other for k, other in enumerate(components)]
         solved = solve(examination, others, present)
-        return 0.0 if solved is None else -solved[1]
+        return np.inf if solved is None else -solved[1]
 
     found = minimize(
         lambda point: loss(moved(point)),

@@ -84,7 +84,7 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
     rivals = rivals_in_loop(robot, finding)
     for rival in (one for one in rivals if one.key not in taken):
         other = _with_rival(course, number, rival)
-        if _may_be_nothing(other, number):
+        if other is None or _may_be_nothing(other, number):
             continue
         shown = fitted.shown_in_loop(fitted.loop_run(course.step), fitted.loop_run(other.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
@@ -111,11 +111,15 @@ def _may_be_nothing(course: Course, number: int) -> bool:
     return bool(replace(one, basis=replace(one.basis, unsure=None)).unsure)
 
 
-def _with_rival(course: Course, number: int, rival: Named) -> Course:
-    """Where the search would be with another name in the place of a finding."""
+def _with_rival(course: Course, number: int, rival: Named) -> Course | None:
+    """Where the search would be with another name in the place of a finding; None where it has no size there."""
     assert rival.placed is not None
     components = [one.component for one in course.findings]
     components[number] = component_of(course.step.base.model.robot, rival.placed)
     other = Course.begun(course.prepared, course.first)
-    other.take(components, [one.basis for one in course.findings])
+    try:
+        other.take(components, [one.basis for one in course.findings])
+    except ArithmeticError as error:
+        _log.info("%s in the place of %s: %s", rival.name, course.findings[number].effect, error)
+        return None
     return other
