@@ -481,13 +481,19 @@ RULES = (
     Broken(
         "a rise is found beside what it is a rise of",
         f"{_BY}decide/screening.py",
-        "not in taken and stands(problem, entry.candidate, found.members)",
+        "not in taken and stands(problem, entry, found.members)",
         "not in taken",
+    ),
+    Broken(
+        "friction of a drive that moves two joints goes with both",
+        f"{_BY}decide/state.py",
+        ") and (_couples(problem, joints, here) or not is_friction(entry.placed))",
+        ")",
     ),
     Broken(
         "a rise goes with what it is a rise of",
         f"{_BY}decide/search.py",
-        "members = [one for one in rest if stands(self.problem, one.candidate, rest)]",
+        "members = [one for one in rest if stands(self.problem, one.entry, rest)]",
         "members = rest",
     ),
     Broken(
@@ -893,7 +899,7 @@ RULES = (
     Broken(
         "a rival that the rows fit with no size is none",
         f"{_BY}in_motion.py",
-        "if _may_be_nothing(other, number):",
+        "if other is None or _may_be_nothing(other, number):",
         "if False:",
     ),
     Broken(

@@ -112,7 +112,7 @@ def _may_be_nothing(course: Course, number: int) -> bool:
 
 
 def _with_rival(course: Course, number: int, rival: Named) -> Course | None:
-    """Where the search would be with another name in the place of a finding; None where it has no size there."""
+    """Where the search would be with another name in a finding's place; None where it has no size there."""
     assert rival.placed is not None
     components = [one.component for one in course.findings]
     components[number] = component_of(course.step.base.model.robot, rival.placed)

@@ -79,7 +79,7 @@ def _parts(count: int) -> list[tuple[int, ...]]:
 def _can_be(search: Search, found: Found, kept: tuple[int, ...]) -> bool:
     """Whether each member of a part has what it is on top of."""
     members = [found.members[number] for number in kept]
-    return all(stands(search.problem, one.candidate, members) for one in members)
+    return all(stands(search.problem, one.entry, members) for one in members)
 
 
 def _part(search: Search, found: Found, kept: tuple[int, ...]) -> Found:

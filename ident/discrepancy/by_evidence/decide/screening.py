@@ -48,7 +48,7 @@ def screen(problem: Problem, found: Found, entries: Sequence[Entry]) -> list[Scr
     taken = {member.candidate.key for member in found.members if not member.candidate.family.several}
     grouped: dict[Candidate, list[int]] = {}
     for number, entry in enumerate(entries):
-        if entry.candidate.key not in taken and stands(problem, entry.candidate, found.members):
+        if entry.candidate.key not in taken and stands(problem, entry, found.members):
             grouped.setdefault(entry.candidate, []).append(number)
     screened = []
     for numbers in grouped.values():

@@ -210,7 +210,7 @@ class Search:
         made: dict[int, Found] = self._without.of(found, dict)
         if number not in made:
             rest = [member for k, member in enumerate(found.members) if k != number]
-            members = [one for one in rest if stands(self.problem, one.candidate, rest)]
+            members = [one for one in rest if stands(self.problem, one.entry, rest)]
             left = [one for one in found.members if one not in members]
             joints = sorted({joint for one in left for joint in one.joints})
             made[number] = self._seen(found_set(self.problem, members, found.level, joints))

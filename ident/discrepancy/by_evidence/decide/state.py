@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +12,16 @@ from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import fitted
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.family import PlacedEffect
 from ident.effects.simulated import HasSimulatedParts
 from ident.effects.usual import SYMBOLS
 from robots.arrays import FloatArray
 
 TEMPERATURE = 0.5
 """T of evidence^T: what the model of the data is trusted for (Miller and Dunson 2019); set by calibration."""
+
+_COUPLED = ("Fvm", "Fcm")
+"""Friction of a drive that moves several joints, along all of them."""
 
 ONE_MORE = 0.2
 """Prior odds of one effect more: of six arms that are looked at five are clean."""
@@ -46,12 +50,7 @@ class Member:
 
     @property
     def is_friction(self) -> bool:
-        """Whether it is torque against the speed of a drive, as it is simulated."""
-        placed = self.entry.placed
-        if not isinstance(placed, HasSimulatedParts):
-            return False
-        parts = placed.simulated(np.ones(len(placed.parameters)))
-        return bool(parts.friction) or parts.damping is not None
+        return is_friction(self.entry.placed)
 
     @property
     def log_prior(self) -> float:
@@ -96,18 +95,38 @@ class Found:
         return self.posterior.theta[part] * scale, covariance
 
 
-def stands(problem: Problem, candidate: Candidate, members: Sequence[Member]) -> bool:
+def stands(problem: Problem, entry: Entry, members: Sequence[Member]) -> bool:
     """Whether what an effect is on top of is there, in the model or among the members of a set.
 
     Friction that falls with speed is a rise of dry friction by its own equation; in its stead it would be dry
-    friction that is gone at speed, which no bearing has.
+    friction that is gone at speed, which no bearing has. And friction of a drive that moves several joints
+    goes with all of them: a model that has it along one lacks the coupling, whatever else that friction does.
     """
     here = {member.candidate.key for member in members}
-    joints = candidate.place.joints
+    joints = entry.candidate.place.joints
     return all(
         (name, joints) in here or problem.present.has(SYMBOLS[name], joints[0])
-        for name in candidate.family.on_top_of
+        for name in entry.candidate.family.on_top_of
+    ) and (_couples(problem, joints, here) or not is_friction(entry.placed))
+
+
+def _couples(problem: Problem, drives: Sequence[int], here: Collection[tuple[str, tuple[int, ...]]]) -> bool:
+    """Whether friction of a drive goes with all joints that it moves."""
+    matrix, parameters = problem.base.model.robot.transmission_matrix, problem.base.model.parameters
+    return len(drives) != 1 or all(
+        np.count_nonzero(matrix[drive]) == 1
+        or any(one.symbol in _COUPLED and one.joint == drive for one in parameters)
+        or any(name == "wrist_coupling" and joints[-1] == drive for name, joints in here)
+        for drive in drives
     )
+
+
+def is_friction(placed: PlacedEffect) -> bool:
+    """Whether an effect is torque against the speed of a drive, as it is simulated."""
+    if not isinstance(placed, HasSimulatedParts):
+        return False
+    parts = placed.simulated(np.ones(len(placed.parameters)))
+    return bool(parts.friction) or parts.damping is not None
 
 
 def without_effects(problem: Problem) -> Found:

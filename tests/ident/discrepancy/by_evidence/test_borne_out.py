@@ -15,7 +15,12 @@ from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
 from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.effects.usual import SYMBOLS
 
-PROBLEM = SimpleNamespace(present=SimpleNamespace(has=lambda symbols, drive: False))
+PROBLEM = SimpleNamespace(
+    present=SimpleNamespace(has=lambda symbols, drive: False),
+    base=SimpleNamespace(
+        model=SimpleNamespace(robot=SimpleNamespace(transmission_matrix=np.eye(1)), parameters=())
+    ),
+)
 """A model that lacks all usual terms."""
 
 
@@ -45,13 +50,14 @@ ON_TOP_OF: dict[str, tuple[str, ...]] = {}
 
 def member(name: str) -> Any:
     placed = SimpleNamespace(name=name, place=SimpleNamespace(joints=(0,)))
+    candidate = SimpleNamespace(
+        key=(name, (0,)), place=placed.place, family=SimpleNamespace(on_top_of=ON_TOP_OF.get(name, ()))
+    )
     return SimpleNamespace(
         name=name,
-        entry=SimpleNamespace(placed=placed, white=SimpleNamespace(at=(0,))),
+        entry=SimpleNamespace(placed=placed, white=SimpleNamespace(at=(0,)), candidate=candidate),
         joints=(0,),
-        candidate=SimpleNamespace(
-            key=(name, (0,)), place=placed.place, family=SimpleNamespace(on_top_of=ON_TOP_OF.get(name, ()))
-        ),
+        candidate=candidate,
     )
 
 

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+import robots
+from ident import RegressorModel
 from ident.discrepancy.by_evidence.decide.search import Search
+from ident.discrepancy.by_evidence.decide.state import stands
+from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.effects.family import PresentModel
 from ident.effects.usual import SYMBOLS
-from ident.effects.vocabulary import VOCABULARY
+from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.parameters.present import Present
 from tests.ident.discrepancy.by_evidence.toy_effects import names_of, problem_of, searching, torque, waves
 
 
@@ -46,3 +54,30 @@ def test_a_rise_of_what_the_model_has_stands_alone() -> None:
 def test_what_an_effect_is_on_top_of_is_a_usual_term() -> None:
     forms = [form for family in VOCABULARY for form in family.nested]
     assert {name for form in forms for name in form.on_top_of} == {"coulomb_friction"} <= set(SYMBOLS)
+
+
+@pytest.mark.parametrize(
+    ("name", "drive", "model_couples", "found", "expected"),
+    [
+        ("nonlinear_viscous_friction", 5, False, "", False),
+        ("nonlinear_viscous_friction", 5, False, "wrist_coupling", True),
+        ("nonlinear_viscous_friction", 5, True, "", True),
+        ("nonlinear_viscous_friction", 4, False, "", True),
+        ("torque_ripple", 5, False, "", True),
+    ],
+)
+def test_friction_of_a_drive_that_moves_two_joints_goes_with_both(
+    name: str, drive: int, model_couples: bool, found: str, expected: bool
+) -> None:
+    """A power of the speed of drive 6 of a TX40 had the place of the coupling that its model lacked."""
+    robot = robots.load("tx40")
+    usual = RegressorModel.of(robot)
+    kept = tuple(one for one in usual.effects if model_couples or one.name != "wrist_coupling")
+    model = RegressorModel(robot, kept)
+    present: PresentModel = Present(model, model.prior())
+    one = next(one for one in candidates(robot, [family_named(name)]) if one.place.joints == (drive,))
+    placed = one.at(robot, tuple(shape.grid[0] for shape in one.shapes), present)
+    problem: Any = SimpleNamespace(base=SimpleNamespace(model=model), present=present)
+    entry: Any = SimpleNamespace(candidate=one, placed=placed)
+    members: Any = [SimpleNamespace(candidate=SimpleNamespace(key=(found, (4, 5))))]
+    assert stands(problem, entry, members) is expected

@@ -30,6 +30,10 @@ class Accepted:
     component: Any
     basis: Any
 
+    @property
+    def effect(self) -> str:
+        return str(self.component.key[0])
+
 
 class Course:
     """With some findings."""
@@ -109,6 +113,20 @@ def test_a_rival_that_the_rows_fit_with_no_size_is_none(monkeypatch: pytest.Monk
     shown = {(DRIFTING, HYSTERESIS): Shown(0.632, 0.045)}
     assert settled(monkeypatch, (66.2, 66.0, 0.0), shown)[0] == HYSTERESIS
     assert settled(monkeypatch, (66.2, 66.0, 0.0), shown, nothing=HYSTERESIS) == (DRIFTING, None)
+
+
+def test_a_rival_that_the_rows_show_nothing_of_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hysteresis of 3 mrad was Coulomb friction to 0.4 per mille there, and the diagnosis had no end."""
+    take = Course.take
+
+    def shows(self: Course, components: Sequence[Any], bases: Sequence[Any]) -> None:
+        if any(one.key[0] == HYSTERESIS for one in components):
+            raise ArithmeticError("the effects have no columns beyond the present model")
+        take(self, components, bases)
+
+    monkeypatch.setattr(Course, "take", shows)
+    shown = {(DRIFTING, HYSTERESIS): Shown(1.0, 0.1)}
+    assert settled(monkeypatch, (70.0, 66.0, 0.0), shown) == (DRIFTING, None)
 
 
 def test_a_loop_that_cannot_be_simulated_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
