@@ -56,11 +56,14 @@ class Course:
         Args:
             component: with its shapes.
             basis: what it was settled for on.
+
+        Raises:
+            IdentificationError: the loop with it cannot be simulated; nothing is changed then.
         """
         refined = refit(self.step.examination, [component], self.step.present)
+        self.step = self._extended(self.step, refined)
         robot = self.first.base.model.robot
         self.findings = [*self.findings, Accepted.of(robot, component, basis, refined, 0)]
-        self.step = self._extended(self.step, refined)
 
     def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:
         """A model with effects that the moving arm shows, each fitted beside all others."""

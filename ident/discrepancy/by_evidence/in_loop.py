@@ -15,6 +15,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer
 from ident.discrepancy.by_evidence.reversals import (
+    AtReversals,
     beyond_margin,
     by_any_law,
     likeliest_in_loop,
@@ -25,6 +26,7 @@ from ident.discrepancy.by_evidence.taken import basis_of, component_of, is_of_re
 from ident.discrepancy.course import Course
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.results import Finding
+from ident.discrepancy.step import LoopStep
 from ident.discrepancy.unrepeated import unrepeated
 from ident.discrepancy.verdict import loop_does_otherwise
 from ident.effects.family import EffectFamily
@@ -93,12 +95,21 @@ class InLoop:
         joints = set(range(problem.rows.n)) - self.left_alone()
         one = likeliest_in_loop(problem, families, known | confusable_with_found(found), joints)
         if one is not None:
-            self.course.step = self.course.reversing = in_loop
-            self.course.add_in_loop(
-                component_of(in_loop.base.model.robot, one.placed), basis_of(one.key, one.names)
-            )
+            self._add(in_loop, one)
         elif not found and not self.more_in_motion():
             self._tell(problem)
+
+    def _add(self, in_loop: LoopStep, one: AtReversals) -> None:
+        """Go on with a model that has what the loop shows; without it where that cannot be simulated."""
+        moving, self.course.step = self.course.step, in_loop
+        robot = in_loop.base.model.robot
+        try:
+            self.course.add_in_loop(component_of(robot, one.placed), basis_of(one.key, one.names))
+        except (IdentificationError, ArithmeticError) as error:
+            _log.info("%s is not simulated: %s", one.key[0], error)
+            self.course.step = moving
+        else:
+            self.course.reversing = in_loop
 
     def look_again(self, findings: Sequence[Finding]) -> None:
         """What the loop showed has gone again: is the loop then the arm's?"""

@@ -19,7 +19,7 @@ from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
 from ident.errors import IdentificationError
 from tests.ident.discrepancy.blind_search import hidden
-from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, in_loop, looked
+from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, Course, in_loop, looked, looking
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +133,22 @@ def test_a_loop_that_no_arm_has_is_left_alone(monkeypatch: pytest.MonkeyPatch, f
     monkeypatch.setattr(in_loop_module, "posed_in_loop", refuse)
     search = looked(falling, "clean", set())
     assert search.course.reversing is None and not search.course.taken and not search.unnamed
+
+
+def test_what_the_loop_cannot_be_simulated_with_is_not_added(
+    monkeypatch: pytest.MonkeyPatch, falling: LoopStep
+) -> None:
+    """A gear that stiffened beside an elastic one ran away in its first step, and there was no diagnosis."""
+
+    def refuse(course: Course, component: Any, basis: Any) -> None:
+        raise IdentificationError("the simulated loop is unstable")
+
+    monkeypatch.setattr(Course, "add_in_loop", refuse)
+    search = looking(falling)
+    moving = search.course.step
+    search.look()
+    assert search.course.step is moving and search.course.reversing is None
+    assert not search.course.taken and not search.unnamed
 
 
 def test_a_clean_loop_is_told_of_nothing(clean: LoopStep) -> None:
