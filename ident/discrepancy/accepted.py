@@ -143,7 +143,8 @@ def unsure_size(
     if essential:
         missing = [k for k in essential if not clear[k]]
     else:
-        surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-150)))
+        with np.errstate(over="ignore"):  # a column that is next to nothing has any factor
+            surest = int(np.argmax(np.abs(values) / np.maximum(sigma, 1e-150)))
         missing = [] if clear.any() or there else [surest]
     if not missing:
         return ""
