@@ -70,6 +70,9 @@ def _best_of(
         solved = solve(examination, others, present)
         return np.inf if solved is None else -solved[1]
 
+    before = loss(one)
+    if before == np.inf:
+        return one
     found = minimize(
         lambda point: loss(moved(point)),
         start[free],
@@ -81,4 +84,4 @@ def _best_of(
             "xatol": 1e-3,
         },
     )
-    return moved(np.asarray(found.x)) if found.fun <= loss(one) else one
+    return moved(np.asarray(found.x)) if found.fun <= before else one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -48,6 +48,22 @@ def test_shapes_are_fitted_where_columns_are_not_simulated(
     present: Any = SimpleNamespace(without=lambda *given: None)
     found: Any = refit(examination, [component], present)
     assert found.shape == pytest.approx((expected, 2.0), rel=0.01)
+
+
+def test_shapes_that_rows_show_nothing_of_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither is one chosen beside which nothing is left, nor does the search warn of it."""
+    robot = robots.load("tx40")
+    examination: Any = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robot)))
+    component = Component(family_named("stribeck_friction"), Place("drive", (2,)), (0.065, 2.0))
+    for seen in (False, True):
+
+        def solve(_: Any, components: Sequence[Component], *__: Any, seen: bool = seen) -> Any:
+            nearly = seen and components[0].shape[0] <= 0.065
+            return (np.ones(1), 100.0 + components[0].shape[0], np.ones((3, 1)), [1]) if nearly else None
+
+        monkeypatch.setattr(shape_search, "solve", solve)
+        (found,) = shape_search.best_shapes(examination, [component], cast(Any, None), 0.1, 8)
+        assert found.shape == pytest.approx(component.shape)
 
 
 def test_columns_in_the_whole_model_are_made_of_the_plain_one(monkeypatch: pytest.MonkeyPatch) -> None:
