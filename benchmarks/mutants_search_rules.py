@@ -487,8 +487,8 @@ RULES = (
     Broken(
         "friction of a drive that moves two joints goes with both",
         f"{_BY}decide/state.py",
-        ") and (_couples(problem, joints, here) or not is_friction(entry.placed))",
-        ")",
+        "lacking = problem.uncoupled - coupled",
+        "lacking = set[int]()",
     ),
     Broken(
         "a rise goes with what it is a rise of",

@@ -50,20 +50,23 @@ class Course:
         pairs = enumerate(zip(components, bases, strict=True))
         self._fit_together([Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs], refined)
 
-    def add_in_loop(self, component: Component, basis: Basis) -> None:
+    def add_in_loop(self, in_loop: LoopStep, component: Component, basis: Basis) -> None:
         """Size what the closed loop shows beside all that was found, and go on with a model that has it.
 
         Args:
+            in_loop: the model with all that was found, in closed loop.
             component: with its shapes.
             basis: what it was settled for on.
 
         Raises:
-            IdentificationError: the loop with it cannot be simulated; nothing is changed then.
+            ArithmeticError, IdentificationError: it has no size there, or the loop with it cannot be
+                simulated; nothing is changed then.
         """
-        refined = refit(self.step.examination, [component], self.step.present)
-        self.step = self._extended(self.step, refined)
+        refined = refit(in_loop.examination, [component], in_loop.present)
+        step = self._extended(in_loop, refined)
         robot = self.first.base.model.robot
         self.findings = [*self.findings, Accepted.of(robot, component, basis, refined, 0)]
+        self.step, self.reversing = step, in_loop
 
     def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:
         """A model with effects that the moving arm shows, each fitted beside all others."""

@@ -101,15 +101,11 @@ class InLoop:
 
     def _add(self, in_loop: LoopStep, one: AtReversals) -> None:
         """Go on with a model that has what the loop shows; without it where that cannot be simulated."""
-        moving, self.course.step = self.course.step, in_loop
-        robot = in_loop.base.model.robot
+        component = component_of(in_loop.base.model.robot, one.placed)
         try:
-            self.course.add_in_loop(component_of(robot, one.placed), basis_of(one.key, one.names))
-        except (IdentificationError, ArithmeticError) as error:
+            self.course.add_in_loop(in_loop, component, basis_of(one.key, one.names))
+        except (ArithmeticError, IdentificationError) as error:
             _log.info("%s is not simulated: %s", one.key[0], error)
-            self.course.step = moving
-        else:
-            self.course.reversing = in_loop
 
     def look_again(self, findings: Sequence[Finding]) -> None:
         """What the loop showed has gone again: is the loop then the arm's?"""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.prior import Prior
 from ident.effects.usual import friction_sign
+from ident.effects.wrist_coupling import coupled_drives
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -59,6 +61,12 @@ class Problem:
     @property
     def prepared(self) -> Prepared:
         return self.rows.prepared
+
+    @cached_property
+    def uncoupled(self) -> frozenset[int]:
+        """Drives (from 0) that move several joints, of which the model has friction along one alone."""
+        coupled = coupled_drives(self.base.model.robot)
+        return frozenset(drive for drive in coupled if not self.present.has(("Fvm", "Fcm"), drive))
 
 
 def pose(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +19,6 @@ from robots.arrays import FloatArray
 
 TEMPERATURE = 0.5
 """T of evidence^T: what the model of the data is trusted for (Miller and Dunson 2019); set by calibration."""
-
-_COUPLED = ("Fvm", "Fcm")
-"""Friction of a drive that moves several joints, along all of them."""
 
 ONE_MORE = 0.2
 """Prior odds of one effect more: of six arms that are looked at five are clean."""
@@ -104,21 +101,14 @@ def stands(problem: Problem, entry: Entry, members: Sequence[Member]) -> bool:
     """
     here = {member.candidate.key for member in members}
     joints = entry.candidate.place.joints
-    return all(
+    if not all(
         (name, joints) in here or problem.present.has(SYMBOLS[name], joints[0])
         for name in entry.candidate.family.on_top_of
-    ) and (_couples(problem, joints, here) or not is_friction(entry.placed))
-
-
-def _couples(problem: Problem, drives: Sequence[int], here: Collection[tuple[str, tuple[int, ...]]]) -> bool:
-    """Whether friction of a drive goes with all joints that it moves."""
-    matrix, parameters = problem.base.model.robot.transmission_matrix, problem.base.model.parameters
-    return len(drives) != 1 or all(
-        np.count_nonzero(matrix[drive]) == 1
-        or any(one.symbol in _COUPLED and one.joint == drive for one in parameters)
-        or any(name == "wrist_coupling" and joints[-1] == drive for name, joints in here)
-        for drive in drives
-    )
+    ):
+        return False
+    coupled = {drives[-1] for name, drives in here if name == "wrist_coupling"}
+    lacking = problem.uncoupled - coupled
+    return len(joints) != 1 or joints[0] not in lacking or not is_friction(entry.placed)
 
 
 def is_friction(placed: PlacedEffect) -> bool:

@@ -51,7 +51,8 @@ class Course:
         self.findings: list[Any] = []
         self.taken: list[tuple[str, float]] = []
 
-    def add_in_loop(self, component: Any, basis: Any) -> None:
+    def add_in_loop(self, in_loop: Any, component: Any, basis: Any) -> None:
+        self.step = self.reversing = in_loop
         self.taken.append((component.family.name, basis.probability))
 
 

@@ -16,10 +16,7 @@ from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.effects.usual import SYMBOLS
 
 PROBLEM = SimpleNamespace(
-    present=SimpleNamespace(has=lambda symbols, drive: False),
-    base=SimpleNamespace(
-        model=SimpleNamespace(robot=SimpleNamespace(transmission_matrix=np.eye(1)), parameters=())
-    ),
+    present=SimpleNamespace(has=lambda symbols, drive: False), uncoupled=frozenset[int]()
 )
 """A model that lacks all usual terms."""
 

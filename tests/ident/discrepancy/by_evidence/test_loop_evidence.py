@@ -140,7 +140,7 @@ def test_what_the_loop_cannot_be_simulated_with_is_not_added(
 ) -> None:
     """A gear that stiffened beside an elastic one ran away in its first step, and there was no diagnosis."""
 
-    def refuse(course: Course, component: Any, basis: Any) -> None:
+    def refuse(course: Course, in_loop: Any, component: Any, basis: Any) -> None:
         raise IdentificationError("the simulated loop is unstable")
 
     monkeypatch.setattr(Course, "add_in_loop", refuse)

@@ -10,6 +10,7 @@ import pytest
 
 import robots
 from ident import RegressorModel
+from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.state import stands
 from ident.discrepancy.by_evidence.library.candidates import candidates
@@ -78,6 +79,7 @@ def test_friction_of_a_drive_that_moves_two_joints_goes_with_both(
     one = next(one for one in candidates(robot, [family_named(name)]) if one.place.joints == (drive,))
     placed = one.at(robot, tuple(shape.grid[0] for shape in one.shapes), present)
     problem: Any = SimpleNamespace(base=SimpleNamespace(model=model), present=present)
+    problem.uncoupled = Problem.uncoupled.func(problem)
     entry: Any = SimpleNamespace(candidate=one, placed=placed)
     members: Any = [SimpleNamespace(candidate=SimpleNamespace(key=(found, (4, 5))))]
     assert stands(problem, entry, members) is expected
